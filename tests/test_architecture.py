@@ -24,8 +24,9 @@ FLOORS = (
     ("how far a computation is", {"progress"}),
     ("what is shown, what is looked for", {"plots", "studies"}),
     ("pages", {"pages"}),
+    ("records of a rig", {"rig"}),
     ("what is kept", {"runs"}),
-    ("records of a rig, the Python calls", {"rig", "materials", "sound", "api"}),
+    ("the Python calls", {"materials", "sound", "api"}),
     ("what datasets can do", {"accessor"}),
     ("the explorer; the doors", {"backend", "explore", "__init__"}),
     ("the command", {"cli"}),
@@ -34,8 +35,8 @@ FLOORS = (
 # The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
     "rig": (
-        {"quantities", "rpn", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
-        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "config", "simulation"}, {"plots"},
+        {"quantities", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
+        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"}, {"plots"},
         {"report"},
     ),
     "studies": ({"study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),

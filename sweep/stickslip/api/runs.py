@@ -73,7 +73,7 @@ def run(
     used (before anything is computed), IncompleteError if not everything could be computed or written, and Interrupted
     on Ctrl-C.
     """
-    config = as_config(config_or_path)
+    config = as_config(config_or_path, rig=None)
     if variables is not None:
         plain = config.resolved()
         config = make_config({**plain, "output": {**plain["output"], "variables": variables}}, "")
@@ -175,7 +175,7 @@ def run_shard(
 
     Raises as `run` does.
     """
-    config = as_config(config_or_path)
+    config = as_config(config_or_path, rig=None)
     request = Request(
         config, None, _text(store), parse_shard(shard), on_error=on_error, progress=progress,
         notice=notice or _silent, dask=dask,

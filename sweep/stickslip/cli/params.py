@@ -164,7 +164,7 @@ MAP = click.option(
     "--map", "map_file", type=Place(),
     help="Map to draw the borders over, of the same cells.  [default: a coarse one is computed]",
 )  # fmt: skip
-KEEP_PARTS = click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
+KEEP_PARTS = click.option("--keep-parts", "keep", is_flag=True, help="Leave the finished blocks where they are.")
 RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 
 

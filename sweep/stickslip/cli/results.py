@@ -48,7 +48,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     ds = reading.look_into(file)
     if "quiet_above" in ds:
         return compare.show(ds)
-    if "status" not in ds and (printer := printer_for(ds)):
+    if ("status" not in ds or "model_rpn" in ds) and (printer := printer_for(ds)):
         if regimes or statuses or is_for_programs():
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
         return printer(ds)

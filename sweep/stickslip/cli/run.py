@@ -12,7 +12,7 @@ from math import prod
 from pathlib import Path
 from threading import Thread
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,11 +25,31 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.files.locations import Location
+    from stickslip.runs.blocks import Shard
     from stickslip.runs.request import Outcome, Request
     from stickslip.studies.study import Study
 
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
+
+
+def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `FRESH`
+    """The options about blocks, and where they are kept: `place`, `shard`, `fresh`, `keep` and `on_error`."""
+    return params.decorated(
+        command,
+        click.option(
+            "--store", "place", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]"
+        ),
+        click.option(
+            "--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no result."
+        ),
+        FRESH,
+        params.KEEP_PARTS,
+        click.option(
+            "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
+            help="Whether a block that fails ends the run.",
+        ),
+    )  # fmt: skip
 
 
 @click.command(
@@ -48,22 +68,15 @@ Examples:
 @params.plot_option()
 @click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
-@click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
-@click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")
-@FRESH
-@params.KEEP_PARTS
-@click.option(
-    "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
-    help="Whether a block that fails ends the run.",
-)  # fmt: skip
+@BLOCKS
 @params.DASK
 @params.THREADS
 @QUIET
 @JSON
 @reports_errors
 def run(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, store: str | None,
-    shard: str | None, fresh: bool, keep_parts: bool, on_error: Literal["continue", "stop"], dask: str | None,
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, shard: str | None,
+    dask: str | None, **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute the map a configuration asks for.
 
@@ -71,22 +84,29 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
     output the map is counted, plotted if a plot is asked for, and not kept.
     """
-    from stickslip.runs.blocks import parse_shard
     from stickslip.runs.request import Request
 
-    loaded, share = params.configuration(config), None
-    if shard is not None:
-        if fresh:
-            fail("--fresh --shard: other shards share the store; remove it first, or start over without --shard")
-        if isinstance(output, Path) and not output.absolute().parent.is_dir():
-            fail(f"{output}: no folder {output.parent}, which all shards need; make it first, or correct its name")
-        with refuses_bad_input("--shard"):
-            share = parse_shard(shard)
+    loaded = params.configuration(config)
+    share = shard_of(shard, blocks["fresh"], output)
     output = output or params.configured_target(loaded.output.file, "result")
     target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
-    request = Request(loaded, output, store, share, fresh, keep_parts, on_error, dask=dask)
+    request = Request(loaded, output, shard=share, dask=dask, **blocks)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
     return run_request(request, keep, Outputs(target, page=None if share else report))
+
+
+def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | None:
+    """The share of the blocks that `--shard` names. output : of all shards."""
+    from stickslip.runs.blocks import parse_shard
+
+    if text is None:
+        return None
+    if fresh:
+        fail("--fresh --shard: other shards share the store; remove it first, or start over without --shard")
+    if isinstance(output, Path) and not output.absolute().parent.is_dir():
+        fail(f"{output}: no folder {output.parent}, which all shards need; make it first, or correct its name")
+    with refuses_bad_input("--shard"):
+        return parse_shard(text)
 
 
 # --- for all commands that compute studies ----------------------------------------------------------------------------
@@ -136,7 +156,8 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     from stickslip.runs.request import Outcome
 
     runs.check_in_memory(request.config, request.dask)
-    them, size = "it" if study.name == "map" else "them", prod(study.shape)
+    them, were = ("them", "were") if study.name.endswith("s") else ("it", "was")
+    size = prod(study.shape)
     screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
     for law in study.kernels:
         engine.warm_up(law)
@@ -151,7 +172,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     show_result(ds)
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
-    screen.info(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep {them}: {keep}")
+    screen.info(f"the {study.name} {were} not kept; to keep {them}: {keep}")
     return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 

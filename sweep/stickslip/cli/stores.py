@@ -39,7 +39,7 @@ Examples:
 @QUIET
 @JSON
 @reports_errors
-def collect(config_or_store: str, store: str | None, output: Location | None, keep_parts: bool) -> dict[str, Any]:
+def collect(config_or_store: str, store: str | None, output: Location | None, keep: bool) -> dict[str, Any]:
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
@@ -51,7 +51,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     from stickslip.runs.request import request_for
 
     request = request_for(config_or_store, output, store, params.settings())
-    request = replace(request, keep=keep_parts, notice=screen.notice)
+    request = replace(request, keep=keep, notice=screen.notice)
     try:
         collected = collecting.collect(request)
     except StoreError as error:

@@ -34,6 +34,10 @@ def printer_for(ds: xr.Dataset) -> Callable[[xr.Dataset], None] | None:
         return _show_attractors
     if "probability" in ds:
         return _show_probabilities
+    if "model_rpn" in ds:
+        from stickslip.cli.rig_features import show_features
+
+        return show_features
     return next((printer for name, printer in printers.items() if name in ds.attrs), None)
 
 

@@ -6,15 +6,17 @@ wrong between the section of a study and the rest.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
+from stickslip.config.rigs import Drive
 from stickslip.config.rules import Finding, Space, findings
-from stickslip.config.sections import Drive
 from stickslip.config.studies import STUDIES, Refine
 from stickslip.errors import ArgumentError, Path, Problem, QuantityError
 from stickslip.vocabulary.models import model_of
@@ -22,8 +24,12 @@ from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.suggest import listed
 
-OF_RIGS = ("drive", "sensor")  # sections
+OF_RIGS = ("drive", "sensor", "features", "risk")  # sections
 STATES_IN_BOX = "expected no axis: the starting states are those of the box (attractors)"
+MOST_TESTS = 100_000  # of a rig
+MOST_SAMPLES = 20_000_000  # of one motion: 160 MB a signal
+FEWEST_SAMPLES = 16  # of a record
+_NARROWEST = 1e-6  # of the rate: bandwidths
 _MOST_IN_BOX = 18  # a box has at most about 2^18 cells: tiles of several boxes a side must fit into memory
 
 Between = tuple[float, float]
@@ -45,7 +51,7 @@ def misplaced(rig: bool, data: Mapping[str, Any]) -> Iterator[Problem]:
     if not rig:
         for key in OF_RIGS:
             if key in data:
-                yield Problem((key,), "expected no drive or sensor in a map", hint="stickslip rig computes rigs")
+                yield Problem((key,), f"expected no {key} in a map", hint="stickslip rig computes rigs")
         for path in varied:
             if path[-1] in DRIVE:
                 yield Problem(path, f"{path[-1]} belongs to the drive of a rig", hint="stickslip rig has one")
@@ -235,6 +241,8 @@ def state_axes(config: Config) -> Iterator[Path]:
 
 def check_study(config: Config, problems: ProblemCollector) -> None:
     """Note what is wrong between a section that asks for something else than a map, and the rest."""
+    if config.drive is not None:
+        _check_rig(config, problems)
     if config.border is not None or config.contours is not None:
         _check_lines(config, problems)
     for path in state_axes(config) if config.attractors else ():
@@ -289,3 +297,32 @@ def _broken_boxes(axes: Sequence[Axis], refine: Refine) -> Iterator[Finding]:
     elif refine.depth * len(dims) > _MOST_IN_BOX:
         hint = f"boxes would have 2^{refine.depth * len(dims)} cells in {len(dims)} dimensions"
         yield Finding(("refine", "depth"), f"at most {_MOST_IN_BOX // len(dims)}", hint)
+
+
+def _check_rig(config: Config, problems: ProblemCollector) -> None:
+    """Bandwidths are allowed by the sampling rate, tests are not too many, records neither too long nor too short."""
+    drive, sensor, features = config.drive, config.sensor, config.features
+    assert drive is not None and sensor is not None and features is not None
+    least, most = _NARROWEST * sensor.rate, 0.5 * sensor.rate
+    for section, bandwidth in (("sensor", sensor.bandwidth), ("features", features.bandwidth)):
+        if bandwidth is not None and bandwidth < least:
+            message = f"got {bandwidth:g} Hz, expected at least {least:g} Hz, a millionth of the rate of the sensor"
+            problems.add((section, "bandwidth"), message, "below, rounding takes over in the filter")
+        if bandwidth is not None and not bandwidth < most:
+            message = f"got {bandwidth:g} Hz, expected less than half the rate of the sensor, {most:g} Hz"
+            problems.add((section, "bandwidth"), message, "leave it out, or raise the rate")
+    tests = build_grid(config)
+    if tests.size > MOST_TESTS:
+        message = f"got {tests.size:,} tests, expected at most {MOST_TESTS:,}"
+        problems.add(("axes",), message, "use fewer points, or fewer axes")
+        return
+    durations = drive.duration(tests[:])
+    longest, shortest = float(durations.max()), float(durations.min())
+    fine = sensor.rate * sensor.oversampling
+    if (samples := longest * fine) > MOST_SAMPLES:
+        got = f"the longest test ({longest:.4g} s) takes {samples:.3g} samples, {sensor.oversampling} for one recorded"
+        message = f"{got}, expected at most {MOST_SAMPLES:.0e}"
+        problems.add(("sensor", "rate"), message, "lower the rate, the oversampling or the strokes")
+    if (fewest := math.ceil((math.ceil(shortest * fine - 1e-6) - 1) / sensor.oversampling)) < FEWEST_SAMPLES:
+        got = f"the shortest test ({shortest:.4g} s) has {fewest} samples"
+        problems.add(("sensor", "rate"), f"{got}, expected at least {FEWEST_SAMPLES}", "raise the rate")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from stickslip.config.checks import refined_axes
 from stickslip.config.model import Config, Group, Range, Values
-from stickslip.config.sections import Sensor
+from stickslip.config.rigs import Sensor
 from stickslip.config.unit_warnings import magnitudes
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.rigs import Drive, FeatureSettings, Sensor
+from stickslip.config.risk import Risk
 from stickslip.config.sections import (
-    Drive,
     Execution,
     Friction,
     Output,
     Section,
-    Sensor,
     Solver,
     Start,
     System,
@@ -37,6 +37,12 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
 from stickslip.vocabulary.settings import AXIS
+
+QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
+SECTIONS: dict[str, type[Section]] = {
+    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
+    "features": FeatureSettings, "risk": Risk,
+}  # fmt: skip
 
 # --- axes -------------------------------------------------------------------------------------------------------------
 
@@ -172,7 +178,7 @@ class Config(Section):
     """A whole configuration: every quantity exactly once, fixed or along an axis, everything in SI.
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
-    drive, sensor : of a test rig; None where the belt moves at a constant speed.
+    drive, sensor, features, risk : of a test rig; None where the belt moves at a constant speed.
     border, contours, margins, attractors, refine, uncertain : what is asked for instead of a map, at most one of them.
     Quantities that are uncertain are neither fixed nor along an axis.
     """
@@ -187,6 +193,8 @@ class Config(Section):
     output: Output
     drive: Drive | None = None
     sensor: Sensor | None = None
+    features: FeatureSettings | None = None
+    risk: Risk | None = None
     border: Border | None = None
     contours: Contours | None = None
     margins: Margins | None = None

@@ -14,12 +14,12 @@ from typing import Any
 
 from stickslip.config import checks, examples, rules
 from stickslip.config.fit_section import LAWS_FITTED, with_fits
-from stickslip.config.model import Axis, Config, Group, Range, Values
+from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.sections import QUANTITY_SECTIONS, SECTIONS, Solver
+from stickslip.config.sections import Solver
 from stickslip.config.studies import STUDIES
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
@@ -38,24 +38,27 @@ _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a configuration in Python
 
 
-def load_config(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
+def load_config(
+    path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = (), rig: bool | None = False
+) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (`examples.existing_config`).
 
     path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
         and arrays (`python.py`). Paths in it start at the folder that the program runs in.
-    settings : of a command line, which are put into it.
+    settings : of a command line, which are put into it. rig : whether it is that of a test rig, which has a drive; None
+        for either.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     document = overridden(document, settings)
-    config = read_document(document)
+    config = _read(document, rig)
     warn_of_units(document, config)
     return config
 
 
-def as_config(given: Given) -> Config:
-    """The configuration that was given: as it is, as a mapping, or as a file. Raises ConfigError."""
-    return given if isinstance(given, Config) else load_config(given)
+def as_config(given: Given, rig: bool | None = False) -> Config:
+    """The configuration that was given: as it is, as a mapping, or as a file. rig : as above. Raises ConfigError."""
+    return given if isinstance(given, Config) else load_config(given, rig=rig)
 
 
 def is_config(given: object) -> bool:
@@ -65,37 +68,44 @@ def is_config(given: object) -> bool:
     )
 
 
-def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = ()) -> Config:
+def is_rig(path: str | os.PathLike[str]) -> bool:
+    """True if a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
+    return _has_drive(read_yaml(examples.existing_config(path)))
+
+
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = (), rig: bool | None = None) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    settings : of a command line, which are put into the text. Raises ConfigError.
+    settings : of a command line, which are put into the text. rig : as for `load_config`. Raises ConfigError.
     """
-    return read_document(overridden(parse_yaml(text, name), settings))
+    return _read(overridden(parse_yaml(text, name), settings), rig)
 
 
-def make_config(data: Mapping[str, Any], name: str = "<data>") -> Config:
+def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None = False) -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return read_document(python_document(data, name))
+    return _read(python_document(data, name), rig)
 
 
-def read_document(document: Document, rig: bool = False, others: Collection[str] = ()) -> Config:
-    """The configuration in a document, its curve fitted if it names points; nobody is warned. Raises ConfigError.
+def _read(document: Document, rig: bool | None) -> Config:
+    """A document with its curve fitted, if it names points, and then checked."""
+    rig = _has_drive(document) if rig is None else rig
+    return _Reader(with_fits(document), rig).config().shown_in(written_units(document.data))
 
-    rig : with a drive. others : keys that are somebody else's.
-    """
-    return _Reader(with_fits(document), rig, others).config().shown_in(written_units(document.data))
+
+def _has_drive(document: Document) -> bool:
+    return isinstance(document.data, dict) and "drive" in document.data
 
 
 class _Reader(ProblemCollector):
     """Reads one document and collects what is wrong with it."""
 
-    def __init__(self, document: Document, rig: bool = False, others: Collection[str] = ()) -> None:
+    def __init__(self, document: Document, rig: bool) -> None:
         super().__init__(document)
-        self._rig, self._others = rig, others
+        self._rig = rig
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        known = [key for key in (*Config.model_fields, *self._others) if checks.belongs(self._rig, key)]
+        known = [key for key in Config.model_fields if checks.belongs(self._rig, key)]
         whole = self.mapping(self.document.data, (), f"the keys {listed(known)}")
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)

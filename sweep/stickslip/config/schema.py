@@ -6,20 +6,18 @@ exactly once, and what must hold between quantities, is checked by `load_config`
 
 from __future__ import annotations
 
-from stickslip.config.model import Range
+from stickslip.config.model import SECTIONS, Range
 from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
-from stickslip.config.sections import RANGE, SECTIONS, VALUE, Friction, Read, Schema, Section, number_schema
+from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Section, number_schema
 from stickslip.config.studies import STUDIES
 from stickslip.config.uncertain import Matrix, Sampling, Scatter, Subset, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.settings import AXIS
 from stickslip.vocabulary.suggest import listed
-
-_MEDIAN = "whether the median of the acceleration is subtracted as an offset"
 
 
 def json_schema() -> Schema:
@@ -40,15 +38,6 @@ def json_schema() -> Schema:
             "axes": _axes(),
             **{key: _section(model) for key, model in (SECTIONS | STUDIES).items() if key != "uncertain"},
             "uncertain": _uncertain(),
-            "features": _object(
-                {name: _described(row) for name, row in FEATURE_SETTINGS.items()}
-                | {"subtract_offset": {"type": "boolean", "description": _MEDIAN}},
-                "How the features of a record are read.",
-            ),
-            "risk": _object(
-                {name: _described(row) for name, row in RISK.items()},
-                "Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.",
-            ),
         },
     }
 
@@ -151,7 +140,7 @@ def _section(model: type[Section]) -> Schema:
         if field.default is not None and not field.is_required():
             properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
-    return _object(properties, str(model.__doc__)) | ({"required": required} if required else {})
+    return _object(properties, str(model.__doc__).splitlines()[0]) | ({"required": required} if required else {})
 
 
 def _schema_of(model: type[Section], name: str) -> Schema:

@@ -32,9 +32,9 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
-from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.settings import EXECUTION, SENSOR, SOLVER, STROKES
+from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
@@ -285,12 +285,12 @@ def with_rows(base: type[AnySection], rows: Mapping[str, Parameter], varied: boo
     return model
 
 
-def _with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
+def with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
     """The section with a field for each quantity that the vocabulary puts there."""
     return with_rows(base, of_section(section, QUANTITIES.values()), varied=True)
 
 
-class System(_with_quantities(Section, "system")):  # type: ignore[misc]
+class System(with_quantities(Section, "system")):  # type: ignore[misc]
     """The oscillator: a mass on a belt, held by a spring and a damper."""
 
 
@@ -305,11 +305,11 @@ class _Law(Section):
     )
 
 
-class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
+class Friction(with_quantities(_Law, "friction")):  # type: ignore[misc]
     """The friction curve, by its coefficients or by what is measured of it, and what else the contact is."""
 
 
-class Start(_with_quantities(Section, "start")):  # type: ignore[misc]
+class Start(with_quantities(Section, "start")):  # type: ignore[misc]
     """The initial state."""
 
 
@@ -336,20 +336,6 @@ class Execution(with_rows(Section, EXECUTION)):  # type: ignore[misc]
     )
 
 
-class _Profile(Section):
-    profile: Annotated[str, one_of(PROFILES)] = Field(
-        "trapezoid", description="speed over time: " + ", ".join(PROFILES)
-    )
-
-
-class Drive(_with_quantities(with_rows(_Profile, STROKES), "drive")):  # type: ignore[misc]
-    """How the belt of a test rig moves: reciprocating, from standstill, at speeds up to that of the belt (`system`)."""
-
-
-class Sensor(with_rows(Section, SENSOR)):  # type: ignore[misc]
-    """How a test rig is read: samples, bandwidth, noise."""
-
-
 class Output(Section):
     """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
 
@@ -372,9 +358,3 @@ class Output(Section):
     def _in_order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         """Each once, in the order of the vocabulary; without the regime nobody could tell what is computed."""
         return tuple(name for name in VARIABLES if name in (*value, "regime"))
-
-
-QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
-SECTIONS: dict[str, type[Section]] = {
-    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
-}  # fmt: skip

@@ -84,7 +84,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     shared = overridden(parse_yaml(text, source), settings).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source, settings).shown_in(units_shown(ds))
+    return parse_config(text, source, settings, rig=False).shown_in(units_shown(ds))
 
 
 def shared_by(ds: xr.Dataset) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
 
 def seconds(text: str, option: str = "--duration") -> float:
     """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
-    return _in_si(SOLVER["horizon"], text, option)
+    return in_si(SOLVER["horizon"], text, option)
 
 
 def value_of(name: str, text: str, option: str) -> float:
@@ -120,10 +120,11 @@ def value_of(name: str, text: str, option: str) -> float:
     if name not in PARAMETERS:
         hint = did_you_mean(name, PARAMETERS) or f"known are {', '.join(PARAMETERS)}"
         raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
-    return _in_si(PARAMETERS[name], text, option, name)
+    return in_si(PARAMETERS[name], text, option, name)
 
 
-def _in_si(row: Parameter, text: str, option: str, *path: str) -> float:
+def in_si(row: Parameter, text: str, option: str, *path: str) -> float:
+    """A value of a row of the vocabulary on the command line, in SI. Raises ConfigError."""
     try:
         return row.read(_number_or_text(text))
     except QuantityError as error:

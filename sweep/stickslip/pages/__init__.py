@@ -110,6 +110,11 @@ def warning(text: str, label: str = "Warning") -> str:
     return _part("warning", text.removesuffix("."), label)
 
 
+def legend(text: str, entries: Iterable[tuple[str, str]]) -> str:
+    """A line of plain text with entries, each of a class of the style sheet."""
+    return _part("legend", text, entries)
+
+
 def details(sections: Iterable[tuple[str, str]]) -> str:
     """Headings and HTML in small print, from a new sheet on."""
     return _part("details", sections)

@@ -52,14 +52,21 @@ _MOST = 5000  # rectangles of a regime; more are single cells here and there, on
 def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
     """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
     for name, pattern in patterns(variable).items():
-        low, high, left, right = rectangles(np.asarray(codes == list(FLAGS[variable]).index(name))).T
-        if not 0 < low.size <= _MOST:
-            continue
-        x, y = x_edges[np.stack([left, right, right, left, left])], y_edges[np.stack([low, low, high, high, low])]
-        closed = [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY]
-        path = Path(np.stack([x.T, y.T], axis=-1).reshape(-1, 2), np.tile(np.array(closed, np.uint8), low.size))
-        colour = ink(FLAG_COLOURS[variable][name])
-        ax.add_patch(PathPatch(path, facecolor="none", edgecolor=colour, hatch=pattern, linewidth=0.0, zorder=1.5))
+        inside = np.asarray(codes == list(FLAGS[variable]).index(name))
+        hatch_cells(ax, inside, pattern, FLAG_COLOURS[variable][name], x_edges, y_edges)
+
+
+def hatch_cells(
+    ax: Axes, inside: NDArray[np.bool_], pattern: str, colour: str, x_edges: Floats, y_edges: Floats
+) -> None:
+    """Hatch the cells of a colour that are `inside`, (rows, columns); edges one longer."""
+    low, high, left, right = rectangles(inside).T
+    if not 0 < low.size <= _MOST:
+        return
+    x, y = x_edges[np.stack([left, right, right, left, left])], y_edges[np.stack([low, low, high, high, low])]
+    closed = [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY]
+    path = Path(np.stack([x.T, y.T], axis=-1).reshape(-1, 2), np.tile(np.array(closed, np.uint8), low.size))
+    ax.add_patch(PathPatch(path, facecolor="none", edgecolor=ink(colour), hatch=pattern, linewidth=0.0, zorder=1.5))
 
 
 def patterns(variable: str) -> Mapping[str, str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from stickslip.config.risk import HIGHEST, INPUTS, LOWEST
 from stickslip.errors import ConfigError, Place, Problem
 from stickslip.files.tables import Cell, Table, cells, read_table
 from stickslip.fit.columns import HeadedTable, factor
@@ -19,7 +20,6 @@ from stickslip.rig.defects import reason_of
 from stickslip.rig.evaluation import features, risk_inputs
 from stickslip.rig.quantities import FEATURES
 from stickslip.rig.records import read_record
-from stickslip.rig.rpn import HIGHEST, INPUTS, LOWEST
 from stickslip.rig.settings import Settings
 from stickslip.vocabulary.suggest import listed
 

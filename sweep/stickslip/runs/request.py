@@ -109,7 +109,7 @@ def request_for(
     """
     text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
     if text is None or not _is_store(text):
-        config = as_config(place) if text is None else load_config(text, settings)
+        config = as_config(place, rig=None) if text is None else load_config(text, settings, rig=None)
         return Request(config, _output(output, config), store)
     config = block_store.config_of(block_store.find(folder_at(text)))
     if settings:

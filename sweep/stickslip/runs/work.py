@@ -28,6 +28,10 @@ def study_of(config: Config) -> Study:
     Rooms are imported when they are asked for: a map waits for none of them.
     """
     options = options_of(config)
+    if config.drive is not None:
+        from stickslip.rig.simulation import RigTests
+
+        return RigTests(config)
     if config.border is not None:
         from stickslip.studies.borders import border_study
 

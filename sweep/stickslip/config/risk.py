@@ -6,66 +6,48 @@ same inputs, range and bands:
     level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
 
 It rises with every feature, logarithmically, as loudness does. A comment on `RISK` in the vocabulary says where the
-default values come from; `calibrate.py` fits them to measured numbers.
+default values come from; `rig/calibration.py` fits them to measured numbers.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import create_model
 
+from stickslip.config.sections import Section
 from stickslip.vocabulary.settings import RISK
 
 RPN_NAME = "model RPN, not the rig maker's"
 FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, acceleration_max and acceleration_integral"
+INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
 LOWEST, HIGHEST = 1, 10
 BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
-INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
-_ROUNDED = 1e-5  # relative: a range is written with six digits
 UNDEFINED = 0  # the code of the band where a feature is not known; the number is NaN
+_ROUNDED = 1e-5  # relative: a range is written with six digits
+_RISK_FIELDS: dict[str, Any] = {name: (float, row.default) for name, row in RISK.items()}
 
-_DEFAULTS = {name: float(row.default) for name, row in RISK.items() if row.default is not None}
 
-
-@dataclass(frozen=True)
-class Risk:
-    """The parameters of the model, in SI: see `RISK`. Raises ValueError for those that are out of bounds.
+class Risk(create_model("risk_numbers", __base__=Section, **_RISK_FIELDS)):  # type: ignore[misc]
+    """Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.
 
     lowest_, highest_ : of each feature among the pairs the model was calibrated with; NaN: not known.
     """
 
-    base: float = _DEFAULTS["base"]
-    weight_sticks: float = _DEFAULTS["weight_sticks"]
-    weight_acceleration_max: float = _DEFAULTS["weight_acceleration_max"]
-    weight_acceleration_integral: float = _DEFAULTS["weight_acceleration_integral"]
-    scale_sticks: float = _DEFAULTS["scale_sticks"]
-    scale_acceleration_max: float = _DEFAULTS["scale_acceleration_max"]
-    scale_acceleration_integral: float = _DEFAULTS["scale_acceleration_integral"]
-    lowest_sticks: float = math.nan
-    highest_sticks: float = math.nan
-    lowest_acceleration_max: float = math.nan
-    highest_acceleration_max: float = math.nan
-    lowest_acceleration_integral: float = math.nan
-    highest_acceleration_integral: float = math.nan
+    rows = RISK
 
-    def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
-            if not RISK[name].allows(value):
-                raise ValueError(f"{name}: got {value:g}, expected {RISK[name].expected}")
-
-    @property
-    def known(self) -> dict[str, float]:
+    def resolved(self) -> dict[str, Any]:
         """The parameters by name, without those that are not known."""
-        return {name: value for name, value in asdict(self).items() if not math.isnan(value)}
+        return {name: value for name, value in self if not math.isnan(value)}
 
     @property
     def is_calibrated(self) -> bool:
         """True if the range of the pairs it was calibrated with is known, of any feature."""
-        return any(name.startswith(("lowest_", "highest_")) for name in self.known)
+        return any(name.startswith(("lowest_", "highest_")) for name in self.resolved())
 
     @property
     def scales(self) -> tuple[float, ...]:
