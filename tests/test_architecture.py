@@ -41,9 +41,8 @@ INNER_FLOORS = {
     ),
     "studies": ({"study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
-        {"blocks", "settings", "known_cells", "maps", "work", "memory"}, {"workdir"},
-        {"request", "existing_output", "probe"}, {"estimate", "threads"}, {"dask", "assembly"},
-        {"session", "collecting"},
+        {"blocks", "known_cells", "maps", "work", "memory"}, {"workdir"}, {"existing_output"},
+        {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},
     ),
 }  # fmt: skip
 MOST_LINES = 400  # of a file

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from traceback import format_exception
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -246,6 +247,11 @@ class UncomputedError(Exception):
     def __init__(self, message: str, trace: str) -> None:
         super().__init__(message, trace)
         self.message, self.trace = message, trace
+
+    @classmethod
+    def of(cls, error: Exception) -> UncomputedError:
+        """What an exception says."""
+        return cls(f"{type(error).__name__}: {error}", "".join(format_exception(error)))
 
     def __str__(self) -> str:
         return self.message

@@ -10,8 +10,8 @@ from matplotlib.colors import LogNorm, to_rgb
 
 from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, panels_of, speeds, stiffnesses
-from stickslip.dataset.axis import MapAxis, title
 from stickslip.dataset.build import trace_dataset
+from stickslip.dataset.display import MapAxis, title
 from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots import layout

@@ -20,9 +20,9 @@ from stickslip import progress
 from stickslip.cli import main, screen
 from stickslip.cli.screen import progress_bar
 from stickslip.config.reader import parse_config
+from stickslip.engine import processors
 from stickslip.errors import UnitWarning
 from stickslip.files import writing
-from stickslip.files.process import processors
 from stickslip.runs import blocks, collecting
 from stickslip.runs.estimate import Nodes
 

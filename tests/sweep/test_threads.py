@@ -20,7 +20,7 @@ from helpers.maps import plane
 from stickslip.engine import compiled
 from stickslip.errors import StoreError
 from stickslip.files import writing
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK
 from stickslip.runs import maps
 
 TESTS = Path(__file__).parents[1]
@@ -203,7 +203,7 @@ import os, signal, sys, threading, time
 import stickslip
 from helpers.maps import plane
 from stickslip.files import writing
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK
 folder, ds, locked = sys.argv[1], plane(20, 20), threading.Event()
 writing.write(ds, f"{folder}/map.nc")
 import h5py

@@ -14,8 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.config.unit_warnings import friction_question_of_cells
-from stickslip.dataset.build import evaluated_dataset, grid_coordinates, trace_dataset
-from stickslip.dataset.given import given_cells
+from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import Interrupted, QuantityError, UnitWarning

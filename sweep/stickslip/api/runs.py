@@ -23,7 +23,7 @@ from stickslip.runs import collecting, session
 from stickslip.runs.blocks import parse_shard
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.memory import compute_study
-from stickslip.runs.request import OnError, Outcome, Request, request_for
+from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.suggest import suggest
@@ -83,11 +83,10 @@ def run(
         check_in_memory(config, dask)
         return _run_in_memory(config, progress)
     with watched(progress) as moved:
-        request = Request(
-            config, location(output), _text(store), None, fresh, keep_parts, on_error, moved,
-            notice=notice or _silent, dask=dask,
-        )  # fmt: skip
-        session.run(request)
+        session.run(Request(
+            config, location(output), store, None, fresh, keep_parts, on_error, moved, notice=notice or _silent,
+            dask=dask,
+        ))  # fmt: skip
     return open(output)
 
 
@@ -175,12 +174,10 @@ def run_shard(
 
     Raises as `run` does.
     """
-    config = as_config(config_or_path, rig=None)
-    request = Request(
-        config, None, _text(store), parse_shard(shard), on_error=on_error, progress=progress,
+    return session.run(Request(
+        as_config(config_or_path, rig=None), None, store, parse_shard(shard), on_error=on_error, progress=progress,
         notice=notice or _silent, dask=dask,
-    )  # fmt: skip
-    return session.run(request)
+    ))  # fmt: skip
 
 
 def collect(
@@ -197,14 +194,14 @@ def collect(
         itself.
     output : file to write; None takes that of the configuration. A store is removed once its map is complete.
     """
-    request = request_for(config_or_store, output, _text(store))
+    request = request_for(config_or_store, output, store)
     collected = collecting.collect(replace(request, keep=keep_parts, notice=notice or _silent))
     return open(collected.output)
 
 
 def status(config_or_store: Given, *, store: str | os.PathLike[str] | None = None) -> collecting.Status:
     """The progress of the run of a configuration, or of a working store, and who works on it."""
-    return collecting.status(request_for(config_or_store, None, _text(store)))
+    return collecting.status(request_for(config_or_store, None, store))
 
 
 def retry_failed(
@@ -217,12 +214,8 @@ def retry_failed(
     dask: str | Client | None = None,
 ) -> Outcome:
     """Compute blocks that failed again; the map is written if nothing is missing then. Raises as `run` does."""
-    request = request_for(config_or_store, output, _text(store))
+    request = request_for(config_or_store, output, store)
     return session.retry_failed(replace(request, progress=progress, notice=notice or _silent, dask=dask))
-
-
-def _text(place: str | os.PathLike[str] | None) -> str | None:
-    return None if place is None else os.fspath(place)
 
 
 def _silent(_: str) -> None:

@@ -15,7 +15,7 @@ from stickslip.cli.summary import printer_for
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
-    from stickslip.dataset.survey import Survey
+    from stickslip.dataset.summary import Survey
     from stickslip.files.locations import Location
 
 _UNDECIDED = ("failed", "unresolved")
@@ -42,7 +42,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     says what was found.
     """
     from stickslip.config.select import recipe_of
-    from stickslip.dataset import survey as inspection
+    from stickslip.dataset import summary as inspection
     from stickslip.files import reading
 
     ds = reading.look_into(file)
@@ -79,7 +79,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
 
 def _list_cells(survey: Survey, file: str) -> None:
     """Print a command for each cell, under its regime and status."""
-    from stickslip.dataset.survey import NOT_KEPT
+    from stickslip.dataset.summary import NOT_KEPT
 
     by_fate = sorted(survey.cells, key=lambda cell: (cell.regime, cell.status))
     for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):

@@ -61,7 +61,7 @@ def run(
     same command resumes what was interrupted.
     """
     from stickslip.rig import RigTests, load_rig
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
     loaded = load_rig(config, params.settings())
     output = output or params.configured_target(loaded.output.file, "result")

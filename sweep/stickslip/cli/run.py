@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
     from stickslip.runs.blocks import Shard
-    from stickslip.runs.request import Outcome, Request
+    from stickslip.runs.session import Outcome, Request
     from stickslip.studies.study import Study
 
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
@@ -84,7 +84,7 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
     output the map is counted, plotted if a plot is asked for, and not kept.
     """
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
     loaded = params.configuration(config)
     share = shard_of(shard, blocks["fresh"], output)
@@ -153,7 +153,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     """A run that writes no file, and says so; `keep` is the command that does."""
     from stickslip import engine
     from stickslip.api import runs
-    from stickslip.runs.request import Outcome
+    from stickslip.runs.session import Outcome
 
     runs.check_in_memory(request.config, request.dask)
     them, were = ("them", "were") if study.name.endswith("s") else ("it", "was")
@@ -215,9 +215,13 @@ def execute(
 
 def _import_what_follows(output: Location | None, will_draw: bool) -> None:
     """Import the modules that write and draw while the kernels compute: half a second."""
-    writer = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
+    from stickslip.files.netcdf import load_h5py
+
     with suppress(ImportError):  # whoever needs it will say so
-        import_module(f"stickslip.files.{writer}")
+        if output is not None and output.suffix == ".zarr":
+            import_module("stickslip.files.zarr_chunks")
+        else:
+            load_h5py()
         if will_draw:
             import_module("stickslip.plots")
 

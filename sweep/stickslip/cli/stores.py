@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.files.locations import Location
     from stickslip.runs.collecting import Status
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
 
 def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
@@ -48,7 +48,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     from stickslip.errors import StoreError
     from stickslip.files import reading
     from stickslip.runs import collecting
-    from stickslip.runs.request import request_for
+    from stickslip.runs.session import request_for
 
     request = request_for(config_or_store, output, store, params.settings())
     request = replace(request, keep=keep, notice=screen.notice)
@@ -103,7 +103,7 @@ def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     Names a configuration, or the folder or URL of a store.
     """
     from stickslip.runs import collecting
-    from stickslip.runs.request import request_for
+    from stickslip.runs.session import request_for
     from stickslip.runs.workdir.block_store import is_empty
 
     request = request_for(config_or_store, None, store, params.settings())
@@ -154,7 +154,7 @@ def retry_failed(config_or_store: str, store: str | None, output: Location | Non
     The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
     """
     from stickslip.runs import session
-    from stickslip.runs.request import request_for
+    from stickslip.runs.session import request_for
     from stickslip.runs.work import study_of
 
     request = replace(request_for(config_or_store, output, store, params.settings()), dask=dask)

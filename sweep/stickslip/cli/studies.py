@@ -40,7 +40,7 @@ def _run_study(
     """
     from stickslip.config.sections import Output
     from stickslip.config.studies import alone
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
     update = {**alone(*section), "output": Output.model_construct(file=None, plot=None)}
     with refuses_bad_input(place):

@@ -88,7 +88,7 @@ def _cells_over(ds: xr.Dataset, dims: tuple[Any, ...]) -> Iterator[tuple[str, xr
     """Each cell over some dimensions: its place as the beginning of a line of text, and its part of the dataset."""
     import numpy as np
 
-    from stickslip.dataset.axis import MapAxis
+    from stickslip.dataset.display import MapAxis
 
     axes = [MapAxis(ds, dim, plain=True) for dim in dims]
     for place in np.ndindex(tuple(ds.sizes[dim] for dim in dims)):

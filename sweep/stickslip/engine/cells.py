@@ -14,9 +14,8 @@ from stickslip.engine.dispatch import has_own_kernels, run_regimes
 from stickslip.engine.margins import integrate_closely
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns, whole_numbers
 from stickslip.engine.scales import to_kernel, to_si
-from stickslip.engine.threads import spread, stop_flag
+from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.errors import StoppedError
-from stickslip.files.process import processors
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes

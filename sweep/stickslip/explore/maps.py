@@ -16,9 +16,8 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
 from stickslip.dataset import coarse
-from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
 from stickslip.explore.view import FULL, Sides, View

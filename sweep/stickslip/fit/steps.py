@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.atomic import replaced
 from stickslip.files.tables import read_table
+from stickslip.files.targets import replaced
 from stickslip.fit.columns import HeadedTable, factor
 from stickslip.fit.headings import Heading, heading, plain
 from stickslip.fit.uncertainty import Floats

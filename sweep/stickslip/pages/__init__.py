@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader
 from matplotlib.figure import Figure
 
-from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import check_target, replaced
 from stickslip.plots.layout import fit
 from stickslip.plots.palette import VERMILLION
 

@@ -11,9 +11,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from stickslip.config.yaml import parse_yaml
-from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import chunks
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
 from stickslip.errors import ConfigError, PlotError
 from stickslip.pages import (

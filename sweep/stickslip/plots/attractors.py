@@ -12,9 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.axis import title as array_title
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import MapAxis, unit_of
+from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply, shade

@@ -20,8 +20,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
-from stickslip.files.atomic import replaced
-from stickslip.files.targets import NO_FILE_NAME, check_target
+from stickslip.files.targets import NO_FILE_NAME, check_target, replaced
 from stickslip.plots import marks
 from stickslip.plots.options import inches
 

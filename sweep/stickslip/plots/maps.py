@@ -15,10 +15,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
-from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.axis import title as array_title
 from stickslip.dataset.coarse import pixel_for, pixel_note
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import MapAxis, unit_of
+from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import MAX_PANELS, selected
 from stickslip.dataset.summary import why_absent
 from stickslip.errors import PlotError

@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
-from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
+from stickslip.dataset.display import MapAxis
 from stickslip.dataset.polylines import border_lines, other_cells
 from stickslip.errors import PlotError
 

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
 from stickslip.plots.axes import shade

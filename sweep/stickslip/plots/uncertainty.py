@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.fixed_values import fixed_note

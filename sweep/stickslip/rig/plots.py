@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from stickslip.config.risk import BANDS, RPN_NAME, UNDEFINED, rpn_text
-from stickslip.dataset import axis
+from stickslip.dataset import display as axis
 from stickslip.dataset.display import si_unit
 from stickslip.errors import PlotError
 from stickslip.plots import palette

@@ -24,8 +24,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.atomic import replaced
 from stickslip.files.tables import Table, line_of, read_table
+from stickslip.files.targets import replaced
 from stickslip.fit.columns import HeadedTable, factor, load_above, stated
 from stickslip.fit.headings import RECORD, Heading, heading, words_for
 from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME

@@ -37,10 +37,10 @@ class MapStudy(Study):
         return Finished(computed.results, computed.complete)
 
     def compute_some(
-        self, items: range, wanted: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
+        self, items: range, chosen: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
     ) -> Finished:
-        """Those cells of a range that `wanted` marks, one flag per cell."""
-        cells = self.grid.pick(items.start + np.flatnonzero(wanted))
+        """Those cells of a range that `chosen` marks, one flag per cell."""
+        cells = self.grid.pick(items.start + np.flatnonzero(chosen))
         computed = compute_range(cells, 0, cells.size, self.options, stop, moved)
         return Finished(computed.results, computed.complete)
 

@@ -15,7 +15,7 @@ from stickslip.config.model import Config
 from stickslip.config.options import map_options_of, options_of
 from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.files.locations import Location
-from stickslip.files.packing import NETCDF, PLAIN
+from stickslip.files.netcdf import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.known_cells import KnownCells
 from stickslip.runs.maps import MapStudy

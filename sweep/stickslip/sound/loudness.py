@@ -23,8 +23,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of
 from stickslip.config.studies import STUDIES
-from stickslip.dataset.build import grid_coordinates, variable_of
-from stickslip.dataset.given import given_cells
+from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
 from stickslip.errors import StoppedError

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
-from stickslip.files.atomic import replaced
+from stickslip.files.targets import replaced
 from stickslip.sound.series import HIGHEST
 
 Floats = NDArray[np.float64]

@@ -20,9 +20,9 @@ from stickslip.config.studies import Border, alone
 from stickslip.dataset.summary import why_absent
 from stickslip.engine import bytes_per_cell, columns
 from stickslip.errors import ConfigError, PlotError, StoreError
-from stickslip.runs.settings import fingerprint
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir.encoding import decode
+from stickslip.runs.workdir.manifest import fingerprint
 from stickslip.vocabulary.results import VARIABLES
 
 SIDE = 30

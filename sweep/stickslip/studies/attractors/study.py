@@ -14,8 +14,7 @@ from stickslip.config.checks import STATES_IN_BOX, state_axes
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Attractors
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.given import given_cells
+from stickslip.dataset.build import given_cells, grid_coordinates
 from stickslip.dataset.studies import attractor_dataset
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError

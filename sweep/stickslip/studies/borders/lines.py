@@ -21,7 +21,7 @@ from stickslip.config.checks import (
 )
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.dataset.given import given_cells
+from stickslip.dataset.build import given_cells
 from stickslip.engine import Options
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.search import Floats, Integers, Scan

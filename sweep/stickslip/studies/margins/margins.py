@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Margins
-from stickslip.dataset.build import grid_coordinates, parameter_variable
-from stickslip.dataset.given import given_cells
+from stickslip.dataset.build import given_cells, grid_coordinates, parameter_variable
 from stickslip.dataset.studies import ON_SIDES, SIDES, margin_dataset
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
