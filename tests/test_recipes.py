@@ -267,7 +267,7 @@ def test_the_law_of_the_page_is_added_as_the_page_says(tmp_path):
     law, use = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     names, row = re.findall(r"^    (_NAMES = .*|\"\w+\": .*)$", page, re.MULTILINE)
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels" / "stickslip_kernels" / "laws"
+    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
     (laws / "lorentzian.py").write_text(law, encoding="utf-8")
     old = (laws / "__init__.py").read_text(encoding="utf-8")
     (laws / "__init__.py").write_text(re.sub(r"^_NAMES = .*$", names, old, flags=re.MULTILINE), encoding="utf-8")
@@ -295,10 +295,10 @@ assert near[0] < 0 < near[1]
 def test_a_new_law_is_a_file_and_its_row(tmp_path):
     """A law that has the shape of another moves as that one does."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels" / "stickslip_kernels" / "laws"
+    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
     text = (laws / "rational.py").read_text(encoding="utf-8").replace("Rational", "Halving")
     (laws / "halving.py").write_text(re.sub(r"Halving\(\d+\)", "Halving(4)", text), encoding="utf-8")
-    copy.insert("kernels/stickslip_kernels/laws/__init__.py", '"rational", "cubic"', ', "halving"')
+    copy.insert("kernels/stickslip_kernels/contacts/stribeck/laws/__init__.py", '"rational", "cubic"', ', "halving"')
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
     copy.run(f"""
 import numpy as np
@@ -306,4 +306,55 @@ import stickslip
 old, new = (stickslip.evaluate({CELL}, law=law) for law in ("rational", "halving"))
 for name in old.data_vars:
     np.testing.assert_array_equal(old[name], new[name])
+""")
+
+
+@pytest.mark.slow
+def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_model(tmp_path):
+    """Dahl's, whose motion is held against SciPy."""
+    copy = Copy(tmp_path, ["sweep", "kernels"])
+    contacts, models = tmp_path / "kernels/stickslip_kernels/contacts", tmp_path / "sweep/stickslip/vocabulary/models"
+    shutil.copy(ROOT / "tests/data/dahl/contact.py", contacts / "dahl.py")
+    shutil.copy(ROOT / "tests/data/dahl/model.py", models / "dahl.py")
+    copy.insert("kernels/stickslip_kernels/contacts/__init__.py", '"stribeck.modes",', ' "dahl"')
+    copy.insert("sweep/stickslip/vocabulary/models/__init__.py", "= (STRIBECK,", " DAHL")
+    copy.insert(
+        "sweep/stickslip/vocabulary/models/__init__.py", "FORMULA, STRIBECK\n",
+        "from stickslip.vocabulary.models.dahl import DAHL\n",
+    )  # fmt: skip
+    copy.run("""
+import numpy as np
+import stickslip
+from scipy.integrate import solve_ivp
+from stickslip.config.reader import make_config
+cell = dict(mass=2.0, stiffness=50.0, damping=1.0, normal_load=10.0, belt_speed=0.1)
+contact = dict(friction_limit=0.4, contact_stiffness=800.0)
+found = stickslip.evaluate(cell | contact | dict(damping=[1.0, 25.0]), law="dahl")
+assert found["regime"].values.tolist() == [2, 3], found
+np.testing.assert_allclose(found["settled_displacement"], 0.4 * 10 / 50)
+assert "tendency" not in found and "a1" not in found.coords
+def motion(t, state):
+    x, v, z = state
+    w = 0.1 - v
+    return v, (z * 10 - 50 * x - 1.0 * v) / 2, 80 * w * (1 - z / 0.4 * np.sign(w))
+times = np.linspace(0, 4, 81)
+exact = solve_ivp(motion, (0, 4), (0, 0.1, 0), "DOP853", times, rtol=1e-11, atol=1e-13).y
+trace = stickslip.simulate(duration=4.0, samples=81, law="dahl", **cell, **contact)
+for name, values in zip(("displacement", "velocity", "friction_coefficient"), exact):
+    np.testing.assert_allclose(trace[name], values, atol=2e-5 * np.abs(values).max(), err_msg=name)
+system = {name: value for name, value in cell.items() if name != "stiffness"}
+config = make_config(dict(system=system, friction=dict(law="dahl") | contact, axes=dict(stiffness=[20.0, 50.0, 90.0])))
+assert make_config(config.resolved()) == config and "a1" not in config.fixed()
+result = stickslip.run(config)
+np.testing.assert_allclose(result["settled_displacement"], 4.0 / result["stiffness"])
+assert result["regime"].values.tolist() == [2, 2, 2] and result["friction_limit"] == 0.4
+assert stickslip.border(cell | contact, "damping", (0.1, 40.0), law="dahl")["regime_below"].values.ravel()[0] == 2
+from stickslip.config.grid import build_grid
+from stickslip.engine import compute_rigs, kernels_for, Options, Sampling, stop_flag
+from stickslip.vocabulary.cell_values import as_cells
+options = Options(law="dahl")
+assert kernels_for(build_grid(config), options) == ("dahl",)
+drive = [np.array([[0.5, 0.0, 0.2], [2.0, 0.1, 0.0], [1.0, 0.1, -0.2]])]
+rigs = compute_rigs(as_cells(cell | contact, "dahl"), drive, Sampling(50.0, np.zeros(1)), options, stop_flag())
+assert abs(rigs.results["energy_error"][0]) < 1e-9 and rigs.results["friction_heat"][0] > 0.0
 """)

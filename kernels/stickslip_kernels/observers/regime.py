@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 from .. import layout as at
 from .. import observers
-from ..contact import DONE
+from ..contacts.stribeck.friction import coefficient_slope, least_coefficient, stable_speeds
+from ..contacts.stribeck.hysteresis_line import along_line
 from ..events import NO_EVENT, TURNED
 from ..exponential import exp
-from ..friction import coefficient_slope, least_coefficient, stable_speeds
-from ..hysteresis_line import along_line
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
+from ..machine import DONE
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,

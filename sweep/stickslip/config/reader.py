@@ -128,8 +128,9 @@ class _Reader(ProblemCollector):
         if ramp := checks.ramp_of_no_use(sections["drive"], given):
             self.add(ramp.path, ramp.message, ramp.hint, at_key=True)
         law = sections["friction"].law
+        of_model = quantities_of_model(model_of(law))
         fixed = {name: value for key in QUANTITY_SECTIONS for name, value in sections[key]
-                 if name in quantities_of_model(model_of(law)) and value is not None}  # fmt: skip
+                 if name in of_model and value is not None}  # fmt: skip
         if self._rig:
             fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
         for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), law)):
@@ -137,7 +138,7 @@ class _Reader(ProblemCollector):
         self.raise_any()
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
-            absent = {name: QUANTITIES[name].default for name in own if name not in given}
+            absent = {name: QUANTITIES[name].default if name in of_model else None for name in own if name not in given}
             sections[key] = sections[key].model_copy(update=absent)
         of_maps = {} if self._rig else dict.fromkeys(checks.OF_RIGS)
         config = Config(title=str(title).strip(), axes=tuple(axes), **{**sections, **of_maps, **studies})

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.exponents import run_signals
+from stickslip.engine.dispatch import run_signals
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Parameters

@@ -1,4 +1,4 @@
-"""Measured friction over slip speed, fitted by a1 + a2 w + a3 shape(w/a4): the Stribeck curve or another law.
+"""Measured friction over slip speed, fitted by level + slope w + drop shape(w/decay): Stribeck's curve or others.
 
 Repeats of a material differ by more than the scatter of the points of each, and not only in level: what varies from
 repeat to repeat is the whole curve. So nothing is assumed about how. The curve is fitted to all points, and again
@@ -25,11 +25,11 @@ from stickslip.fit.models import STRAIGHT, WEAKENING, Chosen, MeasuredPoints
 from stickslip.fit.quality import Quality
 from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, covariance, points_of, r_squared, rms, student
 from stickslip.theory import stribeck
-from stickslip.vocabulary.models import CURVE, FITTED, LAWS
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED, LAWS
 
 BEST = "best"  # of all laws
 _FEWEST = 4  # distinct speeds; as many as coefficients
-_AT_END = 0.01  # share of a4 within which it is at the end of the range that was searched
+_AT_END = 0.01  # share of the decay speed within which it is at the end of the range that was searched
 _CHANCE = 0.003  # of an outlier among points that have none
 _MOST_OUTLIERS = 10  # one point in so many, and one at least, may be left out
 _BAND = 2000  # curves drawn for a band
@@ -53,8 +53,9 @@ def fit_curve(
     -------
     CurveFit
         All coefficients are >= 0 where the points show a declining branch. Where they fall all the way but do not
-        determine four coefficients, a2 is taken as 0; where they show a rise from zero speed instead, a3 < 0; where
-        they show neither, a3 = 0. A point that is no scatter of the others' (1 %, Monte Carlo) is left out.
+        determine four coefficients, the slope is taken as 0; where they show a rise from zero speed instead, the drop
+        is < 0; where they show neither, it is 0. A point that is no scatter of the others' (1 %, Monte Carlo) is left
+        out.
 
     Raises
     ------
@@ -183,8 +184,8 @@ def _apart(points: MeasuredPoints) -> int | None:
 
 
 def _covariance(points: MeasuredPoints, chosen: Chosen, variance: float) -> Floats:
-    """Of a1 to a4; inf on the diagonal where the points determine nothing."""
-    fixed = [name in chosen.form.assumed or (name == "a4" and chosen.best[2] == 0) for name in CURVE]
+    """Of the coefficients; inf on the diagonal where the points determine nothing."""
+    fixed = [name in chosen.form.assumed or (name == CURVE.decay and chosen.best[2] == 0) for name in CURVE]
     unit = covariance(np.where(fixed, 0.0, points.jacobian(chosen.best) / points.units))
     with np.errstate(invalid="ignore"):
         matrix = np.where(unit == 0, 0.0, unit * variance)
@@ -200,13 +201,13 @@ def _errors(matrix: Floats) -> dict[str, float]:
 
 
 def _at_bound(estimates: Mapping[str, float], chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
-    """Estimates, mu_start among them, at the end of the range that was allowed."""
-    values = {name: estimates[name] for name in CURVE[:3]} | {"mu_start": estimates["a1"] + estimates["a3"]}
-    floor = {*chosen.form.nonnegative, "mu_start"} - {*chosen.form.assumed}
+    """Estimates, friction at break-away among them, at the end of the range that was allowed."""
+    values = {name: estimates[name] for name in CURVE[:3]} | {BREAKAWAY: estimates[CURVE.level] + estimates[CURVE.drop]}
+    floor = {*chosen.form.nonnegative, BREAKAWAY} - {*chosen.form.assumed}
     at_end = [name for name, value in values.items() if name in floor and value == 0.0]
     low, high = points.limits
     if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < chosen.best[3] < high * (1 - _AT_END):
-        at_end.append("a4")
+        at_end.append(CURVE.decay)
     return tuple(at_end)
 
 

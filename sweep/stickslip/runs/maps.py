@@ -29,9 +29,8 @@ class MapStudy(Study):
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """By the exponents of the cells, of which some have kernels of their own."""
-        varied = [c.values for c in self.grid.coords if c.name == "delta"]
-        return kernels_for(self.options, np.unique(varied).tolist() if varied else [self.grid.fixed["delta"]])
+        """By the cells, of which some may have kernels of their own."""
+        return kernels_for(self.grid, self.options)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The numbers of an undivided run, bit for bit."""

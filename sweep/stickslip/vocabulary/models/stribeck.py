@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import inf, log
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, Rule, Slider, Values
+from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider, Values
 from stickslip.vocabulary.parameter import FALL, FRICTION, NAN, Parameter, Variable, table
 
 if TYPE_CHECKING:
@@ -291,10 +291,8 @@ class _Stribeck(Model):
     def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
         start = cell["mu_start"] if "mu_start" in cell else cell.get("a1", 0.0) + cell.get("a3", 0.0)
         doubling = start / max(abs(cell["belt_speed"]), 1e-3)  # so much doubles friction at the belt speed
-        friction, shift = (
-            (0.0, rounded(2.0 * start), 0.0),
-            rounded(2.0 * start * cell["normal_load"] / cell["stiffness"]),
-        )
+        shift = rounded(2.0 * start * cell["normal_load"] / cell["stiffness"])
+        friction = 0.0, rounded(2.0 * start), 0.0
         return {
             "a1": friction, "a3": friction, "mu_start": friction,
             "a2": (0.0, rounded(3.0 * abs(cell.get("a2", 0.0)) or doubling), 0.0),
@@ -322,4 +320,6 @@ STRIBECK = _Stribeck(
     static="mu_static",
     measured=_MEASURED,
     of_laws={"delta": ("stribeck_delta",), **dict.fromkeys(_MEASURED, ("stribeck",))},
+    # Exponents with which the motion has a Taylor series.
+    own_kernels={"stribeck_delta": OwnKernels("delta", "DELTA", {1.0: "stribeck", 2.0: "gaussian"})},
 )

@@ -1,34 +1,37 @@
 """The state machine of the contact: stick, rise, fast, fall, hold.
 
-Everything here is scalar and rare: `start_cell` puts a cell into a lane, `handle_event` looks at a lane whose step met
+Everything here is scalar and rare: `begin_cell` puts a cell into a lane, `handle_event` looks at a lane whose step met
 something. Slip on the curve (`slip.py`: rise, fast) is left to the lanes; stick (`stick.py`), fall and hold
 (`hysteresis.py`) are closed forms and pass inside one call. The machine ends modes and segments of the drive; an
 observer sees the rest (`observers`). Functions return RUNNING when the lane goes on slipping and DONE when its cell is
-finished. `m` is the `Contact`, `i` the lane, `c` the cell; u, w, b are displacement, slip speed and belt speed in the
+finished. `m` is the `Machine`, `i` the lane, `c` the cell; u, w, b are displacement, slip speed and belt speed in the
 frame of `layout.py`.
 """
 
 from math import isfinite, isnan, nan
+from typing import NamedTuple
 
-from . import layout as at
-from . import observers
-from .contact import DONE, RUNNING
-from .drive import belt_in_lane, flip, next_segment, open_drive, segment_is_over
-from .equations import jerk_in_lane, weakening_in_lane
-from .events import LEVEL_REACHED, NO_EVENT, find_event
-from .friction import speed_of_minimum
+from ... import contacts, observers
+from ... import layout as at
+from ...drive import belt_in_lane, flip, next_segment, open_drive, segment_is_over
+from ...events import LEVEL_REACHED, NO_EVENT, TURNED, end_motion, grazes, may_turn, reaches, turn_time
+from ...jit import compiled
+from ...machine import DONE, RUNNING
+from ...observers.regime import Regime
+from ...roots import arrival
+from . import laws, stepping
+from .equations import jerk_in_lane, slope_in_lane, state_at, weakening_in_lane
+from .friction import coefficient, speed_of_minimum
 from .hysteresis import fall
-from .jit import compiled
 from .resolvable import know_steepness
 from .slip import begin_slip, displacement_in_lane, enter_curve, set_slip
-from .stepping import restart
 from .stick import stick
 
 # --- starting -------------------------------------------------------------------------------------------------------
 
 
 @compiled
-def start_cell(m, i, c):
+def begin_cell(m, i, c):
     """Put cell c into lane i and bring it to its first slip."""
     s, cells = m.s, m.cells
     for row in range(at.CELL_ROWS):
@@ -69,6 +72,32 @@ def start_sliding(m, i, xi, relative):
 
 
 @compiled(inline=True)
+def find_event(law, s, i):
+    """Return what ends the mode of lane i inside the step it has just tried.
+
+    Returns (kind, time from the step start, y, w, w', friction work up to there); for NO_EVENT the end of the step.
+    """
+    h, side, level = s[at.TAKEN + i], s[at.SIDE + i], s[at.LEVEL + i]
+    w1, dw1 = s[at.W_NEW + i], s[at.DW_NEW + i]
+    reached = reaches(s, i, w1)
+    end, at_end = h, end_motion(s, i)  # the level, if reached, is reached before this
+    turns = s[at.TURN + i] > 0.0 and may_turn(s, i, h, dw1)
+    if turns or (not reached and grazes(s, i, h, w1, dw1)):
+        turn = turn_time(s, i)
+        if turn >= 0.0:
+            y, w, dw, work = state_at(law, s, i, turn)
+            if reaches(s, i, w):
+                reached, end, at_end = True, turn, (w, 0.0, 0.0, 0.0)
+            elif s[at.TURN + i] > 0.0:
+                return TURNED, turn, y, w, 0.0, work
+    if not reached:
+        return NO_EVENT, h, s[at.Y_NEW + i], w1, dw1, s[at.WORK + i]
+    end, rise, work = arrival(s, i, level, side, end, at_end)
+    y = s[at.Y + i] + rise
+    return LEVEL_REACHED, end, y, level, slope_in_lane(law, s, i, y, level), work
+
+
+@compiled(inline=True)
 def handle_event(m, i):
     """Look at lane i, whose last step was flagged: observe it, commit it, change the mode, or finish the cell."""
     s = m.s
@@ -85,7 +114,7 @@ def handle_event(m, i):
     if kind == NO_EVENT:
         observers.observe_no_event(m, i)
     else:
-        restart(m.law, s, i, s[at.TAKEN + i])
+        stepping.restart(m.law, s, i, s[at.TAKEN + i])
         if change_mode(m, i, kind) == DONE:
             return DONE
     if observers.is_over(m, i):
@@ -140,7 +169,38 @@ def slip_into_next_segment(m, i):
     if not next_segment(m, i):
         return observers.finish(m, i, at.HORIZON_REACHED, u, belt_in_lane(m, i, 0.0) - w)
     set_slip(m, i, u, w, False)
-    restart(m.law, s, i, s[at.TAKEN + i])
+    stepping.restart(m.law, s, i, s[at.TAKEN + i])
     if s[at.DW + i] < 0.0 and w <= s[at.W_MIN + i]:
         return stick(m, i, u, True) if w == 0.0 else fall(m, i, u, w, s[at.DW + i])
     return RUNNING
+
+
+# --- the contract of contacts -----------------------------------------------------------------------------------------
+
+
+class StribeckContact(NamedTuple):
+    """Tag of this contact."""
+
+    code: int
+
+
+TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS, Regime
+
+
+def try_step(m):
+    stepping.try_step(m.law, m.s, m.rtol)
+
+
+def steady_friction(contact, law, cells, c, w):
+    return coefficient(law, cells, c, w)
+
+
+def friction(m, i, t, w):
+    return m.s[at.OFFSET + i] + m.s[at.SLOPE + i] * w + weakening_in_lane(m.law, m.s, i, w)
+
+
+def extreme_slope(m, i, h, at_end):
+    return stepping.extreme_slope(m.law, m.s, i, h, at_end)
+
+
+contacts.register(StribeckContact, globals())

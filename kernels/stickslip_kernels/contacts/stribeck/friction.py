@@ -5,8 +5,8 @@ a1 and a3 are pure numbers, a2 is per unit of speed, a4 is a speed; the shape of
 
 from math import inf, nan
 
-from . import layout as at
-from .jit import compiled
+from ... import layout as at
+from ...jit import compiled
 from .laws import inflection, last_weakening, shape, speed_of_shape_slope, weakening_slope
 
 MOST_DOUBLINGS, HALVINGS = 60, 60

@@ -11,8 +11,8 @@ coefficient of the one it keeps is found.
 
 from typing import Any, NamedTuple
 
-from . import layout as at
-from .jit import compiled
+from ... import layout as at
+from ...jit import compiled
 
 
 class Recurrence(NamedTuple):

@@ -7,7 +7,7 @@ a3 = mu_s - mu_m, a4 = v_m.
 
 from typing import NamedTuple
 
-from ..jit import compiled
+from ....jit import compiled
 from ..recurrences import CUBIC
 
 

@@ -27,7 +27,7 @@ and, where they differ from the defaults below,
 from importlib import import_module
 from math import inf
 
-from ..jit import by_type
+from ....jit import by_type
 
 _NAMES = ("stribeck", "stribeck_delta", "rational", "cubic", "gaussian")
 _FILES = {name: import_module(f".{name}", __name__) for name in _NAMES}

@@ -13,11 +13,11 @@ start, with push = B - w, so that nothing cancels.
 from math import acos, atan2, cos, exp, expm1, inf, log1p, pi, sin
 from typing import NamedTuple
 
-from . import layout as at
-from .drive import Segments, by_drive
-from .events import LEVEL_REACHED, NO_EVENT, TURNED
-from .jit import compiled
-from .quadrature import gauss
+from ... import layout as at
+from ...drive import Segments, by_drive
+from ...events import LEVEL_REACHED, NO_EVENT, TURNED
+from ...jit import compiled
+from ...quadrature import gauss
 
 MOST_HALVINGS = 200
 NODES, WEIGHTS = gauss(10)  # exact to rounding for the square of a sine over half a turn

@@ -3,8 +3,8 @@
 from math import inf, log
 from typing import NamedTuple
 
-from ..exponential import exp
-from ..jit import compiled
+from ....exponential import exp
+from ....jit import compiled
 from ..recurrences import EXPONENTIAL
 
 

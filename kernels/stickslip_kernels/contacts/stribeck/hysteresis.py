@@ -6,15 +6,15 @@ frame of `layout.py`, and alpha + u + gamma u' is the load.
 
 from math import inf
 
-from . import layout as at
-from . import observers
-from .contact import DONE, RUNNING
-from .drive import acceleration, belt_in_lane, next_segment, pass_time, segment_is_over
-from .events import LEVEL_REACHED, NO_EVENT, TURNED
+from ... import layout as at
+from ... import observers
+from ...drive import acceleration, belt_in_lane, next_segment, pass_time, segment_is_over
+from ...events import LEVEL_REACHED, NO_EVENT, TURNED
+from ...jit import compiled
+from ...machine import DONE, RUNNING
 from .first_passage import first_passage, is_above
 from .friction import coefficient, line_slope
 from .hysteresis_line import LONGEST, Line, along_line, end_on_line, first_stretch
-from .jit import compiled
 from .slip import enter_curve
 from .stick import stick
 

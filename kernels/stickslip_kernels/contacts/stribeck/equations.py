@@ -1,7 +1,8 @@
 """The equations of motion of slip, in the frame of `layout.py`."""
 
-from . import layout as at
-from .jit import compiled
+from ... import layout as at
+from ...dense import rise_and_work
+from ...jit import compiled
 from .laws import shape, weakening_slope
 
 
@@ -23,3 +24,11 @@ def jerk_in_lane(law, s, i, y, w, dw, b):
     drag, rate, drop = s[at.G + i] + s[at.SLOPE + i], s[at.RATE + i], s[at.DROP + i]
     weakening = y - drag * w - dw
     return (b - w) - (drag + rate * weakening_slope(law, rate * w, weakening, drop, s[at.EXPONENT + i])) * dw
+
+
+@compiled(inline=True)
+def state_at(law, s, i, t):
+    """y, w, w' and the friction work at t after the start of the step of lane i."""
+    w, rise, work = rise_and_work(s, i, t)
+    y = s[at.Y + i] + rise
+    return y, w, slope_in_lane(law, s, i, y, w), work

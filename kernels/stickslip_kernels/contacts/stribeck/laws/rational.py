@@ -7,7 +7,7 @@ models, Nonlinear Dynamics 16 (1998) 41-54, use mu = F/(1 + delta |v|): a1 = a2 
 from math import inf
 from typing import NamedTuple
 
-from ..jit import compiled
+from ....jit import compiled
 from ..recurrences import QUOTIENT
 
 

@@ -5,8 +5,8 @@ No law of its own for people: the engine sends cells of that exponent here.
 
 from typing import NamedTuple
 
-from ..exponential import exp
-from ..jit import compiled
+from ....exponential import exp
+from ....jit import compiled
 from ..recurrences import GAUSSIAN
 from . import stribeck_delta as general
 

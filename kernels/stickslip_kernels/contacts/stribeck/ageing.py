@@ -6,8 +6,8 @@ e-fold of time here; per decade it is ln(10) times as much.
 
 from math import log1p
 
-from . import layout as at
-from .jit import compiled
+from ... import layout as at
+from ...jit import compiled
 
 
 @compiled

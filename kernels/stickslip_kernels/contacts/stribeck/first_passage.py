@@ -5,7 +5,7 @@ A load counts as above the limit once it is so by more than rounding; then it is
 
 from math import inf, log1p
 
-from .jit import compiled
+from ...jit import compiled
 
 MOST_STEPS = 200
 ROUNDING = 1e-14  # of the sizes that make up the load

@@ -6,12 +6,12 @@ speed in the frame of `layout.py`, and alpha + u + gamma b is the load.
 
 from math import inf
 
-from . import layout as at
-from . import observers
+from ... import layout as at
+from ... import observers
+from ...drive import acceleration, belt_in_lane, flip, next_segment, pass_time, segment_is_over, steady_load
+from ...jit import compiled
 from .ageing import static_friction
-from .drive import acceleration, belt_in_lane, flip, next_segment, pass_time, segment_is_over, steady_load
 from .first_passage import ROUNDING, first_passage, is_above
-from .jit import compiled
 from .slip import begin_slip
 
 # A re-stick shorter than the integration can resolve is a grazing contact, not a stick phase. A dip of the slip speed

@@ -1,11 +1,11 @@
 """Slip on the curve: how a lane is set up for it."""
 
-from . import layout as at
-from . import observers
-from .contact import RUNNING
-from .drive import acceleration, belt_in_lane, steady_load
+from ... import layout as at
+from ... import observers
+from ...drive import acceleration, belt_in_lane, steady_load
+from ...jit import compiled
+from ...machine import RUNNING
 from .equations import jerk_in_lane, slope_in_lane, weakening_in_lane
-from .jit import compiled
 from .stepping import begin_stepping
 
 

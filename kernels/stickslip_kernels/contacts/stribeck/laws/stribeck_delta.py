@@ -9,8 +9,8 @@ is no whole number. At 1 and 2 the laws `stribeck` and `gaussian` are the same c
 from math import inf
 from typing import NamedTuple
 
-from ..exponential import exp, log
-from ..jit import compiled
+from ....exponential import exp, log
+from ....jit import compiled
 
 
 class StribeckDelta(NamedTuple):

@@ -7,8 +7,8 @@ bounded from its ends, and a step that may hide the zone is refused; halved, it 
 
 from math import inf
 
-from . import layout as at
-from .jit import compiled
+from ... import layout as at
+from ...jit import compiled
 from .laws import hidden_depth, last_weakening
 
 MARGIN = 1.25  # tangents bound a convex trough; the rest is for one that is not quite

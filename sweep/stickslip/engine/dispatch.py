@@ -1,4 +1,4 @@
-"""Cells of `stribeck_delta` by their exponent: 1 and 2 have kernels of their own, which take a tenth of the time.
+"""Cells to the kernels that suit them: some of a law may have kernels of their own, which take a tenth of the time.
 
 Which kernels compute a cell depends on that cell alone, so its numbers do not depend on its neighbours.
 
@@ -7,7 +7,7 @@ Which kernels compute a cell depends on that cell alone, so its numbers do not d
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,24 +15,37 @@ from numpy.typing import NDArray
 from stickslip.engine.compiled import kernels
 from stickslip.engine.options import Options, StopFlag
 from stickslip.engine.scales import to_kernel
-from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.models import OwnKernels, model_of
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import NO_STOPS
 
 Floats = NDArray[np.float64]
-OWN_KERNELS = {1.0: "stribeck", 2.0: "gaussian"}  # by exponent: laws of the kernels that have a Taylor step
 
 
-def kernels_for(options: Options, exponents: Iterable[float]) -> tuple[str, ...]:
-    """Names of the kernels that cells of a law with these exponents need, each once."""
-    own = OWN_KERNELS if options.law == "stribeck_delta" else {}
-    return tuple(dict.fromkeys(own.get(exponent, options.law) for exponent in exponents))
+def kernels_for(cells: Cells, options: Options) -> tuple[str, ...]:
+    """Names of the kernels that the cells of a grid need, each once."""
+    own = _own(options)
+    if own is None:
+        return (options.law,)
+    varied = [values for name, (_, values) in cells.along.items() if name == own.parameter]
+    values = np.unique(varied).tolist() if varied else [cells.fixed[own.parameter]]
+    return tuple(dict.fromkeys(own.by_value.get(value, options.law) for value in values))
+
+
+def has_own_kernels(options: Options) -> bool:
+    """Return whether the kernels depend on the cells, and not on their law alone."""
+    return _own(options) is not None
+
+
+def _own(options: Options) -> OwnKernels | None:
+    return model_of(options.law).own_kernels.get(options.law)
 
 
 def run_regimes(options: Options, rtol: float, cells: Floats, stop: StopFlag, results: Floats) -> None:
-    """`Machine.run_regimes`, each cell by the kernels that suit it; they are loaded, or compiled, when first needed."""
+    """`Kernels.run_regimes`, each cell by the kernels that suit it; they are loaded, or compiled, when first needed."""
     max_steps, early_stop = options.max_steps, options.early_stop
-    for name, chosen in _kernels(options, cells[layout.DELTA]):
+    for name, chosen in _kernels(options, cells):
         run = kernels(name).run_regimes
         if chosen is None:
             run(cells, rtol, max_steps, stop, results, early_stop)
@@ -47,10 +60,10 @@ def run_signals(
     options: Options, cells: Floats, stop: StopFlag, drive: tuple[Floats, Floats], results: Floats, runs: Floats,
     signals: Floats, stops: Floats = NO_STOPS,
 ) -> None:  # fmt: skip
-    """The same of `Machine.run_signals`."""
+    """The same of `Kernels.run_signals`."""
     segments, spans = drive
     rtol, max_steps = options.rtol, options.max_steps
-    for name, chosen in _kernels(options, cells[layout.DELTA]):
+    for name, chosen in _kernels(options, cells):
         run = kernels(name, signals=True).run_signals
         if chosen is None:
             run(cells, rtol, max_steps, stop, drive, results, runs, signals, stops)
@@ -60,14 +73,16 @@ def run_signals(
         results[:, chosen] = own
 
 
-def _kernels(options: Options, exponents: Floats) -> Iterator[tuple[str, NDArray[np.bool_] | None]]:
+def _kernels(options: Options, cells: Floats) -> Iterator[tuple[str, NDArray[np.bool_] | None]]:
     """Names of kernels, and which cells are theirs; None for all."""
-    if options.law != "stribeck_delta":
+    own = _own(options)
+    if own is None:
         yield options.law, None
         return
-    left = np.ones(exponents.size, bool)
-    for exponent, name in OWN_KERNELS.items():
-        chosen = exponents == exponent
+    values = cells[getattr(layout, own.row)]
+    left = np.ones(values.size, bool)
+    for value, name in own.by_value.items():
+        chosen = values == value
         left &= ~chosen
         if chosen.any():
             yield name, None if chosen.all() else chosen

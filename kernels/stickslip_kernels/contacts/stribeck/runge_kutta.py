@@ -5,17 +5,17 @@ six exponentials is too long for the processor to overlap two of them (measured 
 13).
 """
 
-from . import layout as at
-from .dense import conservative_work, subtract_damper_work
+from ... import layout as at
+from ...dense import interpolate
+from ...exponential import rough_exp2, rough_log2
+from ...intrinsics import select, widest_vectors
+from ...jit import compiled
+from ...tableau import TSITOURAS_54
 from .equations import jerk_in_lane, slope_in_lane
-from .exponential import rough_exp2, rough_log2
+from .extreme_slope import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
 from .friction import coefficient_slope
-from .intrinsics import select, widest_vectors
-from .jit import compiled
 from .laws import inflection
 from .resolvable import may_hide
-from .roots import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
-from .tableau import TSITOURAS_54
 
 STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
 STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
@@ -139,32 +139,6 @@ def control_step(law, s, rtol):
         s[at.GOOD + i] = select(good, 1.0, 0.0)
         s[at.STEP + i] = select(hides, min(0.5, factor) * s[at.TAKEN + i], factor * s[at.STEP + i])
         s[at.ERROR_LOG_NEW + i] = error_log
-
-
-@compiled
-def interpolate(s):
-    """The quintic Hermite polynomial over the step of every lane, as rows SERIES, and the friction work from it.
-
-    It meets w, w' and w'' at both ends; inside, its error is a hundredth of what the step itself allows: h^6 w^(6)
-    (theta (1 - theta))^3 / 6!.
-    """
-    widest_vectors()
-    for i in range(at.WIDTH):
-        h, w, dw, jerk = s[at.TAKEN + i], s[at.W + i], s[at.DW + i], s[at.JERK + i]
-        rise = s[at.W_NEW + i] - w - h * (dw + 0.5 * h * jerk)
-        slope = h * (s[at.DW_NEW + i] - dw - h * jerk)
-        bend = h * h * (s[at.JERK_NEW + i] - jerk)
-        third = 10.0 * rise - 4.0 * slope + 0.5 * bend
-        fourth = -15.0 * rise + 7.0 * slope - bend
-        fifth = 6.0 * rise - 3.0 * slope + 0.5 * bend
-        s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = w, dw, 0.5 * jerk
-        per_h3 = 1.0 / (h * h * h)
-        s[at.SERIES + 3 * at.WIDTH + i] = third * per_h3
-        s[at.SERIES + 4 * at.WIDTH + i] = fourth * per_h3 / h
-        s[at.SERIES + 5 * at.WIDTH + i] = fifth * per_h3 / (h * h)
-        fallen = h * h * (0.5 * w + h * (dw / 6.0 + h * jerk / 24.0) + third / 20.0 + fourth / 30.0 + fifth / 42.0)
-        s[at.WORK + i] = conservative_work(s, i, h, s[at.Y_NEW + i] - s[at.Y + i], s[at.W_NEW + i], fallen)
-    subtract_damper_work(s)
 
 
 @compiled
