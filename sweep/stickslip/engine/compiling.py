@@ -35,7 +35,7 @@ _TRY = (
 def compile_apart(name: str, signals: bool) -> Object:
     """The object with the kernels of a law: from the cache, or from another process, and then put there.
 
-    Of one object, one process of this user at a time on this machine. Warns, once the kernels are there, where they could not
+    Of one object, one process of this user at a time. Warns, once the kernels are there, where they could not
     be kept. Raises RuntimeError with what the other process says if it fails.
     """
     if objects.CACHE_FOLDER is None:
