@@ -37,6 +37,7 @@ def test_the_second_run_finds_what_the_first_compiled(edited):
     assert run(PRINT_FRICTION) == ["2.0", "1"]
 
 
+@pytest.mark.slow
 def test_an_edited_law_gives_new_numbers(edited):
     package, run = edited
     assert run(PRINT_FRICTION)[0] == "2.0"

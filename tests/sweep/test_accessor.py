@@ -204,7 +204,7 @@ def entry(tmp_path_factory):
 @pytest.mark.skipif(sys.platform == "win32", reason="paths are joined by a colon")
 @pytest.mark.parametrize(
     "order",
-    [["import stickslip", "import xarray as xr"], ["import xarray as xr"],
+    [pytest.param(["import stickslip", "import xarray as xr"], marks=pytest.mark.slow), ["import xarray as xr"],
      pytest.param(["import xarray as xr", "import stickslip"], marks=pytest.mark.slow)],
     ids=["ours first", "xarray alone", "xarray first"],
 )  # fmt: skip

@@ -328,6 +328,7 @@ def test_plots_that_cannot_be_written_are_named(name, tmp_path):
         layout.save(plot_map(plane()), tmp_path / name)
 
 
+@pytest.mark.slow
 def test_plotting_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

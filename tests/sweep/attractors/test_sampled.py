@@ -50,6 +50,7 @@ def test_sampled_shares_of_plain_cells_are_the_exact_ones_within_three_standard_
     assert np.median(shares.error[some] / binomial[some]) < 0.7  # what Sobol points are for
 
 
+@pytest.mark.slow
 def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle():
     cells = plain_cells(40)
     exact, full, work = find(cells), as_cells(cells), Work(Options(rtol=1e-8), stop_flag())

@@ -130,6 +130,7 @@ def test_how_the_integration_ended_is_drawn_as_in_maps():
     assert [text.get_text() for text in figure.axes[0].get_legend().texts] == ["horizon reached"]
 
 
+@pytest.mark.slow
 def test_numbers_fit_forty_cells_each_way_and_are_left_out_of_more_which_is_said():
     shown, crowded = (plot_matrix(matrix("a", "b", lengths=(n, n))) for n in (40, 300))
     assert (numbers_of(shown, (40, 40)) != "").all()

@@ -166,6 +166,7 @@ def test_threads_and_names_of_files_are_no_other_configuration(config, output, c
     assert computed == []
 
 
+@pytest.mark.slow
 def test_another_title_is_written_without_computing(config, output, computed, whole):
     stickslip.run(config, output).close()
     config.write_text(config.read_text().replace("A small map", "Another title"))
