@@ -250,7 +250,7 @@ class UncomputedError(Exception):
 
     @classmethod
     def of(cls, error: Exception) -> UncomputedError:
-        """What an exception says."""
+        """The message of an exception."""
         return cls(f"{type(error).__name__}: {error}", "".join(format_exception(error)))
 
     def __str__(self) -> str:

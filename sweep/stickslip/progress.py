@@ -1,4 +1,4 @@
-"""How far a computation is: a bar in a notebook or on the terminal, lines where there is neither.
+"""Progress of a computation: a bar in a notebook or on the terminal, lines where there is neither.
 
 The bar of a notebook is HTML that IPython replaces in place. It needs no widgets, so that it is there in every
 front end and stays in the saved notebook.

@@ -109,7 +109,7 @@ _FORMS: dict[str, dict[str, Any]] = {  # by what a field holds
 
 
 def _form(schema: Mapping[str, Any]) -> str:
-    """What the field of a schema holds, of `_FORMS`."""
+    """The entry of `_FORMS` for what the field of a schema holds."""
     if schema.get("type") == "boolean":
         return "flag"
     if schema.get("type") == "object":

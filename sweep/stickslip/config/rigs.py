@@ -25,7 +25,7 @@ class _Profile(Section):
 
 
 class Drive(with_quantities(with_rows(_Profile, STROKES), "drive")):  # type: ignore[misc]
-    """How the belt of a test rig moves: reciprocating, from standstill, at speeds up to that of the belt (`system`)."""
+    """Motion of the belt of a test rig: reciprocating, from standstill, at speeds up to that of the belt (`system`)."""
 
     def duration(self, quantities: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
         """Durations of tests from the first stroke on, s. quantities : belt_speed, stroke, ramp and dwell, in SI."""
@@ -35,11 +35,11 @@ class Drive(with_quantities(with_rows(_Profile, STROKES), "drive")):  # type: ig
 
 
 class Sensor(with_rows(Section, SENSOR)):  # type: ignore[misc]
-    """How a test rig is read: samples, bandwidth, noise."""
+    """Sensors of a test rig: samples, bandwidth, noise."""
 
 
 class FeatureSettings(with_rows(Section, FEATURE_SETTINGS)):  # type: ignore[misc]
-    """How the features of a record are read."""
+    """Evaluation of a record: settings of its features."""
 
     subtract_offset: Annotated[bool, BOOLEAN] = Field(
         default=False, description="whether the median of the acceleration is subtracted as an offset"

@@ -269,7 +269,7 @@ class StudySection(Section):
 
     @property
     def action(self) -> str:
-        """What is done, for the history of a result: `border along belt_speed`."""
+        """The action, for the history of a result: `border along belt_speed`."""
         along = getattr(self, "along", None)
         return f"{self.key} along {along}" if along else self.key
 
@@ -334,7 +334,7 @@ class Start(with_quantities(Section, "start")):  # type: ignore[misc]
 
 
 class Solver(with_rows(Section, SOLVER)):  # type: ignore[misc]
-    """How cells are integrated, and how long."""
+    """Integration of the cells: accuracy, and how long."""
 
     early_stop: Annotated[bool, BOOLEAN] = Field(
         True, description="stop as soon as the regime is decided; false integrates every cell to the horizon"
@@ -349,7 +349,7 @@ class Solver(with_rows(Section, SOLVER)):  # type: ignore[misc]
 
 
 class Execution(with_rows(Section, EXECUTION)):  # type: ignore[misc]
-    """What the computation runs on. It does not change the result."""
+    """Machines that compute. They do not change the result."""
 
     dask: Annotated[str | None, _DASK] = Field(
         None, description=f"where blocks are computed, if not by threads of this process: {ADDRESS}"
@@ -357,7 +357,7 @@ class Execution(with_rows(Section, EXECUTION)):  # type: ignore[misc]
 
 
 class Output(Section):
-    """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
+    """Files of the result. Relative paths start at the folder the command is run in, not at that of the file."""
 
     file: Annotated[str | None, file_name(*OUTPUT_SUFFIXES)] = Field(
         None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr"

@@ -240,7 +240,7 @@ _QUANTILE: Schema = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
 class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
-    """How uncertain inputs are drawn, and what is told of the results."""
+    """Draws of uncertain inputs, and statistics of the results."""
 
     key = "uncertain"
     metrics: Annotated[

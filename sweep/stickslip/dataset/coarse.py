@@ -45,7 +45,7 @@ def pixel_for(shape: tuple[int, int], most: tuple[int, int]) -> Pixel:
 
 
 def pixel_note(pixel: Pixel, is_flag: bool) -> str:
-    """What a pixel shows, in words; nothing where it is one cell."""
+    """The meaning of a pixel, in words; nothing where it is one cell."""
     if pixel == (1, 1):
         return ""
     rows, columns = pixel

@@ -1,4 +1,4 @@
-"""How to integrate, and what comes back."""
+"""Options of an integration, and its results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SolverKeywords(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Options:
-    """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
+    """Options of an integration, and of how work is spread. Defaults and limits are those of the configuration.
 
     law : one of `vocabulary.models.LAWS`. horizon : s; inf for none. threads : None for one per processor.
     block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.

@@ -29,7 +29,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class RigRuns:
-    """What the kernels return for some rigs, in SI.
+    """Results of the kernels for some rigs, in SI.
 
     results : by names of `rig.quantities.EXACT`, one number per rig; NaN but for status and steps where it did not get
         to the end.

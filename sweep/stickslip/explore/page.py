@@ -163,7 +163,7 @@ def columns_of(shown: Picture) -> dict[str, Any]:
 
 
 def meta_of(shown: Picture) -> dict[str, Any]:
-    """What the columns of a picture are, for the words under the pointer."""
+    """Meaning of the columns of a picture, for the words under the pointer."""
     sides = {
         which: {
             "label": spoken(side.name), "low": side.ends[0], "high": side.ends[1], "n": len(side.centres),
@@ -241,7 +241,7 @@ class CellFigures:
 
 
 def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dict[str, Any]:
-    """What the figures of a cell show: `data` of all sources, `titles` of the axes by figure, the place of the `belt`.
+    """Data of the figures of a cell: `data` of all sources, `titles` of the axes by figure, the place of the `belt`.
 
     motions : by the names of `LINES`. current : the cell whose surroundings are drawn with them.
     """

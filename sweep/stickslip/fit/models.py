@@ -135,7 +135,7 @@ class MeasuredPoints:
         return self.speed.size - 4 + len(form.assumed)
 
     def region(self, form: Form) -> Region:
-        """What the points allow of a form, whatever the slope: it is searched."""
+        """The range of scales that the points allow of a form, whatever the slope: it is searched."""
         if form not in self._regions:
             known, spare = self.deviation is not None, self.freedom(form)
             few = not known and 0 < spare <= _FEW

@@ -226,7 +226,7 @@ def _draw_unstable_cycle(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> 
 
 
 def _draw_ends(ax: Axes, ds: xr.Dataset, variable: str, x: Floats, edges: Floats) -> None:
-    """Where branches end, and the jumps there of a slow ramp: up to there they are drawn from their last point."""
+    """Draw the ends of branches, and the jumps there of a slow ramp, from the last point of a branch on."""
     for direction, step in (("up", 1), ("down", -1)):
         amplitude = ds[variable].sel(direction=direction).values
         vibrates, slides = _is(ds, direction, *_CYCLES)[::step], _is(ds, direction, *_SLIDES)[::step]

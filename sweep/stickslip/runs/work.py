@@ -1,4 +1,4 @@
-"""What a block is computed from: a configuration and a block number in, arrays out, whoever calls."""
+"""The source of blocks: a configuration and a block number in, arrays out, whoever calls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a cell sounds like, and how loud.
+"""The sound of a cell, and its level.
 
     from stickslip import sound
 

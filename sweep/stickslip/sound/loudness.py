@@ -1,4 +1,4 @@
-"""How loud cells are: the time-average A-weighted level of the acceleration, from one period of their cycles.
+"""Levels of cells: the time-average A-weighted level of the acceleration, from one period of their cycles.
 
 The mean square of a periodic acceleration is the sum of those of its harmonics, each weighted by its frequency: no more
 than one period has to be sampled. Where the mass sticks for long, even less: the weighting has forgotten a slip after

@@ -110,7 +110,7 @@ def of(
 
 @dataclass(frozen=True)
 class _Motion:
-    """What is asked of a motion, in its own time: `rate` values of the acceleration a second, tones up to `highest`
+    """Sampling of a motion, in its own time: `rate` values of the acceleration a second, tones up to `highest`
     (Hz), `lead` (s) before a break-away."""
 
     rate: float

@@ -55,7 +55,7 @@ _FAINT = 1e-3  # of full scale
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """What a microphone that follows the mass would record.
+    """The sound that a microphone following the mass would record.
 
     acceleration : m/s2, limited to what is heard, faded at both ends. rate : samples a second. slow : how many times
         slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be.
@@ -80,7 +80,7 @@ class Sound:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts, s."""
+        """Duration, s."""
         return self.acceleration.size / self.rate
 
     @cached_property
@@ -118,7 +118,7 @@ class Sound:
         return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
 
     def remarks(self) -> list[str]:
-        """What one should know to judge it by ear, a line each."""
+        """Remarks for whoever judges it by ear, a line each."""
         return [*self._of_regime(), *self._of_pitch(), *self._of_level()]
 
     def _of_regime(self) -> Iterator[str]:

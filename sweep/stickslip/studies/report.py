@@ -1,4 +1,4 @@
-"""What studies say of their results: lines for the screen, tables for pages."""
+"""Reports of studies on their results: lines for the screen, tables for pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many items of a study are done, and columns of several ranges in one."""
+"""Count of the finished items of a study, and columns of several ranges in one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SURE = 0.8  # of the cells that items are expected to take: up to here their sh
 
 
 class Meter:
-    """How many items are done, counted from many threads; those under way by the share of the cells they may take.
+    """Count of finished items, by many threads; those under way by the share of the cells they may take.
 
     cells_each : as that of a study. done : items found finished.
     """

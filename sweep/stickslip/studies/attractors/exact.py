@@ -31,7 +31,7 @@ _MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitud
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What the theorems of `plain.py` say of some cells: their masks, empty where they say nothing.
+    """Verdicts of the theorems of `plain.py` on some cells: their masks, empty where they say nothing.
 
     nowhere : nothing settles. everywhere : all states do. inside : those inside the unstable cycle do.
     """

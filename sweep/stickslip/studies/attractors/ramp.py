@@ -65,7 +65,7 @@ _DECIDED = 10  # of these, the first; closer to the end motions are within the t
 
 
 class Ramp(StudySection):
-    """Where vibration stops and starts as a parameter goes slowly up and down; the other axes are lines."""
+    """Ends of vibration as a parameter goes slowly up and down; the other axes are lines."""
 
     key = "ramp"
     rows = table(
@@ -130,7 +130,7 @@ class RampStudy(Study):
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
-        """Where the regime changes on the way up, and on the way down."""
+        """Report the changes of regime on the way up, and on the way down."""
         *dims, _, along = ds["regime"].dims
         values, unit = displayed(ds[along])
         for number, (where, line) in enumerate(cells_over(ds, dims)):

@@ -1,4 +1,4 @@
-"""Where along a parameter the regime changes, to as many digits as asked for.
+"""Borders of regimes along a parameter, to as many digits as asked for.
 
 `search.py` finds where labels change along lines and knows nothing of friction (`search.py`: where to look next);
 `lines.py` leaves one or two parameters of cells open; `border.py` puts the two together through the engine.

@@ -57,7 +57,7 @@ _VARIABLES = table(
 
 
 class Border(StudySection):
-    """Where along a parameter the regime changes; the other axes are the lines that are searched."""
+    """Border of the regimes along a parameter; the other axes are the lines that are searched."""
 
     key = "border"
     rows = limits(
@@ -129,7 +129,7 @@ class BorderStudy(Study):
 
     @classmethod
     def table(cls, ds: xr.Dataset) -> Table:
-        """Where the regime changes along each line, and between which regimes; and lines without a border."""
+        """The borders along each line, with the regimes on either side; and lines without a border."""
         ds = ds.transpose(..., "crossing")
         axes = axes_over(ds, ds["border"].dims[:-1])
         along = str(ds.attrs.get("border_parameter", "border")).replace("_", " ")

@@ -73,7 +73,7 @@ def _ranges(value: object) -> object:
 
 
 class Contours(StudySection):
-    """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
+    """Borders of the regimes in planes of two parameters, as lines; the other axes are the panels."""
 
     key, options = "contours", {"axes": "--over"}
     rows = limits(

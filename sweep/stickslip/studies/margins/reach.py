@@ -1,4 +1,4 @@
-"""How far each parameter of a cell may be changed, and what a change is measured in.
+"""Reach of each parameter of a cell, and the measure of its changes.
 
 A change is the logarithm of the ratio to the value that the cell has; where that is 0, or where a parameter may change
 its sign (the starting state), it is the difference over a scale of the cell.

@@ -76,7 +76,7 @@ def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
 
 
 class Margins(StudySection):
-    """How far each cell is from a border along single parameters, and by the cheapest change of several."""
+    """Distances of each cell from a border, along single parameters, and by the cheapest change of several."""
 
     key = "margins"
     rows = limits(
@@ -177,6 +177,6 @@ class Margins(StudySection):
 
     @property
     def reaches(self) -> dict[str, float | tuple[float, float]]:
-        """How far each parameter may go, of a section of which `of_cells` is known."""
+        """Reach of each parameter, of a section of which `of_cells` is known."""
         assert isinstance(self.within, dict)
         return self.within

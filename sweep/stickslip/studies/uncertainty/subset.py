@@ -41,7 +41,7 @@ _MOST_LEVELS = 16  # 1e-16 is beyond what normal deviates from uniform numbers o
 
 @dataclass(frozen=True)
 class Rare:
-    """What one simulation found.
+    """Outcome of one simulation.
 
     probability : of g < 0; 0 where `_MOST_LEVELS` did not meet it, NaN where g was level before that: nothing then
     tells which way to go.

@@ -44,7 +44,7 @@ class OwnKernels(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """What must hold between quantities of a cell.
+    """A relation that must hold between quantities of a cell.
 
     name : the quantity that is to blame. worse : those that `margin` takes, +1 if it falls as the quantity grows, -1 if
     it rises, 0 if it is not monotone; a rule about other quantities than a cell has is left out.
@@ -154,7 +154,7 @@ class Model:
         return least, most
 
     def change_scale(self, name: str, cells: Values, by: Scales) -> Floats:
-        """What a change of a quantity that may be 0 is compared with."""
+        """The scale with which a change of a quantity that may be 0 is compared."""
         return {"displacement": by.length}.get(name, by.mass / by.mass)
 
     def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
