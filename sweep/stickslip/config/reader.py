@@ -266,7 +266,7 @@ class _Reader(ProblemCollector):
             self.add((declared.section, name), message, f"or vary it: axes: {{{name}: ...}}")
 
     def _check_contact(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
-        """Check that the contact is given in one of the forms of its model, completely, and with nothing of other laws."""
+        """Check that the contact is given in one form of its model, completely, and with nothing of other laws."""
         law, model = friction.law, model_of(friction.law)
         measured = [name for name in model.measured if name in given]
         replaced = [name for name in model.replaced if name in given]

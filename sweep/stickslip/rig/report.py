@@ -23,6 +23,7 @@ from stickslip.rig.labels import Dimension, dimensions
 from stickslip.rig.plots import LIGHTS, MEANINGS, plot_matrix, plot_records
 from stickslip.rig.quantities import FEATURES
 from stickslip.vocabulary.display_units import quantity
+from stickslip.vocabulary.models import laws_with
 from stickslip.vocabulary.quantities import PARAMETERS
 
 MOST_ROWS = 500  # of the table
@@ -112,7 +113,7 @@ def _warnings(ds: xr.Dataset) -> list[str]:
 def _constants(ds: xr.Dataset, rig: Config) -> Iterator[tuple[str, str]]:
     """Quantities that are equal in all tests, and matter: rigs start sticking, and `delta` is for one law only."""
     left_out = {name for name, declared in PARAMETERS.items() if declared.section == "start"}
-    left_out |= set() if rig.friction.law == "stribeck_delta" else {"delta"}
+    left_out |= set() if rig.friction.law in laws_with("delta") else {"delta"}
     for name, c in ds.coords.items():
         if name not in left_out and not c.dims and c.dtype.kind == "f" and np.isfinite(c):
             yield str(c.attrs.get("long_name", name)), quantity(float(c), str(c.attrs.get("units", "1")))

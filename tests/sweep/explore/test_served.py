@@ -37,7 +37,7 @@ def coarse_borders():
     """What is drawn is looked at elsewhere."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(maps, "_BORDER_POINTS", 16)
-        patch.setattr(maps, "_SCAN", 8)
+        patch.setitem(maps._LIMITS, "scan", 8)
         yield
 
 

@@ -87,7 +87,7 @@ def small(tmp_path):
 @pytest.fixture
 def tab(small, monkeypatch):
     monkeypatch.setattr(maps, "_BORDER_POINTS", 24)
-    monkeypatch.setattr(maps, "_SCAN", 12)
+    monkeypatch.setitem(maps._LIMITS, "scan", 12)
     opened = []
 
     def open_tab(path=small):
