@@ -22,10 +22,12 @@ FLOORS = (
     ("what is asked", {"config"}),
     ("how it is labelled", {"dataset"}),
     ("how far a computation is", {"progress"}),
-    ("what is shown, what is looked for", {"plots", "studies"}),
+    ("what is shown", {"plots"}),
+    ("what is looked for, and how it is shown", {"studies"}),  # a study names its own plot
     ("pages", {"pages"}),
+    ("records of a rig", {"rig"}),
     ("what is kept", {"runs"}),
-    ("records of a rig, the Python calls", {"rig", "materials", "sound", "api"}),
+    ("the Python calls", {"materials", "sound", "api"}),
     ("what datasets can do", {"accessor"}),
     ("the explorer; the doors", {"backend", "explore", "__init__"}),
     ("the command", {"cli"}),
@@ -34,15 +36,14 @@ FLOORS = (
 # The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
     "rig": (
-        {"quantities", "rpn", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
-        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "config", "simulation"}, {"plots"},
+        {"quantities", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
+        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"}, {"plots"},
         {"report"},
     ),
-    "studies": ({"study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
+    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
-        {"blocks", "settings", "known_cells", "maps", "work", "memory"}, {"workdir"},
-        {"request", "existing_output", "probe"}, {"estimate", "threads"}, {"dask", "assembly"},
-        {"session", "collecting"},
+        {"blocks", "known_cells", "maps", "work", "memory"}, {"workdir"}, {"existing_output"},
+        {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},
     ),
 }  # fmt: skip
 MOST_LINES = 400  # of a file

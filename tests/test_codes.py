@@ -2,10 +2,10 @@
 
 import pytest
 
-from stickslip.engine.exponents import OWN_KERNELS
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
-from stickslip.vocabulary.models import LAWS
-from stickslip_kernels import laws, layout
+from stickslip.vocabulary.models import LAWS, MODELS
+from stickslip_kernels import layout
+from stickslip_kernels.contacts.stribeck import laws
 
 
 @pytest.mark.parametrize("names", [REGIMES, STATUSES, MODES], ids=["regime", "status", "mode"])
@@ -18,4 +18,5 @@ def test_every_law_has_a_name_and_a_shape():
 
 
 def test_exponents_with_kernels_of_their_own_name_laws_of_the_kernels():
-    assert set(OWN_KERNELS.values()) <= set(laws.LAWS)
+    own = [own for model in MODELS for own in model.own_kernels.values()]
+    assert {name for one in own for name in one.by_value.values()} <= set(laws.LAWS)

@@ -33,6 +33,9 @@ class Copy:
         assert before.count(after) == 1, f"{file}: {after!r} stands there {before.count(after)} times"
         path.write_text(before.replace(after, after + text), encoding="utf-8")
 
+    def write(self, file, text):
+        (self._folder / file).write_text(text, encoding="utf-8")
+
     def run(self, code):
         done = subprocess.run([sys.executable, "-c", code], env=self._environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
@@ -125,7 +128,7 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 def test_a_new_metric_is_one_row_and_its_conversion(copy):
     """How far the belt moves in a cycle."""
     row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
-    copy.insert("sweep/stickslip/vocabulary/results.py", "\n_VARIABLES = (", row)
+    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
     conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
     copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
     copy.run(f"""
@@ -149,6 +152,114 @@ assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]
 """)
 
 
+TOY = '''
+"""How fast cells of a configuration move at most, times a factor: a study as CONTRIBUTING says to add one."""
+
+import numpy as np
+from typing import Annotated
+from pydantic import Field
+
+from stickslip.config.grid import build_grid
+from stickslip.config.sections import BOOLEAN, StudySection, of_row
+from stickslip.config.studies import Finished, Study
+from stickslip.dataset.build import grid_coordinates, study_dataset
+from stickslip.engine import compute_range
+from stickslip.studies.study import joined
+from stickslip.vocabulary.parameter import Parameter, Variable, table
+
+
+class Pace(StudySection):
+    """How fast cells move."""
+
+    key = "pace"
+    rows = table(Parameter("factor", "1", "what speeds are multiplied by", key, default=1.0, above=0))
+    factor: float = of_row(rows["factor"])
+    squared: Annotated[bool, BOOLEAN] = Field(False, description="whether speeds are squared")
+
+
+class PaceStudy(Study):
+    section, subject, title = Pace, "pace", "Pace"
+    variables = table(Variable("pace", "m s-1", "largest slip speed, times a factor"))
+    name, counted, columns = "pace", "cells", {"pace": np.dtype(np.float64)}
+    about, examples = "The largest slip speed.", ("my.yaml --factor 2",)
+
+    def __init__(self, cells, section, options):
+        self.cells, self.pace, self.options = cells, section, options
+        self.dims, self.shape = cells.dims, cells.shape
+
+    @classmethod
+    def of(cls, given, section, options):
+        return cls(build_grid(given), section, options)
+
+    def compute(self, items, stop, moved=None):
+        computed = compute_range(self.cells, items.start, items.stop, self.options, stop, moved)
+        speed = computed.results["slip_speed_max"] * self.pace.factor
+        return Finished({"pace": speed**2 if self.pace.squared else speed}, computed.complete)
+
+    def blank(self, items):
+        return {"pace": np.full(len(items), np.nan)}
+
+    def dataset(self, parts, attributes):
+        coordinates = grid_coordinates(self.cells)
+        return study_dataset("pace", self.variables, joined(parts), self.dims, self.shape, coordinates, attributes)
+
+    @classmethod
+    def report(cls, ds):
+        yield f"fastest  {float(ds['pace'].max()):.6g} m/s"
+'''
+
+
+def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
+    """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
+    the help."""
+    copy.write("sweep/stickslip/studies/pace.py", TOY)
+    row = '\n    "pace": Entry("pace:PaceStudy", "Find how fast cells move."),'
+    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, Entry] = {", row)
+    (tmp_path / "pace.yaml").write_text(
+        "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+        "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
+    )
+    copy.run(f"""
+import os
+import numpy as np
+from click.testing import CliRunner
+import stickslip
+from stickslip import plots
+from stickslip.cli import main
+from stickslip.config.reader import load_config, make_config
+from stickslip.config.schema import json_schema
+from stickslip.errors import ConfigError
+from stickslip.pages.result import pictures_of, result_page
+from stickslip.runs import blocks
+os.chdir({str(tmp_path)!r})
+def told(*words):
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, (words, done.output, done.exception)
+    return done.output
+assert json_schema()["properties"]["pace"]["properties"]["factor"]["exclusiveMinimum"] == 0
+assert "--factor FLOAT" in (shown := told("pace", "--help")) and "[default: 1]" in shown and "--squared" in shown
+assert "pace" in told("--help") and "what speeds are multiplied by" in told("help", "factor")
+assert "fastest" in told("pace", "pace.yaml", "--factor", "3", "-o", "pace.nc", "--plot", "pace.png")
+fast = stickslip.open("pace.nc")
+assert fast.attrs["result"] == plots.kind_of(fast) == "pace" and os.path.getsize("pace.png") > 1000
+plain = make_config(load_config("pace.yaml").resolved() | dict(pace=dict(factor=3.0)))
+assert plain.study.factor == 3.0 and make_config(plain.resolved()) == plain
+np.testing.assert_array_equal(stickslip.run(plain)["pace"], fast["pace"])
+blocks._FEWEST = 8  # cells a block
+stickslip.run_shard(plain, "1/2", "store")
+assert np.isnan(stickslip.collect("store", "half.nc")["pace"]).any()
+stickslip.run_shard(plain, "2/2", "store")
+np.testing.assert_array_equal(stickslip.collect("store", "half.nc")["pace"], fast["pace"])
+assert "fastest" in told("inspect", "pace.nc") and "plot " in told("plot", "pace.nc", "-o", "again.png")
+assert fast.stickslip.plot().axes
+assert "largest slip speed, times a factor" in result_page(fast, pictures_of(fast))
+try:
+    make_config(plain.resolved() | dict(pace=dict(factor=0)))
+except ConfigError as error:
+    assert "pace.factor: got 0, expected a number above 0" in str(error), error
+""")
+
+
 @pytest.mark.slow
 def test_the_law_of_the_page_is_added_as_the_page_says(tmp_path):
     """docs/own-law.md, followed word by word; its slip is held against SciPy."""
@@ -156,7 +267,7 @@ def test_the_law_of_the_page_is_added_as_the_page_says(tmp_path):
     law, use = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     names, row = re.findall(r"^    (_NAMES = .*|\"\w+\": .*)$", page, re.MULTILINE)
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels" / "stickslip_kernels" / "laws"
+    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
     (laws / "lorentzian.py").write_text(law, encoding="utf-8")
     old = (laws / "__init__.py").read_text(encoding="utf-8")
     (laws / "__init__.py").write_text(re.sub(r"^_NAMES = .*$", names, old, flags=re.MULTILINE), encoding="utf-8")
@@ -184,10 +295,10 @@ assert near[0] < 0 < near[1]
 def test_a_new_law_is_a_file_and_its_row(tmp_path):
     """A law that has the shape of another moves as that one does."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels" / "stickslip_kernels" / "laws"
+    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
     text = (laws / "rational.py").read_text(encoding="utf-8").replace("Rational", "Halving")
     (laws / "halving.py").write_text(re.sub(r"Halving\(\d+\)", "Halving(4)", text), encoding="utf-8")
-    copy.insert("kernels/stickslip_kernels/laws/__init__.py", '"rational", "cubic"', ', "halving"')
+    copy.insert("kernels/stickslip_kernels/contacts/stribeck/laws/__init__.py", '"rational", "cubic"', ', "halving"')
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
     copy.run(f"""
 import numpy as np
@@ -195,4 +306,55 @@ import stickslip
 old, new = (stickslip.evaluate({CELL}, law=law) for law in ("rational", "halving"))
 for name in old.data_vars:
     np.testing.assert_array_equal(old[name], new[name])
+""")
+
+
+@pytest.mark.slow
+def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_model(tmp_path):
+    """Dahl's, whose motion is held against SciPy."""
+    copy = Copy(tmp_path, ["sweep", "kernels"])
+    contacts, models = tmp_path / "kernels/stickslip_kernels/contacts", tmp_path / "sweep/stickslip/vocabulary/models"
+    shutil.copy(ROOT / "tests/data/dahl/contact.py", contacts / "dahl.py")
+    shutil.copy(ROOT / "tests/data/dahl/model.py", models / "dahl.py")
+    copy.insert("kernels/stickslip_kernels/contacts/__init__.py", '"stribeck.modes",', ' "dahl"')
+    copy.insert("sweep/stickslip/vocabulary/models/__init__.py", "= (STRIBECK,", " DAHL")
+    copy.insert(
+        "sweep/stickslip/vocabulary/models/__init__.py", "FORMULA, STRIBECK\n",
+        "from stickslip.vocabulary.models.dahl import DAHL\n",
+    )  # fmt: skip
+    copy.run("""
+import numpy as np
+import stickslip
+from scipy.integrate import solve_ivp
+from stickslip.config.reader import make_config
+cell = dict(mass=2.0, stiffness=50.0, damping=1.0, normal_load=10.0, belt_speed=0.1)
+contact = dict(friction_limit=0.4, contact_stiffness=800.0)
+found = stickslip.evaluate(cell | contact | dict(damping=[1.0, 25.0]), law="dahl")
+assert found["regime"].values.tolist() == [2, 3], found
+np.testing.assert_allclose(found["settled_displacement"], 0.4 * 10 / 50)
+assert "tendency" not in found and "a1" not in found.coords
+def motion(t, state):
+    x, v, z = state
+    w = 0.1 - v
+    return v, (z * 10 - 50 * x - 1.0 * v) / 2, 80 * w * (1 - z / 0.4 * np.sign(w))
+times = np.linspace(0, 4, 81)
+exact = solve_ivp(motion, (0, 4), (0, 0.1, 0), "DOP853", times, rtol=1e-11, atol=1e-13).y
+trace = stickslip.simulate(duration=4.0, samples=81, law="dahl", **cell, **contact)
+for name, values in zip(("displacement", "velocity", "friction_coefficient"), exact):
+    np.testing.assert_allclose(trace[name], values, atol=2e-5 * np.abs(values).max(), err_msg=name)
+system = {name: value for name, value in cell.items() if name != "stiffness"}
+config = make_config(dict(system=system, friction=dict(law="dahl") | contact, axes=dict(stiffness=[20.0, 50.0, 90.0])))
+assert make_config(config.resolved()) == config and "a1" not in config.fixed()
+result = stickslip.run(config)
+np.testing.assert_allclose(result["settled_displacement"], 4.0 / result["stiffness"])
+assert result["regime"].values.tolist() == [2, 2, 2] and result["friction_limit"] == 0.4
+assert stickslip.border(cell | contact, "damping", (0.1, 40.0), law="dahl")["regime_below"].values.ravel()[0] == 2
+from stickslip.config.grid import build_grid
+from stickslip.engine import compute_rigs, kernels_for, Options, Sampling, stop_flag
+from stickslip.vocabulary.cell_values import as_cells
+options = Options(law="dahl")
+assert kernels_for(build_grid(config), options) == ("dahl",)
+drive = [np.array([[0.5, 0.0, 0.2], [2.0, 0.1, 0.0], [1.0, 0.1, -0.2]])]
+rigs = compute_rigs(as_cells(cell | contact, "dahl"), drive, Sampling(50.0, np.zeros(1)), options, stop_flag())
+assert abs(rigs.results["energy_error"][0]) < 1e-9 and rigs.results["friction_heat"][0] > 0.0
 """)

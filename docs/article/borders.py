@@ -23,7 +23,7 @@ _SOFT, _STIFF = 0.001, 1000.0  # N/m, what the sentences name
 def figure_borders() -> Made:
     """The map over stiffness and belt speed, its exact borders, and the band in which steady sliding is stable too."""
     config = configuration("borders")
-    lines, cells = run(config), run(config.model_copy(update={"border": None}))
+    lines, cells = run(config), run(config.model_copy(update={"study": None}))
     stiffness, ends = lines["stiffness"].values, end_of_stick_slip(lines)
     declining, stable_from = _speeds(config)
     made = plot_map(cells, lines=lines, title="Where stick-slip ends, started from sticking")

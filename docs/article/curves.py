@@ -22,7 +22,7 @@ from article.recipe import (
     stick_slip_border,
 )
 from stickslip.api.runs import run
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION, paint
 from stickslip.theory import reversal_speed, stribeck, tendency
 

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.dataset.axis import title
-from stickslip.dataset.display import si_unit
+from stickslip.dataset.display import si_unit, title
 from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from stickslip.vocabulary.flags import MODES

@@ -3,7 +3,9 @@
 from collections.abc import Iterable, Mapping
 
 from making.markdown import code, sentence, table
+from stickslip.config.studies import study_class
 from stickslip.rig.quantities import EXACT, FEATURES
+from stickslip.studies.uncertainty.inputs import STATISTICS
 from stickslip.vocabulary import flags, results, units
 from stickslip.vocabulary.results import Variable
 
@@ -14,23 +16,29 @@ does not exist: the period of a motion that settles, say. What the field calls t
 [glossary.md](glossary.md), what certifies a regime in [regimes.md](regimes.md).
 This page is written by `make reference` from the tables in `stickslip.vocabulary`; a test compares.
 """
+
+
+def _of(key: str) -> Mapping[str, Variable]:
+    return study_class(key).variables
+
+
 _FULL = "; only with `solver: {early_stop: false}`"
 _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
     "Of a cell": ("what `run` and `evaluate` give", results.MAP_VARIABLES),
     "Of a trajectory": ("what `simulate` gives, over `time`", results.TRACE_VARIABLES),
-    "Of borders": ("what `border` gives ([borders.md](borders.md))", results.BORDER_VARIABLES),
-    "Of contours": ("what `contours` gives ([borders.md](borders.md))", results.CONTOUR_VARIABLES),
+    "Of borders": ("what `border` gives ([borders.md](borders.md))", _of("border")),
+    "Of contours": ("what `contours` gives ([borders.md](borders.md))", _of("contours")),
     "Of margins": (
         "what `advise` and `margins` give ([advise.md](advise.md)), most once per parameter: `margin_stiffness`",
-        results.MARGIN_VARIABLES,
+        _of("margins"),
     ),
-    "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", results.ATTRACTOR_VARIABLES),
-    "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", results.RAMP_VARIABLES),
+    "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", _of("attractors")),
+    "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", _of("ramp")),
     "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", results.LEVEL_VARIABLES),
     "Of scatter": (
         "what a section `uncertain` gives ([uncertainty.md](uncertainty.md)); of each metric asked for also "
-        + ", ".join(f"`{name}_METRIC`" for name in results.STATISTICS),
-        results.UNCERTAIN_VARIABLES,
+        + ", ".join(f"`{name}_METRIC`" for name in STATISTICS),
+        _of("uncertain"),
     ),
 }
 _FLAGS = {

@@ -1,12 +1,12 @@
 """A block of cells: the unit of work. Arrays in, arrays out; serial, nogil, and it never raises."""
 
+from . import contacts
 from . import layout as at
-from .contact import DONE
 from .intrinsics import as_index, lowest_bit, nonzero_bits, widest_vectors
 from .jit import compiled
 from .lanes import step_lanes
 from .layout import WIDTH  # a literal, which `nonzero_bits` needs
-from .modes import handle_event, start_cell
+from .machine import DONE
 
 
 @compiled
@@ -18,7 +18,7 @@ def next_cell(m, i, first):
     c = first
     while c < m.cells.shape[1]:
         c += 1
-        if start_cell(m, i, c - 1) != DONE:
+        if contacts.begin_cell(m, i, c - 1) != DONE:
             return c
     m.s[at.CELL + i] = -1.0
     return c
@@ -42,6 +42,6 @@ def run_lanes(m, stop):
         while flagged != 0:
             i = lowest_bit(flagged)
             flagged &= flagged - 1
-            if handle_event(m, as_index(i)) == DONE:
+            if contacts.handle_event(m, as_index(i)) == DONE:
                 following = next_cell(m, as_index(i), following)
                 busy ^= (m.s[at.CELL + i] < 0.0) << i

@@ -1,11 +1,10 @@
 """Dense output: the motion of one lane inside its step.
 
 Rows SERIES hold the coefficients of w over the step: the Taylor series, exact as the step itself, or the Hermite
-polynomial of a Runge-Kutta step (`runge_kutta.interpolate`). y and the friction work follow by integration.
+polynomial between its ends (`interpolate`). y and the friction work follow by integration.
 """
 
 from . import layout as at
-from .equations import slope_in_lane
 from .intrinsics import widest_vectors
 from .jit import compiled
 from .quadrature import gauss
@@ -94,6 +93,35 @@ def subtract_damper_work(s):
             s[at.WORK + i] -= s[at.G + i] * square_integral(s, i, s[at.TAKEN + i])
 
 
+# --- steps without a series of their own ------------------------------------------------------------------------------
+
+
+@compiled
+def interpolate(s):
+    """The quintic Hermite polynomial over the step of every lane, as rows SERIES, and the friction work from it.
+
+    It meets w, w' and w'' at both ends; inside, its error is a hundredth of what the step itself allows: h^6 w^(6)
+    (theta (1 - theta))^3 / 6!.
+    """
+    widest_vectors()
+    for i in range(at.WIDTH):
+        h, w, dw, jerk = s[at.TAKEN + i], s[at.W + i], s[at.DW + i], s[at.JERK + i]
+        rise = s[at.W_NEW + i] - w - h * (dw + 0.5 * h * jerk)
+        slope = h * (s[at.DW_NEW + i] - dw - h * jerk)
+        bend = h * h * (s[at.JERK_NEW + i] - jerk)
+        third = 10.0 * rise - 4.0 * slope + 0.5 * bend
+        fourth = -15.0 * rise + 7.0 * slope - bend
+        fifth = 6.0 * rise - 3.0 * slope + 0.5 * bend
+        s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = w, dw, 0.5 * jerk
+        per_h3 = 1.0 / (h * h * h)
+        s[at.SERIES + 3 * at.WIDTH + i] = third * per_h3
+        s[at.SERIES + 4 * at.WIDTH + i] = fourth * per_h3 / h
+        s[at.SERIES + 5 * at.WIDTH + i] = fifth * per_h3 / (h * h)
+        fallen = h * h * (0.5 * w + h * (dw / 6.0 + h * jerk / 24.0) + third / 20.0 + fourth / 30.0 + fifth / 42.0)
+        s[at.WORK + i] = conservative_work(s, i, h, s[at.Y_NEW + i] - s[at.Y + i], s[at.W_NEW + i], fallen)
+    subtract_damper_work(s)
+
+
 # --- the motion -----------------------------------------------------------------------------------------------------
 
 
@@ -112,11 +140,3 @@ def friction_work(s, i, t, rise, w, fallen):
     if s[at.G + i] != 0.0:
         work -= s[at.G + i] * square_integral(s, i, t)
     return work
-
-
-@compiled(inline=True)
-def state_at(law, s, i, t):
-    """y, w, w' and the friction work at t after the start of the step of lane i."""
-    w, rise, work = rise_and_work(s, i, t)
-    y = s[at.Y + i] + rise
-    return y, w, slope_in_lane(law, s, i, y, w), work

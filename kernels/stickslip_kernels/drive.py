@@ -6,7 +6,7 @@ The type of the tag says which. A steady belt is one segment, without accelerati
 from typing import Any, NamedTuple
 
 from . import layout as at
-from .friction import coefficient
+from .contacts import steady_friction
 from .jit import by_type, compiled
 
 ROUNDING = 1e-13  # of the time: what is left of a segment when it counts as over
@@ -41,7 +41,7 @@ by_drive = by_type(lambda m, *_: m.types[m.fields.index("drive")], inline=True)
 def open_drive(m, i, c):
     """Let the drive of cell c begin in lane i, forward being the direction of SIGMA = 1."""
     s, belt = m.s, m.cells[at.BELT, c]
-    mu = coefficient(m.law, m.cells, c, abs(belt))
+    mu = steady_friction(m.contact, m.law, m.cells, c, abs(belt))
     s[at.XI_STAR + i] = mu if belt >= 0.0 else -mu
     s[at.B + i], s[at.ALPHA + i], s[at.FLOOR + i] = belt, 0.0, 1e-3 * abs(belt) + SMALLEST_SPEED
     s[at.TAU + i], s[at.TAU_END + i] = 0.0, m.cells[at.HORIZON, c]
@@ -91,7 +91,7 @@ def _acceleration_of_segment(m, i):
 @steady_load.of(Segments)
 def _steady_load_of_moment(m, i):
     b = belt_in_lane(m, i, 0.0)
-    mu = coefficient(m.law, m.cells, int(m.s[at.CELL + i]), abs(b))
+    mu = steady_friction(m.contact, m.law, m.cells, int(m.s[at.CELL + i]), abs(b))
     return mu if b >= 0.0 else -mu
 
 

@@ -7,10 +7,9 @@ error. (The root of a cubic polynomial spoils a good step: 3e-4 at rtol 1e-6, me
 from math import isnan
 
 from . import layout as at
-from .dense import speed, state_at
-from .equations import slope_in_lane
+from .dense import speed
 from .jit import compiled
-from .roots import TO_ROUNDING, arrival, crossing, extreme_speed
+from .roots import TO_ROUNDING, crossing, extreme_speed
 
 NO_EVENT, LEVEL_REACHED, TURNED = range(3)
 
@@ -63,29 +62,3 @@ def turn_time(s, i):
     bottom = crossing(s, i, 2, 0.0, h, at_end, TO_ROUNDING)
     at_bottom = speed(s, i, bottom)
     return -1.0 if s[at.SIDE + i] * at_bottom[1] > 0.0 else crossing(s, i, 1, 0.0, bottom, at_bottom, TO_ROUNDING)
-
-
-@compiled(inline=True)
-def find_event(law, s, i):
-    """Return what ends the mode of lane i inside the step it has just tried.
-
-    Returns (kind, time from the step start, y, w, w', friction work up to there); for NO_EVENT the end of the step.
-    """
-    h, side, level = s[at.TAKEN + i], s[at.SIDE + i], s[at.LEVEL + i]
-    w1, dw1 = s[at.W_NEW + i], s[at.DW_NEW + i]
-    reached = reaches(s, i, w1)
-    end, at_end = h, end_motion(s, i)  # the level, if reached, is reached before this
-    turns = s[at.TURN + i] > 0.0 and may_turn(s, i, h, dw1)
-    if turns or (not reached and grazes(s, i, h, w1, dw1)):
-        turn = turn_time(s, i)
-        if turn >= 0.0:
-            y, w, dw, work = state_at(law, s, i, turn)
-            if reaches(s, i, w):
-                reached, end, at_end = True, turn, (w, 0.0, 0.0, 0.0)
-            elif s[at.TURN + i] > 0.0:
-                return TURNED, turn, y, w, 0.0, work
-    if not reached:
-        return NO_EVENT, h, s[at.Y_NEW + i], w1, dw1, s[at.WORK + i]
-    end, rise, work = arrival(s, i, level, side, end, at_end)
-    y = s[at.Y + i] + rise
-    return LEVEL_REACHED, end, y, level, slope_in_lane(law, s, i, y, level), work

@@ -11,14 +11,11 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
+from . import contacts, runtime
 from . import layout as at
-from . import runtime
 from .block import run_lanes
-from .contact import Contact
 from .drive import STEADY_BELT, Segments
-from .friction import coefficient
-from .laws import LAWS
-from .observers.regime import Regime
+from .machine import Machine
 from .observers.signals import Signals
 
 _TYPES = {"f": types.float64, "i": types.int64, "F": types.CPointer(types.float64), "I": types.CPointer(types.int64)}
@@ -26,7 +23,8 @@ _TYPES = {"f": types.float64, "i": types.int64, "F": types.CPointer(types.float6
 
 def c_functions(law, signals):
     """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`)."""
-    functions = _signals_of(LAWS[law]) if signals else _regimes_of(LAWS[law])
+    tags = contacts.tags_of(law)
+    functions = _signals_of(*tags[:2]) if signals else _regimes_of(*tags)
     return {name: _c_function(functions[name], kinds) for name, kinds in runtime.exports(signals).items()}
 
 
@@ -35,23 +33,23 @@ def _c_function(function, kinds):
     return numba.cfunc(signature, error_model="numpy", fastmath={"contract"}, _nrt=False)(function)
 
 
-def _regimes_of(law):
+def _regimes_of(contact, law, regimes):
     def run_regimes(cells, n, rtol, max_steps, stop, lanes, results, room, early_stop):
-        observer = Regime(array_at(results, (at.RESULT_ROWS, room)), early_stop != 0)
+        observer = regimes(array_at(results, (at.RESULT_ROWS, room)), early_stop != 0)
         columns, s = array_at(cells, (at.CELL_ROWS, n)), array_at(lanes, (at.LANE_NUMBERS,))
-        run_lanes(Contact(law, STEADY_BELT, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
+        run_lanes(Machine(contact, law, STEADY_BELT, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
         return 0
 
     def friction(cells, n, speeds, found):
         columns, w, mu = array_at(cells, (at.CELL_ROWS, n)), array_at(speeds, (n,)), array_at(found, (n,))
         for c in range(n):
-            mu[c] = coefficient(law, columns, c, w[c])
+            mu[c] = contacts.steady_friction(contact, law, columns, c, w[c])
         return 0
 
     return {"run_regimes": run_regimes, "friction": friction}
 
 
-def _signals_of(law):
+def _signals_of(contact, law):
     def run_signals(
         cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, rows, table, pieces, spans
     ):
@@ -63,7 +61,7 @@ def _signals_of(law):
         )
         drive = Segments(array_at(table, (pieces, at.SEGMENT_COLUMNS)), array_at(spans, (n, 2)))
         columns, s = array_at(cells, (at.CELL_ROWS, n)), array_at(lanes, (at.LANE_NUMBERS,))
-        run_lanes(Contact(law, drive, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
+        run_lanes(Machine(contact, law, drive, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
         return 0
 
     return {"run_signals": run_signals}

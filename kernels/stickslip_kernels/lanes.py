@@ -1,18 +1,17 @@
 """The hot loops: one trial step of WIDTH trajectories at once.
 
 Branch-free loops over the lanes of one flat buffer, which LLVM turns into full-width vector code (a test looks at the
-assembly). A step is tried as the law is stepped (`stepping.py`); accepting, rejecting and choosing the next step are
-part of the loops. Whatever is rare only raises the lane's FLAG; the scalar code (`modes.py`) then looks at that lane
+assembly). A step is tried as the contact does it (`contacts/`); accepting, rejecting and choosing the next step are
+part of the loops. Whatever is rare only raises the lane's FLAG; the scalar code of the contact then looks at that lane
 before the step is committed.
 """
 
+from . import contacts, observers
 from . import layout as at
-from . import observers
 from .crossings import find_crossings
 from .events import grazes, may_turn, reaches
 from .intrinsics import select, widest_vectors
 from .jit import compiled
-from .stepping import try_step
 
 
 @compiled(inline=True)
@@ -21,7 +20,7 @@ def step_lanes(m):
 
     Idle lanes compute numbers nobody reads.
     """
-    try_step(m.law, m.s, m.rtol)
+    contacts.try_step(m)
     observers.before_commit(m)
     watch_and_commit(m.s)
     observers.after_commit(m)

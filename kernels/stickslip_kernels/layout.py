@@ -33,6 +33,7 @@ SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
     HORIZON,  # may be inf
 ) = range(15)  # fmt: skip
 CELL_ROWS = 15
+OWN_0, OWN_1, OWN_2, OWN_3 = A1, A2, A3, A4  # rows of the contact, as one that has no friction curve calls them
 
 # --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (
@@ -67,7 +68,7 @@ WIDTH = 32
     W,  # slip speed
     DW,  # its derivative
     JERK,  # its second derivative
-    WEAK,  # drop shape(rate w), the weakening part of friction (kept by the Taylor step only)
+    WEAK,  # a number of the contact: drop shape(rate w), the weakening part of friction; an inner state
     SIDE_LAST,  # side of the equilibrium of the last extremum of u outside the band: +1, -1, 0 none yet
     CROSSED,  # crossings of the equilibrium so far
     LOOP_COUNT,  # maxima of u since the reference one (`observers/cycles.py`), -1 without one

@@ -64,7 +64,7 @@ def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
     return addresses
 
 
-class Machine:
+class Kernels:
     """The kernels of one friction law, for maps or for signals. Calls are serial, and may be made from any thread."""
 
     def __init__(self, addresses: Addresses, signals: bool) -> None:
@@ -122,7 +122,7 @@ class Machine:
 
 def try_out(symbols: list[str], code: bytes, signals: bool) -> None:
     """Load an object and let it compute a cell. What is no code of this machine may end the process."""
-    run = Machine(load(symbols, code, signals), signals)
+    run = Kernels(load(symbols, code, signals), signals)
     cells, stop = np.ones((at.CELL_ROWS, 1)), np.zeros(1, np.int64)
     if signals:
         drive, samples = (np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 1.0]])), np.zeros((at.SIGNAL_ROWS, 1))

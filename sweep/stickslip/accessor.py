@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from stickslip.vocabulary.suggest import listed, suggest
+from stickslip.vocabulary.suggest import did_you_mean, listed
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -45,16 +45,15 @@ class StickslipAccessor:
 
         Raises ValueError for a result without regimes.
         """
+        import pandas as pd
+
         from stickslip.dataset.summary import summary
 
         if "regime" not in self._ds.data_vars:
             raise ValueError(f"no regimes in {', '.join(map(str, self._ds.data_vars))}; expected a map or cells")
-        found = summary(self._ds)
-        table = {
-            "cells": ("regime", [one.cells for one in found.values()]),
-            "share": ("regime", [one.fraction for one in found.values()]),
-        }
-        return xr.Dataset(table, {"regime": list(found)}).to_dataframe()
+        shares = summary(self._ds)
+        columns = {"cells": [row.cells for row in shares.values()], "share": [row.fraction for row in shares.values()]}
+        return pd.DataFrame(columns, pd.Index(list(shares), name="regime"))
 
     def mask(self, *names: str, flag: str = "regime") -> xr.DataArray:
         """Return a mask of where a flag has one of these names: `ds.where(ds.stickslip.mask("stick_slip"))`.
@@ -63,10 +62,9 @@ class StickslipAccessor:
         """
         meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
         if unknown := [name for name in names if name not in meanings]:
-            near = suggest(unknown[0].replace("-", "_"), meanings) if meanings else None
-            hint = f"; did you mean {near}?" if near else ""
+            near = did_you_mean(unknown[0].replace("-", "_"), meanings)
             expected = listed(meanings) if meanings else "a flag"
-            raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}{hint}")
+            raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}{f'; {near}' if near else ''}")
         return self._ds[flag].isin([meanings.index(name) for name in names])
 
     # --- pictures -----------------------------------------------------------------------------------------------------
@@ -108,16 +106,16 @@ class StickslipAccessor:
     def simulate(self, duration: float | str | None = None, samples: int = 2001, **at: Any) -> xr.Dataset:
         """One cell over time.
 
-        duration : s, or a text with a unit; None for some cycles. at : which cell, as for `cell`.
+        duration : s, or a text with a unit; None for eight cycles, or until it has settled.
+        at : which cell, as for `cell`.
         The law and the tolerance are those of the result. Returns and raises what `stickslip.simulate` does.
         """
-        from stickslip.api.cells import evaluate, simulate
+        from stickslip.api.cells import evaluate, simulate, time_span
         from stickslip.config.select import shared_by
-        from stickslip.dataset.survey import duration_of
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
-            duration = duration_of({"solver": {}}, evaluate(cell, **how).isel(cell=0).reset_coords())
+            duration = time_span(evaluate(cell, **how)).duration
         return simulate(**{"duration": duration, "samples": samples, **how, **cell})
 
     def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
@@ -162,8 +160,7 @@ def map_behind(ds: xr.Dataset) -> xr.Dataset:
     from stickslip.vocabulary.display_units import units_shown
 
     config = parse_config(str(ds.attrs["configuration"]), "the configuration of the borders")
-    found = run(coarse_map(config).shown_in(units_shown(ds)))
-    return found.assign_attrs(title=ds.attrs.get("title", ""))
+    return run(coarse_map(config).shown_in(units_shown(ds))).assign_attrs(title=ds.attrs.get("title", ""))
 
 
 def register() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from traceback import format_exception
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -62,7 +63,14 @@ class Problem:
         return printable(": ".join(parts)) + (f"\n  hint: {printable(self.hint)}" if self.hint else "")
 
 
-class ConfigError(ValueError):
+class _InInput:
+    """An error in people's input, of which IPython shows the message alone; plain Python shows the traceback too."""
+
+    def _render_traceback_(self) -> list[str]:  # which IPython calls
+        return [f"{type(self).__name__}: {self}"]
+
+
+class ConfigError(_InInput, ValueError):
     """A configuration that cannot be used; `problems` lists everything that is wrong with it, in the order of the file.
 
     `source` is the name of the file, or of the text in angle brackets.
@@ -75,17 +83,6 @@ class ConfigError(ValueError):
 
     def __str__(self) -> str:
         return "\n".join(problem.text(self.source) for problem in self.problems)
-
-    def _render_traceback_(self) -> list[str]:
-        return _in_notebooks(self)
-
-
-def _in_notebooks(error: BaseException) -> list[str]:
-    """The text that IPython shows of an error in people's input: its message, without a traceback of this package.
-
-    It calls `_render_traceback_` of exceptions that have it. Plain Python shows the traceback, as of any other.
-    """
-    return [f"{type(error).__name__}: {error}"]
 
 
 def dotted(path: Path) -> str:
@@ -125,15 +122,12 @@ class QuantityError(ValueError):
         return f"expected {self.expected}" + (f"; {self.hint}" if self.hint else "")
 
 
-class ArgumentError(ValueError):
+class ArgumentError(_InInput, ValueError):
     """An argument, or the key of that name in a configuration, is not what is possible; `what` says why."""
 
     def __init__(self, key: str, what: str) -> None:
         super().__init__(f"{key}: {what}")
         self.key, self.what = key, what
-
-    def _render_traceback_(self) -> list[str]:
-        return _in_notebooks(self)
 
 
 class FitWarning(UserWarning):
@@ -151,7 +145,7 @@ _IN_PYTHON = {"fresh": "fresh=True", "output": "output", "store": "store", "run"
 _ON_COMMAND_LINE = {"fresh": "--fresh", "output": "--output", "store": "--store", "run": "stickslip run"}
 
 
-class StoreError(OSError):
+class StoreError(_InInput, OSError):
     """A dataset could not be written or read; the message names the path, the reason and, if there is one, a remedy.
 
     hint : the remedy, where it is an option, whose name {fresh}, {output}, {store} or {run} stands for: the message
@@ -164,9 +158,6 @@ class StoreError(OSError):
 
     def __str__(self) -> str:
         return self._text(_IN_PYTHON)
-
-    def _render_traceback_(self) -> list[str]:
-        return _in_notebooks(self)
 
     @property
     def on_command_line(self) -> str:
@@ -257,6 +248,11 @@ class UncomputedError(Exception):
         super().__init__(message, trace)
         self.message, self.trace = message, trace
 
+    @classmethod
+    def of(cls, error: Exception) -> UncomputedError:
+        """The message of an exception."""
+        return cls(f"{type(error).__name__}: {error}", "".join(format_exception(error)))
+
     def __str__(self) -> str:
         return self.message
 
@@ -268,8 +264,5 @@ class NotReachedError(RuntimeError):
     """A trajectory could not be integrated to its end; the message says how far, and why."""
 
 
-class PlotError(ValueError):
+class PlotError(_InInput, ValueError):
     """This dataset cannot be drawn as asked; the message says what is possible."""
-
-    def _render_traceback_(self) -> list[str]:
-        return _in_notebooks(self)

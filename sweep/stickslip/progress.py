@@ -1,7 +1,7 @@
-"""How far a computation is: a bar in a notebook or on the terminal, lines where there is neither.
+"""Progress of a computation: a bar in a notebook or on the terminal, lines where there is neither.
 
 The bar of a notebook is HTML that IPython replaces in place. It needs no widgets, so that it is there in every
-front end and stays in the saved notebook. It appears once a call has taken a moment.
+front end and stays in the saved notebook.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 Moved = Callable[[float, int], None]
 Watch = Moved | bool | Literal["auto"] | None
-_PATIENCE = 0.5  # s before a bar appears
-_EVERY = 0.1  # s between its movements
+PATIENCE = 0.5  # s before the bar of a notebook appears
+REFRESH = 0.1  # s between its movements
 EVERY = 60.0  # s between lines
-_STEADY = 120.0  # s over which the time left is estimated: blocks end in bursts
+_SOON = 1.0  # s
 
 
 @contextmanager
@@ -41,7 +41,9 @@ def watched(progress: Watch, counted: str = "cells", kernels: str | None = None)
     if not progress or (progress == "auto" and not in_notebook()):
         yield None
         return
-    bar = _NotebookBar(counted) if in_notebook() else _on_standard_error(counted)
+    from rich.console import Console
+
+    bar = NotebookBar(counted) if in_notebook() else on_console(Console(stderr=True), counted)
     if kernels is not None and will_compile(kernels):
         bar.say("compiling the kernels for this machine, once")
     try:
@@ -59,20 +61,14 @@ def in_notebook() -> bool:
 
 def will_compile(kernels: str) -> bool:
     """Return whether kernels must be compiled first; the engine is loaded when that is asked for."""
-    from .engine import will_compile as asked
+    from stickslip.engine import compiled
 
-    return asked(kernels)
-
-
-def _on_standard_error(counted: str) -> Bar | Lines:
-    from rich.console import Console
-
-    return on_console(Console(stderr=True), 0, "", counted)
+    return compiled.will_compile(kernels)
 
 
-def on_console(console: Console, total: int, doing: str, of: str) -> Bar | Lines:
-    """Return what shows how far a computation of `total` is: `of` what, `doing` what with them."""
-    return Bar(console, total, doing, of) if console.is_terminal else Lines(console, doing, of)
+def on_console(console: Console, counted: str, doing: str = "") -> Bar | Lines:
+    """Return what shows how far a computation is: a bar on a terminal, lines in a file or a pipe."""
+    return Bar(console, counted, doing) if console.is_terminal else Lines(console, counted, doing)
 
 
 def duration_text(seconds: float) -> str:
@@ -82,157 +78,134 @@ def duration_text(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-class _NotebookBar:
-    """A bar in the output of a cell."""
+class _Progress:
+    """The progress of a computation in words.
 
-    def __init__(self, counted: str) -> None:
-        self._counted, self._began, self._shown = counted, perf_counter(), 0.0
-        self._last: tuple[float, int] | None = None
-        self._handle: Any = None
+    counted : what is counted. doing : what is done with it (" written"), besides the computation itself.
+    """
+
+    def __init__(self, counted: str, doing: str = "") -> None:
+        self._counted, self._besides = f"{counted}{doing}", bool(doing)
+        self._first: tuple[float, float] | None = None  # done at the first move, and its time
+        self._last: tuple[float, int] = (0.0, 0)
+        self._now = 0.0
+
+    def move(self, done: float, total: int) -> None:
+        """Note that so many of so many are done, and show it if it is time for that.
+
+        What is done at the first move was finished before, and does not count for the rate.
+        """
+        self._now, self._last = perf_counter(), (done, total)
+        self._first = self._first or (done, self._now)
+        self._moved()
+
+    def words(self, ended: bool = False) -> str:
+        """`40.0 %  400 of 1,000 cells, 10/s, about 60 s left`; once it has ended, how long it took."""
+        assert self._first is not None
+        (before, began), (done, total) = self._first, self._last
+        share = 100.0 * done / total if total else 100.0
+        text = f"{share:5.1f} %  {floor(done):,} of {total:,} {self._counted}"
+        seconds = max(self._now - began, 1e-9)
+        if rate := (done - before) / seconds:
+            text += f", {rate:,.0f}/s" if rate >= 10.0 else f", {rate:.2g}/s"
+        if ended:
+            return f"{text}, after {duration_text(seconds)}"
+        left = (total - done) / rate if rate > 0.0 else 0.0
+        return f"{text}, about {duration_text(left)} left" if left >= _SOON else text
+
+    def _moved(self) -> None:
+        raise NotImplementedError
+
+
+class NotebookBar(_Progress):
+    """A bar in the output of a cell, once a call has taken a moment."""
+
+    _handle: Any = None
+    _next = 0.0
 
     def say(self, words: str) -> None:
         """Show words where the bar will be."""
-        self._replace(_Words(words))
-
-    def move(self, done: float, total: int) -> None:
-        """Show that so many are done, unless the bar moved just now."""
-        now = perf_counter()
-        self._last = done, total
-        if now - self._began > _PATIENCE and now - self._shown > _EVERY:
-            self._shown = now
-            self._show()
+        self._show({"text/plain": words})
 
     def end(self) -> None:
         """Leave the bar as far as it came."""
-        if self._handle is not None:
-            self._show()
+        if self._handle is not None and self._first is not None:
+            self._show_bar()
 
-    def _show(self) -> None:
-        if self._last is not None:
-            self._replace(_View(*self._last, self._counted, perf_counter() - self._began))
+    def _moved(self) -> None:
+        assert self._first is not None
+        if self._now > max(self._first[1] + PATIENCE, self._next):
+            self._next = self._now + REFRESH
+            self._show_bar()
 
-    def _replace(self, view: _View | _Words) -> None:
-        display = import_module("IPython.display").display  # of the notebook: we do not depend on it
+    def _show_bar(self) -> None:
+        done, total = self._last
+        words = self.words(ended=done >= total).strip()
+        bar = f'<progress value="{done}" max="{total}" style="width: 20em; vertical-align: middle"></progress>'
+        self._show({"text/plain": words, "text/html": f"<div>{bar} {words}</div>"})
+
+    def _show(self, view: dict[str, str]) -> None:
+        """Show one thing in several types, of which a front end chooses."""
         if self._handle is None:
-            self._handle = display(view, display_id=True)
+            display = import_module("IPython.display").display  # of the notebook: we do not depend on it
+            self._handle = display(view, raw=True, display_id=True)
         else:
-            self._handle.update(view)
+            self._handle.update(view, raw=True)
 
 
-class _Words:
-    """A line of words, as IPython shows it."""
+class Bar(_Progress):
+    """A bar on the terminal, which is shown once it moves."""
 
-    def __init__(self, words: str) -> None:
-        self._words = words
+    def __init__(self, console: Console, counted: str, doing: str = "") -> None:
+        from rich.progress import BarColumn, Progress, TextColumn
 
-    def __repr__(self) -> str:
-        return self._words
-
-
-class _View:
-    """A bar at one moment, as IPython shows it."""
-
-    def __init__(self, done: float, total: int, counted: str, seconds: float) -> None:
-        self._done, self._total = done, total
-        self._words = f"{floor(done):,} of {total:,} {counted}, {seconds:.0f} s"
-        if 0 < done < total:
-            self._words += f", about {seconds * (total - done) / done:.0f} s left"
-
-    def __repr__(self) -> str:
-        return self._words
-
-    def _repr_html_(self) -> str:
-        bar = f'<progress value="{self._done}" max="{self._total}" style="width: 20em; vertical-align: middle">'
-        return f"<div>{bar}</progress> {self._words}</div>"
-
-
-class Bar:
-    """A bar on the terminal with percentage, counts, rate and the time left, which is shown once it moves."""
-
-    def __init__(self, console: Console, total: int, doing: str, of: str) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-        counts = "{task.percentage:3.0f} %  {task.fields[whole]:,} of {task.total:,.0f} "
-        text = TextColumn(f"{counts}{of}{doing}{{task.fields[rate]}}")
-        columns = BarColumn(), text, TimeRemainingColumn(elapsed_when_finished=True)
-        self._bar = Progress(*columns, console=console, speed_estimate_period=_STEADY)
-        self._task = self._bar.add_task(of, total=total, whole=0, rate="")
-        self._first: tuple[float, float] | None = None
+        super().__init__(counted, doing)
+        self._bar = Progress(BarColumn(), TextColumn("{task.description}"), console=console)
 
     def say(self, words: str) -> None:
         """Print words above the bar."""
         self._bar.console.print(words)
-
-    def move(self, done: float, total: int) -> None:
-        """Show that so many of so many are done."""
-        if self._first is None:
-            self._first = done, perf_counter()
-            self._bar.reset(self._task, completed=floor(done), total=total, whole=floor(done), rate="")
-            self._bar.start()
-        found, began = self._first
-        rate = (done - found) / max(perf_counter() - began, 1e-9)
-        text = f", {rate:,.0f} per second" if rate >= 1 else ""
-        self._bar.update(self._task, completed=done, total=total, whole=floor(done), rate=text)
 
     def end(self) -> None:
         """Leave the bar as it is."""
         if self._first is not None:
             self._bar.stop()
 
+    def _moved(self) -> None:
+        done, total = self._last
+        if not self._bar.task_ids:
+            self._bar.add_task("")
+            self._bar.start()
+        words = self.words(ended=done >= total)
+        self._bar.update(self._bar.task_ids[0], completed=done, total=total, description=words)
 
-class Lines:
-    """A line at the start, every now and then, and at the end.
 
-    doing : of something besides the computation itself there are only the lines in between.
-    every : s; EVERY unless given. clock : s, of any beginning.
-    """
+class Lines(_Progress):
+    """A line at the start, every now and then, and at the end; of what is done besides, only those in between."""
 
-    def __init__(
-        self,
-        console: Console,
-        doing: str,
-        of: str,
-        every: float | None = None,
-        clock: Callable[[], float] = perf_counter,
-    ) -> None:
-        self._console, self._doing, self._of, self._clock = console, doing, of, clock
-        self._every = EVERY if every is None else every
-        self._first: tuple[float, float] | None = None
-        self._last: tuple[float, int] = (0, 0)
-        self._told: tuple[float, int] | None = None
-        self._moved = self._next = 0.0
+    _next: float | None = None  # time of the next line
+    _printed: tuple[float, int] | None = None
+
+    def __init__(self, console: Console, counted: str, doing: str = "") -> None:
+        super().__init__(counted, doing)
+        self._console = console
 
     def say(self, words: str) -> None:
         """Print words."""
         self._console.print(words, markup=False)
 
-    def move(self, done: float, total: int) -> None:
-        """Note that so many of so many are done; tell, if it is time for that."""
-        now = self._moved = self._clock()
-        self._last = done, total
-        if self._first is None:
-            self._first, self._next = (done, now), now + self._every
-            if not self._doing:
-                self._tell()
-        elif now >= self._next or done >= total and not self._doing and self._told != self._last:
-            self._tell(ended=done >= total)
-
     def end(self) -> None:
-        """Tell how far it came, and in what time, unless that was told already."""
-        if self._first is not None and self._told != self._last and (self._told or not self._doing):
-            self._tell(ended=True)
+        """Print how far it came, and in what time, unless that is printed already."""
+        if self._first is not None and self._printed != self._last and (self._printed or not self._besides):
+            self._print(ended=True)
 
-    def _tell(self, ended: bool = False) -> None:
-        assert self._first is not None
-        (found, began), (done, total), now = self._first, self._last, self._moved
-        share = 100.0 * done / total if total else 100.0
-        text = f"{share:5.1f} %  {floor(done):,} of {total:,} {self._of}{self._doing}"
-        rate = (done - found) / max(now - began, 1e-9)
-        if done > found:
-            text += f", {rate:,.0f} per second" if rate >= 10.0 else f", {rate:.2g} per second"
-        if ended:
-            text += f", after {duration_text(now - began)}"
-        elif done > found and done < total:
-            text += f", about {duration_text((total - done) / rate)} left"
-        self._console.print(text, markup=False)
-        self._told, self._next = self._last, now + self._every
+    def _moved(self) -> None:
+        is_first, (done, total) = self._next is None, self._last
+        self._next = self._now + EVERY if self._next is None else self._next
+        at_an_end = not self._besides and (is_first or done >= total and self._printed != self._last)
+        if at_an_end or self._now >= self._next:
+            self._print(ended=done >= total and not is_first)
+
+    def _print(self, ended: bool) -> None:
+        self.say(self.words(ended))
+        self._printed, self._next = self._last, self._now + EVERY

@@ -6,8 +6,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from stickslip_kernels import layout as at
-from stickslip_kernels.equations import jerk_in_lane, slope_in_lane
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.contacts.stribeck.equations import jerk_in_lane, slope_in_lane
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 B, GAMMA, OFFSET, SLOPE, DROP, RATE = 0.4, 0.05, 1.0, 0.1, 0.3, 3.0
 Y0, W0 = 0.4, 0.3

@@ -11,8 +11,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import ARTICLE, block_of, cell, outcome
-from stickslip_kernels import ageing, first_passage
 from stickslip_kernels import layout as at
+from stickslip_kernels.contacts.stribeck import ageing, first_passage
 
 
 @njit

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from stickslip_kernels import layout as at
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 from stickslip_kernels.crossings import find_crossings
 from stickslip_kernels.dense import speed
-from stickslip_kernels.laws import LAWS
 from stickslip_kernels.observers.tops import find_tops
 from stickslip_kernels.roots import arrival_in_lane
 

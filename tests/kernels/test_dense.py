@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 from helpers.slip_step import LANE, exact, holding, lanes, polynomials
 from stickslip_kernels import layout as at
-from stickslip_kernels import taylor
-from stickslip_kernels.dense import horner, rise_and_work, speed, state_at
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.contacts.stribeck import taylor
+from stickslip_kernels.contacts.stribeck.equations import state_at
+from stickslip_kernels.contacts.stribeck.laws import LAWS
+from stickslip_kernels.dense import horner, rise_and_work, speed
 
 
 @given(polynomials, st.floats(0.0, 1.0))

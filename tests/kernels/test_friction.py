@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numba import njit
 
 from helpers.kernel_runs import ARTICLE, block_of, cell
-from stickslip_kernels import friction
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.contacts.stribeck import friction
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 SHAPES = {
     "stribeck": lambda z, delta: math.exp(-z),

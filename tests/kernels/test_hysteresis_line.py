@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from stickslip_kernels import hysteresis_line
+from stickslip_kernels.contacts.stribeck import hysteresis_line
 
 states = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, -1e-3))
 drags = st.one_of(

@@ -13,11 +13,12 @@ from stickslip.engine.compiled import warm_up
 from stickslip_kernels import layout as at
 from stickslip_kernels import objects
 from stickslip_kernels.allocate import new_regimes
-from stickslip_kernels.contact import Contact
+from stickslip_kernels.contacts.stribeck.laws import LAWS
+from stickslip_kernels.contacts.stribeck.modes import TAG
 from stickslip_kernels.drive import STEADY_BELT
 from stickslip_kernels.jit import compiled
 from stickslip_kernels.lanes import step_lanes
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.machine import Machine
 from stickslip_kernels.observers.regime import Regime
 
 # The widest vectors of the processor: the feature that brings them, and the packed arithmetic on whole registers.
@@ -40,7 +41,8 @@ def step(m):
 
 
 def machine(law, s):
-    return Contact(LAWS[law], STEADY_BELT, Regime(new_regimes(0), True), s, np.empty((at.CELL_ROWS, 0)), 1e-6, 1e6)
+    observer, cells = Regime(new_regimes(0), True), np.empty((at.CELL_ROWS, 0))
+    return Machine(TAG, LAWS[law], STEADY_BELT, observer, s, cells, 1e-6, 1e6)
 
 
 @pytest.mark.parametrize("law", LAWS)

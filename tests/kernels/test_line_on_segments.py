@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stickslip_kernels.contacts.stribeck.hysteresis_line import LONGEST, end_within, motion, response
 from stickslip_kernels.events import LEVEL_REACHED, NO_EVENT, TURNED
-from stickslip_kernels.hysteresis_line import LONGEST, end_within, motion, response
 
 DRAGS = st.one_of(st.floats(-4.0, 4.0), st.floats(1.0, 12.0).map(lambda x: 10.0**x))
 TIMES = st.floats(-10.0, math.log10(LONGEST)).map(lambda x: 10.0**x)

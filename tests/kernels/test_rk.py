@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from helpers.slip_step import GAMMA, SLOPE, W0, Y0, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
-from stickslip_kernels import runge_kutta
+from stickslip_kernels.contacts.stribeck import runge_kutta
+from stickslip_kernels.contacts.stribeck.laws import LAWS
+from stickslip_kernels.contacts.stribeck.runge_kutta import GROW_MOST, SHRINK_MOST, step_factor
 from stickslip_kernels.exponential import rough_log2
-from stickslip_kernels.laws import LAWS
-from stickslip_kernels.runge_kutta import GROW_MOST, SHRINK_MOST, step_factor
 
 LAW = "rational"
 TAG = LAWS[LAW]

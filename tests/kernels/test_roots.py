@@ -8,15 +8,15 @@ from scipy.optimize import minimize_scalar
 
 from helpers.slip_step import LANE, exact, holding, lanes, numbers, polynomials
 from stickslip_kernels import layout as at
-from stickslip_kernels import taylor
+from stickslip_kernels.contacts.stribeck import taylor
+from stickslip_kernels.contacts.stribeck.extreme_slope import extreme_slope
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 from stickslip_kernels.dense import rise_and_work, speed
-from stickslip_kernels.laws import LAWS
 from stickslip_kernels.roots import (
     FOR_A_VALUE,
     TO_ROUNDING,
     arrival,
     crossing,
-    extreme_slope,
     extreme_speed,
     inverse_cubic,
     sign_before,

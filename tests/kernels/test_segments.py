@@ -5,7 +5,7 @@ import pytest
 
 from helpers.rig_runs import cut, drive_of, imbalance, outcome, random_contact, random_drive, rig, run, strokes
 from stickslip_kernels import layout as at
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 BOTH = pytest.mark.parametrize("hysteretic", [False, True], ids=["plain", "hysteretic"])
 EVERY_LAW = pytest.mark.parametrize("law", LAWS)

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from helpers.rig_runs import drive_of, outcome, random_contact, random_drive, strokes
 from helpers.scipy_rig import Rig, trapezoidal
 from stickslip_kernels import layout as at
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 # --- against SciPy --------------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ from helpers.kernel_runs import block_of, cell
 from helpers.kernel_runs import run as run_cells
 from helpers.rig_runs import NO_STOPS, drive_of, run
 from stickslip_kernels import layout as at
-from stickslip_kernels.laws import LAWS
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 HORIZON, RTOL = 40.0, 1e-10
 PAIRS = (

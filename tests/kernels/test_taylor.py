@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, jerk, lanes, slope
 from stickslip_kernels import layout as at
-from stickslip_kernels import taylor
-from stickslip_kernels.laws import LAWS, RECURRENCES
-from stickslip_kernels.resolvable import may_bend_twice
+from stickslip_kernels.contacts.stribeck import taylor
+from stickslip_kernels.contacts.stribeck.laws import LAWS, RECURRENCES
+from stickslip_kernels.contacts.stribeck.resolvable import may_bend_twice
 
 RTOL = 1e-9
 EVERY_LAW = pytest.mark.parametrize("law", [name for name, tag in LAWS.items() if type(tag) in RECURRENCES])

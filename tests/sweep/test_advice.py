@@ -101,7 +101,7 @@ def test_no_way_out_is_no_error(here):
     [
         (("advise", "pair.yaml"), "missing, expected a value for this axis"),
         (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=NUMBER"),
-        (("advise", "pair.yaml", *AT, "--within", "1"), "factor above 1"),
+        (("advise", "pair.yaml", *AT, "--within", "1"), "within: got 1.0, expected a number above 1"),
         (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
         (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
         (("contours", "pair.yaml", "--csv", "lines.txt"), "tables of points end in .csv"),
@@ -143,7 +143,7 @@ def test_what_cannot_change_and_what_lies_further_away_is_told(here):
     told = said("advise", "pair.yaml", *AT, "--at", "a2=0", "--parameter", "v_reversal")
     assert "v_reversal is no property of this curve, which has no minimum" in told
     told = said("advise", "pair.yaml", *AT, "--parameter", "mu_start", "--parameter", "a3", code=2)
-    assert "got mu_start and a3, expected one form of the curve" in told
+    assert "expected one form of the curve: mu_start, mu_reversal and v_reversal, or a1, a2 and a3" in told
 
 
 def test_a_goal_for_a_range_of_speeds_holds_at_all_of_them(here):
@@ -165,7 +165,7 @@ def test_a_goal_for_a_range_of_speeds_holds_at_all_of_them(here):
         (("--speed-range", "0.4"), "with two dots"),
         (("--speed-range", "0.4..0.9", "--at", "belt_speed=0.5"), "expected one of them"),
         (("--speed-range", "0.4..0.9", "--parameter", "belt_speed"), "what the range of speeds is about"),
-        (("--speed-range", "0..0.9"), "expected speeds above 0"),
+        (("--speed-range", "0..0.9"), "expected a speed above 0"),
     ):
         assert why in said("advise", "pair.yaml", *AT[:2], *words, code=2)
 

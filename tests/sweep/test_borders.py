@@ -61,7 +61,7 @@ def least_slip_speed(cell):
 
 
 @pytest.mark.parametrize(
-    "along", [pytest.param(name, marks=pytest.mark.slow) if name == "belt_speed" else name for name in RANGE]
+    "along", [name if name == "stiffness" else pytest.param(name, marks=pytest.mark.slow) for name in RANGE]
 )
 def test_stick_slip_ends_where_scipy_sees_the_first_slip_graze(along):
     """Ten lines over decades of mass, stiffness and load, each a root by Brent to 1e-12."""
@@ -388,18 +388,18 @@ def test_halving_ends_at_neighbouring_numbers():
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"along": "belt_sped"}, TypeError, "'belt_sped' is not a parameter of a cell; did you mean 'belt_speed'?"),
-        ({"along": "regime"}, TypeError, "known are mass, stiffness"),
-        ({"between": (2.0, 1.0)}, ValueError, "got 2 to 1, expected the lower end first and the upper above it; swap"),
-        ({"between": (1.0, 1.0)}, ValueError, "got 1 to 1, expected the lower end first"),
-        ({"between": (np.nan, 1.0)}, ValueError, "got nan as lower end of belt_speed, expected a finite number in m/s"),
-        ({"between": (0.0, np.inf)}, ValueError, "got inf as upper end of belt_speed, expected a finite number"),
-        ({"along": "mass", "between": (0.0, 1.0)}, ValueError, "got 0 as lower end of mass, expected a mass above"),
-        ({"along": "mu_stop", "between": (np.nan, 1.0)}, ValueError, "got nan as lower end of mu_stop"),
+        ({"along": "belt_sped"}, ValueError, "did you mean belt_speed?"),
+        ({"along": "regime"}, ValueError, "got 'regime', expected a parameter of a cell: mass, stiffness"),
+        ({"between": (2.0, 1.0)}, ValueError, "expected the lower end first and the upper above it; swap"),
+        ({"between": (1.0, 1.0)}, ValueError, "got (1.0, 1.0), expected the lower end first"),
+        ({"between": (np.nan, 1.0)}, ValueError, "between: got (nan, 1.0), expected a finite number in m/s"),
+        ({"between": (0.0, np.inf)}, ValueError, "between: got (0.0, inf), expected a finite number"),
+        ({"along": "mass", "between": (0.0, 1.0)}, ValueError, "between: got (0.0, 1.0), expected a mass above"),
+        ({"along": "mu_stop", "between": (np.nan, 1.0)}, ValueError, "between: got (nan, 1.0)"),
         ({"along": "mu_stop", "between": (0.5, 2.0)}, ValueError, "mu_stop[0]: got 2, expected at most mu_start"),
         ({"along": "damping", "between": None}, ValueError, "between: missing; cells need a range of damping"),
-        ({"between": 3.0}, TypeError, "between: got 3.0, expected two numbers (low, high)"),
-        ({"between": (1.0, 2.0, 3.0)}, TypeError, "expected two numbers (low, high)"),
+        ({"between": 3.0}, ValueError, "between: got 3.0, expected a list of two values"),
+        ({"between": (1.0, 2.0, 3.0)}, ValueError, "expected a list of two values"),
         ({"scan": 1}, ValueError, "scan: got 1, expected a whole number from 2 to"),
         ({"scan": 2.5}, ValueError, "scan: got 2.5"),
         ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to 0.1"),
@@ -457,8 +457,8 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     ("arguments", "message"),
     [
         (("--along", "damping"), "between: missing; damping is no axis of the configuration"),
-        (("--along", "damping", "--between", "2 mm", "3"), "--between: damping: got '2 mm'"),
-        (("--along", "dampin", "--between", "2", "3"), "--between: 'dampin' is not a parameter of a cell"),
+        (("--along", "damping", "--between", "2 mm", "3"), "--between: got ('2 mm', 3.0)"),
+        (("--along", "dampin", "--between", "2", "3"), "--along: got 'dampin', expected a parameter of a cell"),
         (("--along", "belt_speed", "--scan", "1"), "scan: got 1, expected"),
     ],
 )

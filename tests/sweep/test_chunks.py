@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.maps import plane
-from stickslip.files import netcdf_chunks, packing, reading, writing
-from stickslip.files.netcdf_chunks import NetcdfChunks
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files import netcdf, reading, writing
+from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.seal import NOBODY_WROTE
 
 TYPES = ("i1", "i4", "f8")
@@ -88,7 +87,7 @@ def test_a_checksum_is_that_of_the_plain_sums(data):
     for high, low in zip(data[::2], data[1::2] + b"\0", strict=False):
         simple = _folded(simple + (high << 8 | low))
         double = _folded(double + simple)
-    assert packing.fletcher32(np.frombuffer(data, np.uint8)) == double << 16 | simple
+    assert netcdf.fletcher32(np.frombuffer(data, np.uint8)) == double << 16 | simple
 
 
 def _folded(total):
@@ -159,23 +158,26 @@ def test_a_file_does_not_depend_on_the_number_of_threads(tmp_path):
     assert len(files) == 1 and same_bits(read(tmp_path / "1.nc"), values)
 
 
-def test_lazy_values_in_other_chunks_than_the_file_are_written_as_they_are(tmp_path, monkeypatch):
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_lazy_values_in_other_chunks_than_the_file_are_written_as_they_are(tmp_path, monkeypatch, suffix):
+    if suffix == ".zarr":
+        pytest.importorskip("zarr")
     monkeypatch.setattr(writing, "_CHUNK_VALUES", 100)
     ds = plane(30, 40)
     pieces = ds.chunk(stiffness=7, belt_speed=11)
-    with reading.open(writing.write(pieces, tmp_path / "map.nc")) as back:
+    with reading.open(writing.write(pieces, tmp_path / f"map{suffix}")) as back:
         xr.testing.assert_identical(back.load(), ds)
 
 
 def test_few_chunks_wait_for_threads_that_are_slow(tmp_path, monkeypatch):
     alive, most = threading.Semaphore(0), []
-    real = netcdf_chunks.filtered
+    real = netcdf._packed
 
-    def slow(data, pipeline):
+    def slow(pipeline, values):
         alive.acquire(timeout=0.01)
-        return real(data, pipeline)
+        return real(pipeline, values)
 
-    monkeypatch.setattr(netcdf_chunks, "filtered", slow)
+    monkeypatch.setattr(netcdf, "_packed", slow)
     with NetcdfChunks(create(tmp_path / "v.nc", "i4", (900,), (10,)), 2) as file:
         for start in range(0, 900, 10):
             file.write("v", np.arange(start, start + 10, dtype="i4"), (start,))
@@ -185,11 +187,11 @@ def test_few_chunks_wait_for_threads_that_are_slow(tmp_path, monkeypatch):
 
 
 def test_what_goes_wrong_in_a_thread_is_raised_and_the_file_is_closed(tmp_path, monkeypatch):
-    def full(data, pipeline):
+    def full(pipeline, values):
         raise MemoryError("no room")
 
     path = create(tmp_path / "v.nc", "i4", (900,), (10,))
-    monkeypatch.setattr(netcdf_chunks, "filtered", full)
+    monkeypatch.setattr(netcdf, "_packed", full)
     with pytest.raises(MemoryError, match="no room"), NetcdfChunks(path) as file:
         file.write("v", np.arange(900, dtype="i4"))
     assert not NETCDF_LOCK.locked()

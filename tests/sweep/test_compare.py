@@ -15,7 +15,7 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import points_path
 from stickslip.errors import ConfigError, UnitWarning
-from stickslip.fit import draw_curves, fit_curve
+from stickslip.fit import draw_curves, fit_curve, fit_materials
 from stickslip.materials.page import material_page
 from stickslip.materials.table import RankTable
 
@@ -48,6 +48,15 @@ def test_materials_are_ranked_by_the_border_of_their_fitted_curves(compared):
     assert list(compared["material"].values) == ["grease_b", "grease_a", "dry"]
     assert compared["rank"].values.tolist() == [1, 2, 3] and (np.diff(last) > 0).all()
     assert (compared["quiet_state"] == 1).all()
+
+
+def test_fits_files_and_curves_without_points_are_compared_together():
+    dry, grease = fit_materials(FILES[:2])
+    mixed = stickslip.compare([dry, FILES[1]], **SYSTEM, draws=0)
+    assert sorted(mixed["material"].values) == ["dry", "grease_a"]
+    bare = stickslip.compare({"dry": dry.curve, "grease_a": grease.curve}, **SYSTEM, draws=0)
+    assert bare["quiet_above"].values.tolist() == mixed["quiet_above"].values.tolist()
+    assert bare.sizes["point"] == 0 and "dry" in material_page(bare)
 
 
 def test_just_above_the_border_it_is_quiet_and_just_below_it_is_not(compared):

@@ -244,6 +244,11 @@ def test_without_a_home_nothing_is_made_in_the_folder_one_is_in(tmp_path, monkey
 # --- the lock of those who compile ------------------------------------------------------------------------------------
 
 
+def lock_of(path, folder):
+    """Where those who compile the object `path` wait for each other."""
+    return folder / f"stickslip-compiling-{path.name.partition('-numba')[0]}-{os.getuid()}"
+
+
 @posix
 def test_who_waits_for_a_compiler_is_told_for_whom(cached, monkeypatch, caplog, tmp_path):
     import fcntl
@@ -251,7 +256,7 @@ def test_who_waits_for_a_compiler_is_told_for_whom(cached, monkeypatch, caplog, 
     good = cached.read_bytes()
     cached.unlink()
     stand_in_for_compiling(monkeypatch, good)
-    path = tmp_path / f"stickslip-compiling-{os.getuid()}"
+    path = lock_of(cached, tmp_path)
     path.write_bytes(b"process 4711\x1b[31m, since 12:00:00")
     path.chmod(0o600)
     with open(path) as held:
@@ -270,7 +275,7 @@ def test_a_lock_that_somebody_else_may_have_put_there_is_not_waited_for(cached, 
     good = cached.read_bytes()
     cached.unlink()
     stand_in_for_compiling(monkeypatch, good)
-    path, victim = tmp_path / f"stickslip-compiling-{os.getuid()}", tmp_path / "victim"
+    path, victim = lock_of(cached, tmp_path), tmp_path / "victim"
     victim.write_text("untouched")
     if how == "link":
         path.symlink_to(victim)

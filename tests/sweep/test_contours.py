@@ -15,7 +15,8 @@ from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.studies.borders import ContourStudy, Limits, contours, plane_over
+from stickslip.studies.borders import Contours, ContourStudy, plane_over
+from stickslip.studies.borders import plane as plane_search
 from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells
 from stickslip.vocabulary.flags import REGIMES
@@ -145,7 +146,7 @@ def test_the_other_axes_of_a_configuration_are_panels(tmp_path):
     assert alone["geometry"].attrs["node_coordinates"] == f"{loaded.axes[-1].name} {loaded.axes[-2].name}"
     asked = parse_config(alone.attrs["configuration"])
     xr.testing.assert_equal(stickslip.run(asked), alone)  # a section asks for the same
-    assert asked.contours.points == 12
+    assert asked.study.points == 12
 
 
 def test_a_plane_without_borders_has_no_lines_and_says_so(tmp_path):
@@ -159,7 +160,7 @@ def test_a_plane_without_borders_has_no_lines_and_says_so(tmp_path):
     ("change", "message"),
     [
         ({"axes": None}, "axes: missing; cells need the names of the two parameters"),
-        ({"axes": ("belt_speed", "belt_speed")}, "expected the names of two different parameters"),
+        ({"axes": ("belt_speed", "belt_speed")}, "expected a list of the names of two different parameters"),
         ({"between": {"mass": (1, 2)}}, "between: got a range for 'mass', expected stiffness or belt_speed"),
         ({"between": {"belt_speed": (1, 2)}}, "between: missing; cells need a range of stiffness"),
         ({"points": 1}, "points: got 1, expected a whole number from 2 to"),
@@ -273,8 +274,8 @@ def test_three_regimes_meet_in_a_junction(monkeypatch):
         found = np.select([angle < -1.0, angle < 0.7], [1, 2], 3).astype(np.int8)
         return {"regime": found, "restick_margin": np.full(found.size, np.nan)}
 
-    monkeypatch.setattr(contours, "solve", sectors)
-    study = ContourStudy(*plane, Limits(8, 1e-9), options)
+    monkeypatch.setattr(plane_search, "solve", sectors)
+    study = ContourStudy(*plane, Contours(scan=8), options)
     ds = study.dataset([study.compute(range(1), stop_flag()).results], {})
     assert sorted((one.left, one.right) for one in polylines(ds)) == [(1, 2), (1, 3), (2, 3)]
     junction = ds["node_along"].values == 2

@@ -156,7 +156,7 @@ OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--draw
         (["--damping", "nan %"], "a share of critical damping"),
         (["--damping", "5..0.5 %"], "swap the ends"),
         (["--scale-friction", "0"], "a number above 0"),
-        (["--scale-friction", "50 %"], "a number above 0"),
+        (["--scale-friction", "50 %"], "a number (without unit)"),
         (["--mass", "1..2 kg"], "takes one value"),
         (["--between", "1 mm/s", "10 mm/s", "--speed", "20 mm/s"], "expected it to hold the belt speed"),
         (["--between", "1 m/s", "2 m/s", "--between", "1 m/s", "3 m/s"], "--between is given 2 times"),

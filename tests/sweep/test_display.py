@@ -10,8 +10,7 @@ import stickslip
 from helpers.maps import axis, make_map, plane
 from helpers.plotted import notes_of
 from stickslip.config.reader import make_config, parse_config
-from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.display import displayed, unit_of, with_units
+from stickslip.dataset.display import MapAxis, displayed, unit_of, with_units
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, HATCHES

@@ -234,3 +234,26 @@ def test_tables_are_in_the_units_of_the_screen_with_six_digits_and_the_mark_that
     export.write_table(ds, tmp_path / "long.csv")
     found = pd.read_csv(tmp_path / "long.csv")["time [s]"]
     assert np.allclose(np.diff(found), 1e-4, rtol=1e-2)  # samples stay apart
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_a_map_of_one_cell_is_a_table_of_one_row(tmp_path, suffix):
+    if suffix == ".xlsx":
+        pytest.importorskip("openpyxl")
+    ds = stickslip.run({"system": {"mass": 1, "stiffness": 1, "normal_load": 1, "belt_speed": 0.1},
+                        "friction": {"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1}})  # fmt: skip
+    export.write_table(ds, tmp_path / f"map{suffix}")
+    read = pd.read_csv if suffix == ".csv" else pd.read_excel
+    assert read(tmp_path / f"map{suffix}")["regime"].tolist() == ["stick_slip"]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_borders_that_were_not_found_are_a_table_of_headings(tmp_path, suffix):
+    if suffix == ".xlsx":
+        pytest.importorskip("openpyxl")
+    cells = {**CELL, "stiffness": np.array([1.0, 2.0])}
+    ds = stickslip.border(cells, "belt_speed", between=(0.01, 0.02), scan=4)
+    assert ds.sizes["crossing"] == 0
+    export.write_table(ds, tmp_path / f"borders{suffix}")
+    table = (pd.read_csv if suffix == ".csv" else pd.read_excel)(tmp_path / f"borders{suffix}")
+    assert not len(table) and "border [m/s]" in table

@@ -151,12 +151,14 @@ def test_residuals_beyond_the_stated_deviation_are_said_plainly():
     assert "times sigma" in fit_curve(speed, mu, 0.003).quality
 
 
+@pytest.mark.slow
 def test_a_decline_is_seldom_seen_where_there_is_none():
     speed = np.linspace(0, 1, 30)
     said = [fit_curve(speed, noisy((0.3, 0.1, 0.0, 1.0), speed, 0.01, seed)).quality for seed in range(40)]
     assert sum("no declining branch" in quality for quality in said) >= 37
 
 
+@pytest.mark.slow
 def test_good_fits_are_seldom_called_bad():
     speed = np.linspace(0, 1, 30)
     verdicts = [fit_curve(speed, noisy(ARTICLE, speed, 0.01, seed)).good for seed in range(50)]

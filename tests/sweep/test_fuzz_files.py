@@ -39,8 +39,8 @@ PIECES = st.one_of(
 @pytest.mark.parametrize(
     ("kind", "count"),
     [
-        ("nc", 12),
-        ("zarr", 8),
+        ("nc", 6),
+        ("zarr", 5),
         pytest.param("nc", "every", marks=pytest.mark.slow),
         pytest.param("zarr", "every", marks=pytest.mark.slow),
     ],

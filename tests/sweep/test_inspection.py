@@ -11,8 +11,7 @@ from stickslip.config.reader import parse_config
 from stickslip.config.select import cell_at, recipe_of
 from stickslip.dataset.build import map_dataset
 from stickslip.dataset.provenance import provenance
-from stickslip.dataset.summary import remark, summary
-from stickslip.dataset.survey import survey
+from stickslip.dataset.summary import remark, summary, survey
 from stickslip.errors import ConfigError
 from stickslip.files import writing
 from stickslip.vocabulary.flags import REGIMES, STATUSES

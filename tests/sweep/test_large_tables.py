@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.errors import ConfigError
-from stickslip.files import blocks, tables, texts
+from stickslip.files import tables, texts
 from stickslip.fit import CURVE_COLUMNS, read_points
 from stickslip.rig.records import read_record
 
@@ -23,7 +23,7 @@ ODD = ["1_0", "nan", "inf", "", " ", "TRUE", "true", "٣", "1e400", "1.2.3", "1e
 def short_blocks(monkeypatch):
     """Blocks of a few lines, so that short tables are read as long ones are."""
     monkeypatch.setattr(texts, "_BEGINNING", 100)
-    monkeypatch.setattr(blocks, "_BLOCK", 120)
+    monkeypatch.setattr(texts, "_BLOCK", 120)
 
 
 def outcome(path, wanted):
@@ -74,8 +74,8 @@ def test_a_long_table_is_read_to_the_bit_as_line_by_line(
 
 def test_a_column_of_words_that_is_left_out_does_not_slow_a_record(monkeypatch):
     block = b"".join(b"%d.5;ok;true\n" % i for i in range(100))
-    assert blocks.plain_numbers(block, ";", 3, [0], False)[0].tolist() == [i + 0.5 for i in range(100)]
-    assert blocks.plain_numbers(block, ";", 3, [0, 2], False) is None
+    assert texts.plain_numbers(block, ";", 3, [0], False)[0].tolist() == [i + 0.5 for i in range(100)]
+    assert texts.plain_numbers(block, ";", 3, [0, 2], False) is None
 
 
 def test_what_is_wrong_in_a_long_table_is_named_by_its_line(tmp_path, monkeypatch):

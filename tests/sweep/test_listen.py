@@ -13,8 +13,8 @@ from scipy.io import wavfile
 import stickslip
 from helpers.configs import write_config
 from stickslip import plots, sound
+from stickslip.api.cells import CYCLES, time_span
 from stickslip.cli import main
-from stickslip.cli.simulate import CYCLES, time_span
 from stickslip.errors import PlotError
 
 STICKS = ("--at", "stiffness=1", "--at", "belt_speed=0.1")
@@ -111,7 +111,8 @@ def test_every_regime_has_a_duration():
 
 def test_pictures_of_a_cell_name_what_was_set(config, tmp_path):
     call("simulate", config, *STICKS, "--at", "mass=1 kg", "--plot", "trace.svg", "-t", "20")
-    assert "stiffness = 1, belt speed = 0.1, mass = 1 kg" in (tmp_path / "trace.svg").read_text(encoding="utf-8")
+    shown = (tmp_path / "trace.svg").read_text(encoding="utf-8")
+    assert "stiffness = 1 N/m, belt speed = 0.1 m/s, mass = 1 kg" in shown
     ds = stickslip.simulate(duration=20.0, **cell(belt_speed=0.02, stiffness=5000.0, mass=0.1))
     (title,) = plots.plot_trace(ds)._suptitle.get_text().splitlines()[1:]
     assert title == "mass 100 g, stiffness 5 N/mm, normal load 1 N, belt speed 20 mm/s"
@@ -278,4 +279,4 @@ def test_a_record_is_resampled_to_its_pitch():
     spectrum = np.abs(np.fft.rfft(middle, 2**19))
     assert np.argmax(spectrum) * 44_100 / 2**19 == pytest.approx(440.0, rel=1e-3)
     assert heard.seconds == pytest.approx(2.0, abs=1e-3) and heard.peak == pytest.approx(1.0, rel=0.02)
-    assert heard.told().startswith("peaks of 1")
+    assert heard.described().startswith("peaks of 1")

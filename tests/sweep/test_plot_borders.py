@@ -7,9 +7,10 @@ from helpers.maps import axis, make_map, plane
 from helpers.plotted import legend_of, panels_of, speeds, stiffnesses
 from stickslip.dataset.build import axis_variable
 from stickslip.dataset.polylines import joined_crossings, matched
-from stickslip.dataset.studies import border_dataset
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
+from stickslip.studies.borders import Side
+from stickslip.studies.borders.border import labelled
 
 # --- linear theory ----------------------------------------------------------------------------------------------------
 
@@ -57,7 +58,8 @@ def borders_along(along, across, values, **regimes):
     table = {"border": values, "regime_below": below, "regime_above": above, "border_width": 0 * values,
              "method": 0 * values, "scan_undecided": np.zeros(len(values)),
              "regime_throughout": np.zeros(len(values))}  # fmt: skip
-    return border_dataset(along, (across.dim,), (len(values),), lines, table, {"border_parameter": along})
+    side = Side(0.0, 1.0, 2, "linear", along)
+    return labelled(side, table, (across.dim,), (len(values),), lines, {"border_parameter": along})
 
 
 def grid_coordinates_of(coordinate):

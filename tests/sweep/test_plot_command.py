@@ -116,6 +116,7 @@ def test_a_run_writes_a_page_and_plot_writes_it_again(computed):
     assert wrong.exit_code == 2 and "page.docx: pages end in .html, .htm, .pdf" in wrong.stderr
 
 
+@pytest.mark.slow
 def test_more_panels_than_fit_are_a_picture_of_a_part_said_before_and_after(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     config = write_config(tmp_path, num=4, more="output: {file: map.nc, plot: map.png}\n")

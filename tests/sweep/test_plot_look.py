@@ -89,6 +89,16 @@ def test_names_have_no_scale():
 # --- operating points -------------------------------------------------------------------------------------------------
 
 
+def test_marks_beyond_the_limits_are_not_drawn():
+    ds = plane(columns=30)
+    look = looks(
+        ds, limits=["belt_speed=0.1..0.3"], marks=["stiffness=5, belt_speed=0.2", "stiffness=5, belt_speed=0.5"]
+    )
+    figure = plot_map(ds, look=look)
+    rings = [line.get_xydata().tolist() for line in panels_of(figure)[0].lines]
+    assert rings == [[[0.2, 5.0]]] and not any(label.startswith("B") for label in legend_of(figure))
+
+
 def test_marks_lie_where_they_are_and_are_explained():
     ds = with_units(plane(), {"belt_speed": "mm/s"})
     figure = plot_map(

@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgb
 
 from helpers.maps import axis, make_map, plane
 from helpers.plotted import notes_of, speeds, stiffnesses
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, paint

@@ -10,8 +10,8 @@ from matplotlib.colors import LogNorm, to_rgb
 
 from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, panels_of, speeds, stiffnesses
-from stickslip.dataset.axis import MapAxis, title
 from stickslip.dataset.build import trace_dataset
+from stickslip.dataset.display import MapAxis, title
 from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots import layout
@@ -328,6 +328,7 @@ def test_plots_that_cannot_be_written_are_named(name, tmp_path):
         layout.save(plot_map(plane()), tmp_path / name)
 
 
+@pytest.mark.slow
 def test_plotting_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

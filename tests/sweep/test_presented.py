@@ -17,7 +17,7 @@ from stickslip.files.targets import check_target
 from stickslip.materials.page import material_page
 from stickslip.plots.layout import ROW, fit, resize
 from stickslip.plots.materials import look_of
-from stickslip.plots.options import marks_in
+from stickslip.plots.options import inches, marks_in
 
 NAMES = [
     "Fett A (lithiumverseift, Öl ISO VG 68)", "Gleitlack Größe 2 – äußere Führung Süd", "PTFE", "Trocken", "Wachs $1$",
@@ -140,7 +140,12 @@ POINTS = "label;stiffness [N/mm];Belt speed (mm/s)\nFett 1: gut, Öl;0,9;90\nB;2
 def test_marks_of_a_file_have_their_regimes_and_a_legend_of_a_quarter(folder, monkeypatch):
     (folder / "points.csv").write_text(POINTS, encoding="utf-8")
     drawn = []
-    monkeypatch.setattr(plots, "save", lambda figure, *_, **__: drawn.append(figure))
+
+    def save(figure, _path, dpi, _request, size):
+        resize(figure, *inches(size, dpi))
+        drawn.append(figure)
+
+    monkeypatch.setattr(plots, "save", save)
     done = call("plot", folder / "map.nc", "--marks", folder / "points.csv", "--size", "16 cm x 9 cm")
     assert done.exit_code == 0, done.output
     said = re.findall(r"^mark     (.*): (\S+)$", done.stdout, re.MULTILINE)

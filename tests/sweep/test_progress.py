@@ -71,12 +71,12 @@ def test_cells_that_take_long_are_told_of_every_second_and_keep_their_numbers(mo
 
 def test_a_bar_shows_the_part_of_a_single_item_and_the_time_left():
     console = Console(file=io.StringIO(), force_terminal=True, width=100)
-    bar = Bar(console, 1, "", "panels")
+    bar = Bar(console, "panels")
     for done in (0.0, 0.2, 0.4):
         bar.move(done, 1)
     bar.end()
     shown = console.file.getvalue()
-    assert "40 %" in shown and "0 of 1 panels" in shown
+    assert "40.0 %" in shown and "0 of 1 panels" in shown
 
 
 def test_progress_that_is_asked_for_is_lines_in_a_file(capsys, monkeypatch):

@@ -102,7 +102,7 @@ def test_threads_read_one_file_at_once_and_right(kind, small_chunks, tmp_path):
 MEMORY = """
 import sys
 from stickslip import plots
-from stickslip.dataset.survey import survey
+from stickslip.dataset.summary import survey
 from stickslip.dataset.summary import summary
 from stickslip.files import reading
 from helpers.maps import plane

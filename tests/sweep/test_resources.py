@@ -88,6 +88,7 @@ def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_p
     assert done.stdout.split() == [str(configs / "quickstart.yaml"), str(configs / "article" / "fig9.yaml")]
 
 
+@pytest.mark.slow
 def test_an_installed_package_has_the_pages_of_its_help(unpacked_wheel, tmp_path):
     paths = os.pathsep.join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     for topic, said in (("units", "# Units"), ("overview", "# stickslip")):

@@ -90,10 +90,14 @@ def written(folder, heading, *columns, name="disc.csv", comma=True):
     return path
 
 
-def test_a_german_pin_on_disc_record_becomes_points_that_fit_reads(tmp_path):
+@pytest.mark.parametrize("heading", [
+    "Zeit [s];Drehzahl [U/min];Reibkraft [mN];Normalkraft [N];Temperatur [\u00b0C]",
+    "Zeit;Drehzahl;Reibkraft;Normalkraft;Temperatur\ns;U/min;mN;N;\u00b0C",
+])  # fmt: skip
+def test_a_german_pin_on_disc_record_becomes_points_that_fit_reads(heading, tmp_path):
     time, friction, speed = record(noise=0.002)
     turns, load = speed / 0.02 / (2 * np.pi) * 60, np.full(time.size, 10.0)
-    path = written(tmp_path, "Zeit [s];Drehzahl [U/min];Reibkraft [mN];Normalkraft [N];Temperatur [\u00b0C]",
+    path = written(tmp_path, heading,
                    time, turns, 1e4 * friction, load, np.full(time.size, 21.5))  # fmt: skip
     said = call("points", path, "-o", tmp_path / "points.csv", "--radius", "20 mm")
     assert said.exit_code == 0, said.output

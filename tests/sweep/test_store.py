@@ -18,7 +18,7 @@ from stickslip.config.reader import parse_config
 from stickslip.dataset.build import trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.errors import StoreError
-from stickslip.files import atomic, reading, writing
+from stickslip.files import reading, targets, writing
 from stickslip.files.targets import check_target
 from stickslip.vocabulary.results import TRACE_VARIABLES
 
@@ -162,7 +162,10 @@ def test_files_get_the_permissions_the_user_wants(tmp_path):
 def test_what_a_killed_process_left_is_removed_and_what_others_write_is_not(tmp_path):
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    left = [f".map.nc.{atomic._here()}-{pid}-0123.part" for pid in (gone.pid, os.getpid())]
+    with targets.replaced(tmp_path / "map.nc") as temporary:
+        temporary.write_text("old")
+    ours = temporary.name.partition(f"{os.getpid()}-")[0]
+    left = [f"{ours}{pid}-0123.part" for pid in (gone.pid, os.getpid())]
     elsewhere = f".map.nc.elsewher-{gone.pid}-0123.part"
     for name in (*left, elsewhere):
         (tmp_path / name).write_text("half a map")

@@ -14,7 +14,7 @@ from helpers.configs import write_config
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.errors import StoreError
-from stickslip.files import atomic, reading, targets
+from stickslip.files import reading, targets
 from stickslip.files.locations import location
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links, pipes and /proc")
@@ -146,7 +146,7 @@ def test_nothing_but_a_regular_file_is_replaced_by_whatever_writes(hostile, tmp_
     if hostile is a_name_that_is_not_utf8:
         pytest.skip("can be written, but not told")
     place = hostile(tmp_path, ".csv")
-    with pytest.raises(StoreError), atomic.replaced(place) as temporary:
+    with pytest.raises(StoreError), targets.replaced(place) as temporary:
         temporary.write_text("x")
     assert not list(tmp_path.glob(".*.part"))
 
@@ -154,7 +154,7 @@ def test_nothing_but_a_regular_file_is_replaced_by_whatever_writes(hostile, tmp_
 def test_a_link_to_a_file_stays_a_link_and_the_file_is_replaced(tmp_path):
     (tmp_path / "real.csv").write_text("old")
     os.symlink(tmp_path / "real.csv", tmp_path / "link.csv")
-    with atomic.replaced(tmp_path / "link.csv") as temporary:
+    with targets.replaced(tmp_path / "link.csv") as temporary:
         temporary.write_text("new")
     assert (tmp_path / "link.csv").is_symlink() and (tmp_path / "real.csv").read_text() == "new"
 

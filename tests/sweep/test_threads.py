@@ -20,7 +20,7 @@ from helpers.maps import plane
 from stickslip.engine import compiled
 from stickslip.errors import StoreError
 from stickslip.files import writing
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK
 from stickslip.runs import maps
 
 TESTS = Path(__file__).parents[1]
@@ -59,11 +59,12 @@ def at_once(*tasks):
 # --- reading and writing ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seconds", [2, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seconds", [1, pytest.param(60, marks=pytest.mark.slow)])
 def test_threads_read_write_run_and_extend_at_once(kernels, seconds):
     in_process(TESTS / "thread_stress.py", seconds, patience=seconds + 200)
 
 
+@pytest.mark.slow
 def test_six_threads_open_load_and_close_one_file(tmp_path):
     path = writing.write(plane(100, 100), tmp_path / "map.nc")
     in_process("-c", OPEN_LOAD_CLOSE, path)
@@ -93,6 +94,7 @@ def test_threads_that_read_and_copy_one_lazy_dataset_do_not_deadlock(tmp_path):
     assert not [outcome for outcome in outcomes if isinstance(outcome, Exception)]
 
 
+@pytest.mark.slow
 def test_a_file_that_nobody_closed_is_closed_by_the_garbage_collector(tmp_path):
     from xarray.backends.file_manager import FILE_CACHE
 
@@ -166,7 +168,7 @@ def test_runs_to_one_output_that_begin_together_write_it_or_are_refused(tmp_path
 
 
 @posix
-@pytest.mark.parametrize("kind", ["nc", "zarr"])
+@pytest.mark.parametrize("kind", ["nc", pytest.param("zarr", marks=pytest.mark.slow)])
 def test_a_process_forked_after_a_run_reads_and_runs(kernels, kind, tmp_path):
     if kind == "zarr":
         pytest.importorskip("zarr")
@@ -203,7 +205,7 @@ import os, signal, sys, threading, time
 import stickslip
 from helpers.maps import plane
 from stickslip.files import writing
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK
 folder, ds, locked = sys.argv[1], plane(20, 20), threading.Event()
 writing.write(ds, f"{folder}/map.nc")
 import h5py

@@ -1,12 +1,12 @@
-"""Records of a motion: hooks that the contact machine calls, compiled for the observer its tag names.
+"""Records of a motion: hooks that lanes and contacts call, compiled for the observer its tag names.
 
-The machine ends modes; an observer looks at what happens on the way, and may declare a cell finished. A hook that an
-observer does not have does nothing. In the frame of `layout.py`; `m` is the `Contact`, `i` the lane, `c` the cell.
+A contact ends modes; an observer looks at what happens on the way, and may declare a cell finished. A hook that an
+observer does not have does nothing. In the frame of `layout.py`; `m` is the `Machine`, `i` the lane, `c` the cell.
 """
 
 from .. import layout as at
-from ..contact import DONE
 from ..jit import by_type
+from ..machine import DONE
 
 hook = by_type(lambda m, *_: m.types[m.fields.index("observer")])
 inline_hook = by_type(lambda m, *_: m.types[m.fields.index("observer")], inline=True)

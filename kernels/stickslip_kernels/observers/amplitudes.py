@@ -35,8 +35,10 @@ LEJA = (
 )  # fmt: skip
 MOST_NODES = 16
 SEVERAL = 16.0  # half loops that are worth a formula
+STALLED = 64  # half loops without a smaller amplitude after which a cycle is looked for
+NARROWER, HALVINGS = 0.9, 50  # steps of that search
 TRUNCATED = 0.01  # of the tolerance: terms below are left out
-MOST_HALF_LOOPS = 1e5  # on the way down
+MOST_HALF_LOOPS = 3000.0  # followed one by one on the way down
 ASIDE = (at.TAU_END, at.W_LEAST, at.DW_TOP, at.GAIN, at.GAIN_TOP, at.HEAT, at.BAND2)  # untouched by half loops measured
 UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER = 0.0, 1.0, 2.0, 3.0, 4.0  # codes of MAP_STATE
 
@@ -67,13 +69,13 @@ def consider_map(m, i, tau, xi):
     s[at.MAP_STATE + i] = OVER
     ratio = 0.5 * drag_at(m.law, s, i, s[at.B + i])
     amplitude = s[at.SIGMA + i] * (xi - s[at.XI_STAR + i])
-    if not 0.0 < ratio < 0.5 or not amplitude > s[at.BAND + i]:
+    if not abs(ratio) < 0.5 or not amplitude > s[at.BAND + i]:
         return
     if log(amplitude / s[at.BAND + i]) > WORTH * pi * ratio:
         s[at.MAP_STATE + i], s[at.MAP_TAU + i], s[at.MAP_FROM + i] = TO_BEGIN, tau, amplitude
 
 
-# --- measuring ----------------------------------------------------------------------------------------------------------
+# --- measuring --------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -160,7 +162,7 @@ def follow_map(m, i):
     begin_half_loop(m, i, 0.5 * (first + second) + 0.5 * (first - second) * LEJA[n])
 
 
-# --- the way down -------------------------------------------------------------------------------------------------------
+# --- the way down -----------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -169,26 +171,59 @@ def leap_down(m, i):
 
     The smaller the amplitude, the fewer powers of it matter.
     """
-    s, n = m.s, int(m.s[at.MAP_NODES + i])
+    s, n, most = m.s, int(m.s[at.MAP_NODES + i]), int(m.s[at.MAP_NODES + i])
     expand_in_powers(s, i, at.MAP_C, n)
     expand_in_powers(s, i, at.MAP_T, n)
-    a, tau, half_loops, before, wide = s[at.MAP_FROM + i], s[at.MAP_TAU + i], 0.0, 0.0, inf
+    a, tau, half_loops, before = s[at.MAP_FROM + i], s[at.MAP_TAU + i], 0.0, -inf
+    wide, stalled = inf, 0
     while True:
+        stalled += 1
         if abs(a) < wide:
-            n, wide = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), 0.7 * abs(a)
+            n, wide, stalled = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), 0.7 * abs(a), 0
             if n <= 3:
                 many, log_ratio, time = many_half_loops(s, i, n, a, m.rtol)
                 if many > 0.0 and tau + time < s[at.MAP_ASIDE + i]:
                     a, tau, half_loops = a * exp(log_ratio), tau + time, half_loops + many
+        elif stalled == STALLED:
+            cycle = fixed_point(s, i, most, abs(a))
+            if cycle > 0.0:
+                end_map(m, i, tau, cycle, half_loops)
+                s[at.LOOP_MOVED + i] = 1.0
+                return
         c, time = power_series(s, i, n, a)
-        if (half_loops > 0.0 and c + before >= 0.0) or half_loops > MOST_HALF_LOOPS:  # the map has a fixed point
-            refuse_map(m, i)
+        if c + before >= 0.0 or half_loops > MOST_HALF_LOOPS:  # it grows, or takes so long that it may never settle
+            end_map(m, i, s[at.MAP_TAU + i], s[at.MAP_FROM + i], 0.0)
             return
         ratio = exp(c)
         if abs(a) * ratio * ratio <= s[at.BAND + i] or tau + time >= s[at.MAP_ASIDE + i]:
             break
         a, tau, half_loops, before = -a * ratio, tau + time, half_loops + 1.0, c
     end_map(m, i, tau, a, half_loops)
+
+
+@compiled
+def change_in_a_loop(s, i, terms, a):
+    """By how much a whole loop from the turn at a changes ln a."""
+    c = power_series(s, i, terms, a)[0]
+    return c + power_series(s, i, terms, -a * exp(c))[0]
+
+
+@compiled
+def fixed_point(s, i, terms, a):
+    """The largest amplitude below a > 0 from which a loop comes back to it; 0 where there is none above the band."""
+    above = a
+    while above > s[at.BAND + i]:
+        below = NARROWER * above
+        if change_in_a_loop(s, i, terms, below) >= 0.0:
+            for _ in range(HALVINGS):
+                middle = 0.5 * (below + above)
+                if change_in_a_loop(s, i, terms, middle) >= 0.0:
+                    below = middle
+                else:
+                    above = middle
+            return above
+        above = below
+    return 0.0
 
 
 @compiled
@@ -213,7 +248,7 @@ def terms_that_matter(s, i, most, a, tolerance):
 
 @compiled
 def many_half_loops(s, i, terms, a, rtol):
-    """An even number of half loops that all but lead to the settling band, by how much they change ln a, and their time.
+    """An even number of half loops that almost lead to the settling band, the change of ln a by them, and their time.
 
     Amplitudes so small that the sums over them are geometric series, to the square of what these amount to.
     """
@@ -221,6 +256,8 @@ def many_half_loops(s, i, terms, a, rtol):
     c_2, t_2 = s[at.MAP_C + 2 * at.WIDTH + i], s[at.MAP_T + 2 * at.WIDTH + i]
     if terms < 3:
         c_2, t_2 = 0.0, 0.0
+    if not c_0 < 0.0:
+        return 0.0, 0.0, 0.0
     ratio = exp(c_0)
     largest = abs(c_1 * a) + abs(c_2) * a * a / (1.0 - ratio * ratio)
     many = 2.0 * floor(0.5 * log(abs(a) / s[at.BAND + i]) / -c_0 - 3.0)

@@ -6,9 +6,9 @@ What the lanes test on whole steps is tested again on the part of a step that is
 from math import inf
 
 from .. import layout as at
+from ..contacts.stribeck.stepping import extreme_slope
 from ..jit import compiled
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
-from ..stepping import extreme_slope
 from .amplitudes import AFTER, UNTRIED, consider_map
 from .cycles import LOOPS, note_loop
 from .margin import note_closeness, note_trough

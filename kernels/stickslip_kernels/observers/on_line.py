@@ -7,7 +7,15 @@ from math import isnan
 
 from .. import layout as at
 from .. import observers
-from ..hysteresis_line import crossing_time, distance2, entry_time, level_time, oscillation, square_integral, turn_time
+from ..contacts.stribeck.hysteresis_line import (
+    crossing_time,
+    distance2,
+    entry_time,
+    level_time,
+    oscillation,
+    square_integral,
+    turn_time,
+)
 from ..jit import compiled
 from .extrema import note_turn
 from .verdict import decide_settled, note_ends

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 from .. import layout as at
 from .. import observers
-from ..contact import DONE
+from ..contacts.stribeck.friction import coefficient_slope, least_coefficient, stable_speeds
+from ..contacts.stribeck.hysteresis_line import along_line
 from ..events import NO_EVENT, TURNED
 from ..exponential import exp
-from ..friction import coefficient_slope, least_coefficient, stable_speeds
-from ..hysteresis_line import along_line
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
+from ..machine import DONE
 from .amplitudes import MEASURING, OVER, TO_BEGIN, begin_map, follow_map, note_half_loop, refuse_map
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
@@ -62,8 +62,8 @@ ROUNDING = 1e-12  # of friction at rest, below which a negative coefficient is z
 FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
 LEAP_SHARE, AFTER_LEAP = 0.25, 2000.0  # of the steps, before motions leap ahead; from one look at these to the next
 FROM_ZERO = (
-    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.MAP_STATE, at.MAP_TO, at.PUSH_STATE, at.RETURNED,
-    at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.MAP_STATE, at.MAP_TO,
+    at.PUSH_STATE, at.RETURNED, at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
 )  # fmt: skip
 
 

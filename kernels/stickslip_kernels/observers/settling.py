@@ -7,11 +7,11 @@ F(q)/q is gamma plus the mean slope of the curve between b and w.
 from math import atan2, cos, log, pi, sin
 
 from .. import layout as at
+from ..contacts.stribeck.equations import slope_in_lane
+from ..contacts.stribeck.laws import inflection, shape, weakening_slope
 from ..dense import rise_and_work, speed
-from ..equations import slope_in_lane
 from ..exponential import exp
 from ..jit import compiled
-from ..laws import inflection, shape, weakening_slope
 from .margin import note_closeness, note_closest_trough, note_trough
 from .verdict import decide_settled, note_ends
 

@@ -7,16 +7,14 @@ accelerates at u'' = alpha - w'. Every step is looked at.
 from math import isnan
 from typing import Any, NamedTuple
 
+from .. import contacts, observers
 from .. import layout as at
-from .. import observers
-from ..contact import DONE
+from ..contacts.stribeck.hysteresis_line import motion, steepest
 from ..dense import load_and_speed
 from ..drive import belt_in_lane
-from ..equations import weakening_in_lane
-from ..hysteresis_line import motion, steepest
 from ..jit import by_type, compiled
+from ..machine import DONE
 from ..quadrature import gauss
-from ..stepping import extreme_slope
 
 NODES, WEIGHTS = gauss(6)
 A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose the last one
@@ -74,7 +72,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
     note_acceleration(m, i, s[at.ALPHA + i] - s[at.DW + i])
     note_acceleration(m, i, s[at.ALPHA + i] - dw)
     if s[at.JERK + i] * jerk < 0.0:
-        note_acceleration(m, i, s[at.ALPHA + i] - extreme_slope(m.law, s, i, h, (w, dw, jerk, 0.0)))
+        note_acceleration(m, i, s[at.ALPHA + i] - contacts.extreme_slope(m, i, h, (w, dw, jerk, 0.0)))
     m.observer.results[at.RIG_STEPS_TAKEN, int(s[at.CELL + i])] += 1.0
     record(m, i, Step(0), h)
 
@@ -142,7 +140,7 @@ def motion_in(phase, m, i, t):
     """u, b, w and the friction coefficient at t after the present state of lane i, in a phase of its motion."""
     s = m.s
     y, w = load_and_speed(s, i, t)
-    b, mu = belt_in_lane(m, i, t), s[at.OFFSET + i] + s[at.SLOPE + i] * w + weakening_in_lane(m.law, s, i, w)
+    b, mu = belt_in_lane(m, i, t), contacts.friction(m, i, t, w)
     return y + s[at.OFFSET + i] - s[at.ALPHA + i] - s[at.G + i] * b, b, w, mu
 
 

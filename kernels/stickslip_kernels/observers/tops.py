@@ -7,11 +7,11 @@ passes over the series after a first guess are enough for nearly every step; whe
 from math import inf, nan
 
 from .. import layout as at
+from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane
+from ..contacts.stribeck.laws import RECURRENCES, by_law_inline
 from ..dense import horner
-from ..equations import jerk_in_lane, slope_in_lane
 from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
-from ..laws import RECURRENCES, by_law_inline
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
 from ..roots import FOR_A_VALUE, reverted
 

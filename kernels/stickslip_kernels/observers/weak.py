@@ -17,11 +17,11 @@ With ageing the state is more than a plane, and all that is known is that what g
 from math import asin, cos, inf, log, pi, sin
 
 from .. import layout as at
+from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane, weakening_in_lane
+from ..contacts.stribeck.laws import inflection
+from ..contacts.stribeck.stepping import restart
 from ..dense import NODES, WEIGHTS
-from ..equations import jerk_in_lane, slope_in_lane, weakening_in_lane
 from ..jit import compiled
-from ..laws import inflection
-from ..stepping import restart
 from .settling import drag_at
 
 SAFETY = 2.0

@@ -6,19 +6,20 @@ import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
+from math import ceil, floor, inf, isfinite, log10, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.config.unit_warnings import friction_question_of_cells
-from stickslip.dataset.build import evaluated_dataset, grid_coordinates, trace_dataset
-from stickslip.dataset.given import given_cells
+from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import Interrupted, QuantityError, UnitWarning
 from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.settings import SOLVER
 
 
@@ -140,3 +141,51 @@ def simulate(
     text = json.dumps({"friction": {"law": options.law}, "solver": solver})
     attributes = provenance(text, title="Trajectory", action="simulate")
     return trace_dataset(times, motion, {name: float(value[0]) for name, value in full.items()}, attributes)
+
+
+# --- how long to look -------------------------------------------------------------------------------------------------
+
+CYCLES = 8.0  # shown after the first break-away
+_SETTLED = 1.1  # settling times shown
+_SLOW = 30.0  # natural periods, for what neither sticks nor settles
+_PER_PERIOD = 60  # samples a natural period
+_MOST_SAMPLES = 40_001
+_LONGEST = 1e3  # natural periods, of what does not stick
+
+
+class TimeSpan(NamedTuple):
+    """Duration of a trajectory (s), its number of samples, and the reason in words."""
+
+    duration: float
+    samples: int
+    why: str
+
+
+def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
+    """The time that shows what becomes of a cell, or the one that is given.
+
+    result : what `evaluate` says of it: eight cycles after the first break-away; a decay until it has settled.
+    """
+    names = ("breakaway_time", "period", "settling_time", "mass", "stiffness")
+    values = {name: float(result[name].values[0]) for name in names}
+    natural, why = 2.0 * pi * sqrt(values["mass"] / values["stiffness"]), ""
+    if duration is None:
+        regime = REGIMES[int(result["regime"].values[0])]
+        began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
+        after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
+        if regime == "stick_slip":
+            after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"
+        elif regime == "sustained":
+            after = max(_SLOW * natural, CYCLES * values["period"])
+        elif regime in ("damped", "creep") and isfinite(values["settling_time"]):
+            after, why = max(_SETTLED * values["settling_time"], natural), "until it has settled"
+        if regime != "stick_slip" and after > _LONGEST * natural:
+            after, why = _LONGEST * natural, f"{_LONGEST:g} natural periods, no more"
+        duration = _rounded_up(began + after)
+    return TimeSpan(duration, min(max(2001, ceil(_PER_PERIOD * duration / natural) + 1), _MOST_SAMPLES), why)
+
+
+def _rounded_up(seconds: float) -> float:
+    """A duration with two digits, no shorter."""
+    scale = 10.0 ** (floor(log10(seconds)) - 1)
+    return float(f"{ceil(seconds / scale * (1.0 - 1e-12)) * scale:.12g}")

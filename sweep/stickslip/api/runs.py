@@ -23,9 +23,10 @@ from stickslip.runs import collecting, session
 from stickslip.runs.blocks import parse_shard
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.memory import compute_study
-from stickslip.runs.request import OnError, Outcome, Request, request_for
+from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.lock import Notice
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def run(
     used (before anything is computed), IncompleteError if not everything could be computed or written, and Interrupted
     on Ctrl-C.
     """
-    config = as_config(config_or_path)
+    config = as_config(config_or_path, rig=None)
     if variables is not None:
         plain = config.resolved()
         config = make_config({**plain, "output": {**plain["output"], "variables": variables}}, "")
@@ -83,11 +84,10 @@ def run(
         check_in_memory(config, dask)
         return _run_in_memory(config, progress)
     with watched(progress) as moved:
-        request = Request(
-            config, location(output), _text(store), None, fresh, keep_parts, on_error, moved,
-            notice=notice or _silent, dask=dask,
-        )  # fmt: skip
-        session.run(request)
+        session.run(Request(
+            config, location(output), store, None, fresh, keep_parts, on_error, moved, notice=notice or _silent,
+            dask=dask,
+        ))  # fmt: skip
     return open(output)
 
 
@@ -99,12 +99,6 @@ def sweep(
     start: Section | None = None,
     solver: Section | None = None,
     title: str | None = None,
-    border: Section | None = None,
-    contours: Section | None = None,
-    margins: Section | None = None,
-    attractors: Section | None = None,
-    refine: Section | None = None,
-    uncertain: Section | None = None,
     execution: Section | None = None,
     output: str | os.PathLike[str] | Section | None = None,
     **how: Any,
@@ -117,15 +111,16 @@ def sweep(
         its quantities vary together, with its text coordinate as labels. An empty section, `refine={}`, is one that
         is given.
     output : file to write, .nc or .zarr; or the section of that name, {"file": "map.nc", "variables": ["regime"]}, of
-        which the file may be left out. None computes in memory. how : further arguments of `run`.
+        which the file may be left out. None computes in memory.
+    how : the section of a study (border, contours, margins, attractors, ramp, refine or uncertain), and further
+        arguments of `run`.
 
     Returns what `run` does, and raises as it does: ConfigError lists everything that is wrong, each with its key.
     """
     sections = {
         "title": title, "system": system, "friction": friction, "axes": axes, "start": start, "solver": solver,
-        "border": border, "contours": contours, "margins": margins, "attractors": attractors, "refine": refine,
-        "uncertain": uncertain, "execution": execution, "output": output if isinstance(output, Mapping) else None,
-    }  # fmt: skip
+        "execution": execution, "output": output if isinstance(output, Mapping) else None,
+    } | {key: how.pop(key, None) for key in STUDIES}  # fmt: skip
     if unknown := [name for name in how if name not in _HOW]:
         near = suggest(unknown[0], [*sections, *_HOW])
         hint = f"; did you mean {near}?" if near else f"; sections are {', '.join(sections)}"
@@ -175,12 +170,10 @@ def run_shard(
 
     Raises as `run` does.
     """
-    config = as_config(config_or_path)
-    request = Request(
-        config, None, _text(store), parse_shard(shard), on_error=on_error, progress=progress,
+    return session.run(Request(
+        as_config(config_or_path, rig=None), None, store, parse_shard(shard), on_error=on_error, progress=progress,
         notice=notice or _silent, dask=dask,
-    )  # fmt: skip
-    return session.run(request)
+    ))  # fmt: skip
 
 
 def collect(
@@ -197,14 +190,14 @@ def collect(
         itself.
     output : file to write; None takes that of the configuration. A store is removed once its map is complete.
     """
-    request = request_for(config_or_store, output, _text(store))
+    request = request_for(config_or_store, output, store)
     collected = collecting.collect(replace(request, keep=keep_parts, notice=notice or _silent))
     return open(collected.output)
 
 
 def status(config_or_store: Given, *, store: str | os.PathLike[str] | None = None) -> collecting.Status:
     """The progress of the run of a configuration, or of a working store, and who works on it."""
-    return collecting.status(request_for(config_or_store, None, _text(store)))
+    return collecting.status(request_for(config_or_store, None, store))
 
 
 def retry_failed(
@@ -217,12 +210,8 @@ def retry_failed(
     dask: str | Client | None = None,
 ) -> Outcome:
     """Compute blocks that failed again; the map is written if nothing is missing then. Raises as `run` does."""
-    request = request_for(config_or_store, output, _text(store))
+    request = request_for(config_or_store, output, store)
     return session.retry_failed(replace(request, progress=progress, notice=notice or _silent, dask=dask))
-
-
-def _text(place: str | os.PathLike[str] | None) -> str | None:
-    return None if place is None else os.fspath(place)
 
 
 def _silent(_: str) -> None:

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, SupportsInt, Unpack
+from typing import Unpack
 
-import numpy as np
 import xarray as xr
 
-from stickslip.config.checks import Ends, checked_range, in_si, line_along, plane_along
 from stickslip.config.model import Axis, Config, Range
-from stickslip.config.studies import STUDIES, Attractors, Border, Contours, Margins
+from stickslip.config.studies import section_of_call, study_class
 from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError
 from stickslip.progress import Watch
 from stickslip.runs.memory import CellsOrConfig, Subject
-from stickslip.studies.attractors import Box, Sampling, attractor_study, ramp_study
-from stickslip.studies.borders import Limits, Scan, border_study, contour_study
-from stickslip.studies.margins import FACTOR, margin_study
-from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.settings import AXIS, CONTOURS
+from stickslip.studies.attractors import Attractors, Ramp
+from stickslip.studies.borders import Border, Contours, Scan
+from stickslip.studies.margins import Margins
+from stickslip.vocabulary.quantities import QUANTITIES
 
 __all__ = ["attractors", "border", "contours", "margins", "ramp"]
 
-_SPEEDS = 9  # looked at in a range of belt speeds
+Ends = tuple[float | str, float | str]  # in SI, or texts with units
+_BOX = "{'displacement': (low, high), 'velocity': (low, high)}"
 _COARSE = 160  # points of an axis of the map that is computed to be drawn
 
 
@@ -76,13 +73,8 @@ def border(
     TypeError, ValueError, ConfigError
         For bad input, before anything is computed.
     """
-    Limits(scan, tolerance)
-    subject = Subject.of(cells_or_config, solver)
-    section = Border.model_construct(
-        along=along, between=_in_si(along, between), tolerance=tolerance, scan=scan, rtol=_rtol(solver)
-    )
-    study = border_study(subject.cells, section, subject.options)
-    return subject.computed(study, progress, "Borders of regimes", f"border along {along}", {"border": section})
+    section = section_of_call(Border, along=along, between=between, tolerance=tolerance, scan=scan, rtol=_rtol(solver))
+    return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
 def contours(
@@ -130,23 +122,17 @@ def contours(
     TypeError, ValueError, ConfigError
         For bad input, before anything is computed.
     """
-    Limits(scan, tolerance)
-    ranges = {name: in_si(name, ends) for name, ends in dict(between or {}).items()}
-    count = _whole("points", points, CONTOURS["points"])
-    subject = Subject.of(cells_or_config, solver)
-    section = Contours.model_construct(
-        axes=axes, between=ranges or None, points=count, tolerance=tolerance, scan=scan, rtol=_rtol(solver)
+    section = section_of_call(
+        Contours, axes=axes, between=between, points=points, tolerance=tolerance, scan=scan, rtol=_rtol(solver)
     )
-    study = contour_study(subject.cells, section, subject.options)
-    action = f"contours over {study.y.name} and {study.x.name}"
-    return subject.computed(study, progress, "Contours of regimes", action, {"contours": section})
+    return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
 def margins(
     cells_or_config: CellsOrConfig,
     parameters: Sequence[str] | None = None,
     costs: Mapping[str, float] | None = None,
-    within: float | Mapping[str, float | tuple[float, float]] = FACTOR,
+    within: float | Mapping[str, float | tuple[float, float]] = 10.0,
     *,
     into: Sequence[str] | None = None,
     speed_range: Ends | None = None,
@@ -202,23 +188,19 @@ def margins(
     TypeError, ValueError, ConfigError
         For bad input, before anything is computed.
     """
-    subject = Subject.of(cells_or_config, solver)
-    section = Margins.model_construct(
-        parameters=None if parameters is None else tuple(parameters), costs=dict(costs or {}), within=within,
-        into=None if into is None else tuple(into), joint=joint, scan=scan, tolerance=tolerance, beyond=beyond,
-        rtol=_rtol(solver),
+    section = section_of_call(
+        Margins, parameters=parameters, costs=costs, within=within, into=into, speed_range=speed_range, joint=joint,
+        scan=scan, tolerance=tolerance, beyond=beyond, rtol=_rtol(solver),
     )  # fmt: skip
-    study = margin_study(subject.cells, section, subject.options, speeds_in(speed_range))
-    action = f"margins along {', '.join(study.question.parameters)}"
-    return subject.computed(study, progress, "Margins", action, {"margins": section})
+    return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
 def attractors(
     cells_or_config: CellsOrConfig,
     box: Mapping[str, Ends] | None = None,
     *,
-    samples: int = Sampling.samples,
-    seed: int = Sampling.seed,
+    samples: int = 1024,
+    seed: int = 1,
     progress: Watch = "auto",
     **solver: Unpack[SolverKeywords],
 ) -> xr.Dataset:
@@ -254,17 +236,15 @@ def attractors(
     TypeError, ValueError, ConfigError
         For bad input, before anything is computed.
     """
-    subject, sampling = Subject.of(cells_or_config, solver), Sampling(samples, seed)
-    section = subject.cells.attractors if isinstance(subject.cells, Config) and box is None else None
+    subject = Subject.of(cells_or_config, solver)
     if box is not None:
-        states = Box.of(box)
-        section = Attractors.model_construct(
-            displacement=states.displacement, velocity=states.velocity, samples=sampling.samples, seed=sampling.seed
-        )
-    if section is None:
-        raise ArgumentError("box", "missing, expected {'displacement': (low, high), 'velocity': (low, high)}")
-    study = attractor_study(subject.cells, section, subject.options)
-    return subject.computed(study, progress, "Attractors", "attractors", {"attractors": section})
+        if not isinstance(box, Mapping):
+            raise TypeError(f"box: got {box!r}, expected {_BOX}")
+        return subject.computed(section_of_call(Attractors, **box, samples=samples, seed=seed), progress)
+    study = subject.cells.study if isinstance(subject.cells, Config) else None
+    if not isinstance(study, Attractors):
+        raise ArgumentError("box", f"missing, expected {_BOX}")
+    return subject.computed(study, progress)
 
 
 def ramp(
@@ -304,28 +284,8 @@ def ramp(
     TypeError, ValueError, ConfigError
         For bad input, before anything is computed.
     """
-    count = _whole("points", points, AXIS["num"])
-    subject = Subject.of(cells_or_config, solver)
-    study = ramp_study(subject.cells, along, _in_si(along, between), count, subject.options)
-    title = f"Slow ramp: {PARAMETERS[along].long_name}"
-    return subject.computed(study, progress, title, f"ramp of {along}")
-
-
-def speeds_in(ends: Ends | None) -> tuple[float, ...]:
-    """The belt speeds (m/s) looked at in a range, both ends among them. Raises TypeError or ValueError."""
-    if ends is None:
-        return ()
-    try:
-        low, high = checked_range("belt_speed", in_si("belt_speed", ends))
-    except ArgumentError as error:
-        raise ArgumentError("speed_range", error.what) from None
-    if not low > 0:
-        raise ValueError(f"speed_range: got {low:g} m/s, expected speeds above 0")
-    return tuple(map(float, np.geomspace(low, high, _SPEEDS)))
-
-
-def _in_si(along: str, between: Ends | None) -> tuple[float, float] | None:
-    return None if between is None else in_si(along, between)
+    section = section_of_call(Ramp, along=along, between=between, points=points)
+    return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
 def _rtol(solver: SolverKeywords) -> float | None:
@@ -334,31 +294,22 @@ def _rtol(solver: SolverKeywords) -> float | None:
     return solver.get("rtol") or (options.rtol if options else None)
 
 
-def _whole(name: str, value: Any, row: Parameter) -> int:
-    if isinstance(value, bool) or not isinstance(value, SupportsInt) or not row.allows(value) or value != int(value):
-        raise ArgumentError(name, f"got {value!r}, expected {row.expected}")
-    return int(value)
-
-
 # --- the map behind borders -------------------------------------------------------------------------------------------
 
 
 def coarse_map(config: Config) -> Config:
     """The configuration of a map in which the borders that a configuration asks for lie, with few cells."""
-    if config.border is not None:
-        lines = {config.border.along: line_along(config, config.border.along, config.border.between)}
-    elif config.contours is not None:
-        lines = plane_along(config, config.contours.axes, config.contours.between or {})
-    else:
+    lines = study_class(config.study.key).lines_in(config.study, config) if config.study else {}
+    if not lines:
         return config
     of_lines = {name: _over(name, *line[1:]) for name, line in lines.items()}
     axes = [next((of_lines.pop(name) for name, line in lines.items() if line.axis is axis), _coarse(axis))
             for axis in config.axes]  # fmt: skip
     axes += of_lines.values()
-    if config.contours is not None:
+    if len(lines) > 1:
         axes.sort(key=lambda axis: [*lines].index(axis.name) if axis.name in lines else -1)
     varied = [axis.name for axis in axes if axis.name in QUANTITIES]
-    return config.without(*varied).model_copy(update={**dict.fromkeys(STUDIES), "axes": tuple(axes)})
+    return config.without(*varied).plain_map().model_copy(update={"axes": tuple(axes)})
 
 
 def _coarse(axis: Axis) -> Axis:

@@ -37,8 +37,7 @@ SECTIONS = {  # of the help: a new command is one word here
     "To begin": (configs.init, configs.validate, configs.schema, help.help_command),
     "Maps": (plan.plan, run.run, plot.plot, results.inspect, explore.explore, results.export),
     "One cell, and what a designer asks": (
-        *(simulate.simulate, listen.listen, studies.border, studies.contours, advise.advise),
-        *(studies.attractors, studies.ramp),
+        *(simulate.simulate, listen.listen, *studies.COMMANDS.values(), advise.advise),
     ),
     "Friction curves and materials": (fit.fit, compare.compare, fit.points),
     "Test rigs": (rig.rig,),

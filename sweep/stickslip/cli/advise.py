@@ -40,7 +40,7 @@ Examples:
   stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5 \\
       --parameter belt_speed --parameter stiffness --cost stiffness=2 --within 20"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @params.AT
 @click.option("--parameter", "parameters", multiple=True, metavar="NAME", help="What may change; may be repeated.")
 @click.option("--cost", "costs", multiple=True, metavar="NAME=NUMBER", help="Cost of a change; 1 unless given.")
@@ -61,13 +61,15 @@ def advise(
     sustained) borders to quiet ones (damped, creep, stuck) are looked for unless --into names others, from a quiet one
     those to vibrating ones.
     """
-    from stickslip.api.studies import margins, speeds_in
+    from stickslip.api.studies import margins
     from stickslip.config.select import cell_of, config_at
+    from stickslip.config.studies import section_of_call
     from stickslip.materials.system import ends_of
+    from stickslip.studies.margins import Margins
 
     with refuses_bad_input(""):
         ends = None if speed_range is None else ends_of("--speed-range", speed_range)
-        speeds = speeds_in(ends)
+        speeds = section_of_call(Margins, speed_range=ends).speeds
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     loaded = config_at(params.recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
@@ -78,7 +80,7 @@ def advise(
             fail(f"{config}: this cell is {flag_label(home)}: nothing can be said of it\nhint: raise max_steps")
         goals = into or (QUIET if home in VIBRATING else VIBRATING)
         how: dict[str, Any] = {"within": within, "into": goals, "speed_range": ends}
-        with screen.progress_bar(1, " searched") as move:
+        with screen.progress_bar(doing=" searched") as move:
             ds = margins(loaded, parameters or None, costs=weights, progress=move, **how)
         friction = None
         if not parameters and home in VIBRATING:
@@ -205,7 +207,7 @@ def _by(value: float, border: float, unit: Unit) -> str:
 def _single_changes(ds: xr.Dataset, goals: Sequence[str]) -> list[Change]:
     """Every border along a single parameter, by how large the change is; those of parameters at 0 last."""
     from stickslip.dataset.display import unit_of
-    from stickslip.dataset.studies import SIDES
+    from stickslip.studies.margins import SIDES
 
     cell, changes = _cell(ds), []
     for name in _parameters(ds):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ _ATTRIBUTES = (
     *("belt_speed", "speed_range_from", "speed_range_to", "friction_scale", "searched_from", "searched_to"),
     *("tendency_at", "confidence", "draws", "seed"),
 )
+_SEVERAL = partial(click.option, multiple=True)
 _EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
 
 
@@ -36,11 +38,11 @@ class AllAtOnce(click.Command):
             return super().parse_args(ctx, args)
         except click.MissingParameter:
             values = self.make_parser(ctx).parse_args(given)[0]
-            is_given = {name: isinstance(value, str | tuple) and bool(value) for name, value in values.items()}
-            missing = [param for param in self.params if param.required and not is_given.get(str(param.name))]
+            known = {name for name, value in values.items() if isinstance(value, str | tuple) and value}
+            missing = [param for param in self.params if param.required and param.name not in known]
             names = ", ".join(param.get_error_hint(ctx).replace("'", "") for param in missing)
-            examples = [f'{p.opts[0]} "{_EXAMPLES[str(p.name)]}"' for p in missing if p.name in _EXAMPLES]
-            hint = f"\nhint: for instance {' '.join(examples)}" if examples else ""
+            examples = " ".join(f'{p.opts[0]} "{_EXAMPLES[str(p.name)]}"' for p in missing if p.name in _EXAMPLES)
+            hint = f"\nhint: for instance {examples}" if examples else ""
             raise click.UsageError(f"missing {names}{hint}", ctx) from None
 
 
@@ -56,44 +58,22 @@ Examples:
 @params.RECORDS
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
 @click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
-@click.option(
-    "--load",
-    required=True,
-    multiple=True,
-    help='Normal load: N, or with a unit ("2 kN"); several, or a range ("5..20 N").',
-)
-@click.option(
-    "--damping",
-    multiple=True,
-    help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %"; several, or a range ("0.5..5 %").'
-    "  [default: 0]",
-)
-@click.option(
-    "--speed",
-    multiple=True,
-    metavar="SPEED",
-    help='Belt speed at which regime and margin are told; several, a column each; or a range ("5..60 mm/s"), '
-    "in which it is to be quiet throughout.",
-)
-@click.option(
-    "--scale-friction",
-    multiple=True,
-    metavar="FACTOR",
-    help="Multiply friction, where the part has another than the rig; several, or a range.  [default: 1]",
-)
+@_SEVERAL("--load", required=True, help='Normal load: N, or with a unit ("2 kN"); several, or a range ("5..20 N").')
+@_SEVERAL("--damping", help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %"; several, or a range '
+          '("0.5..5 %").  [default: 0]')  # fmt: skip
+@_SEVERAL("--speed", metavar="SPEED", help="Belt speed at which regime and margin are told; several, a column each; or "
+          'a range ("5..60 mm/s"), in which it is to be quiet throughout.')  # fmt: skip
+@_SEVERAL("--scale-friction", metavar="FACTOR", help="Multiply friction, where the part has another than the rig; "
+          "several, or a range.  [default: 1]")  # fmt: skip
 @click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @COLUMNS
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the draws.")
-@click.option(
-    "--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV."
-)  # fmt: skip
-@click.option(
-    "-o", "--output", "outputs", type=params.Target("table", "result"), multiple=True,
-    help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.",
-)  # fmt: skip
-@click.option("--plot", type=params.Target("plot"), help="Plot to write: .png, .svg or .pdf.")
+@click.option("--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV.")
+@_SEVERAL("-o", "--output", "outputs", type=params.Target("table", "result"),
+          help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.")  # fmt: skip
+@params.plot_option()
 @click.option("--title", help="Of plot and page.")
 @click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): ranks, plot, fits.")
 @JSON
@@ -101,8 +81,7 @@ Examples:
 def compare(
     files: tuple[Path, ...], mass: str, stiffness: str, load: tuple[str, ...], damping: tuple[str, ...],
     speed: tuple[str, ...], scale_friction: tuple[str, ...],
-    between: tuple[str, str] | None, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    same: tuple[str, ...], level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
+    between: tuple[str, str] | None, level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
     title: str | None, report: Path | None, decimal_comma: bool,
 ) -> Answer:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
@@ -113,13 +92,11 @@ def compare(
     """
     from stickslip import materials
     from stickslip.dataset.display import with_units
-    from stickslip.materials.table import RankTable
 
     one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
-    choice = column_choice(unit, speed_column, friction_column, load=one_load)
-    fits = fit_files(files, choice, same)
+    fits = fit_files(files, column_choice(one_load))
     show_columns(fits)
-    with refuses_bad_input(""), screen.progress_bar(1, " compared", "curves") as move:
+    with refuses_bad_input(""), screen.progress_bar("curves", " compared") as move:
         ds = materials.compare(
             fits, mass=mass, stiffness=stiffness, normal_load=_single(load),
             damping=_single(damping) if damping else None, belt_speed=_single(speed) if speed else None,
@@ -130,41 +107,30 @@ def compare(
         speeds = [str(name) for name, values in ds.variables.items() if values.attrs.get("units") == "m s-1"]
         ds = with_units(ds, dict.fromkeys(speeds, speed_unit))
     ds = ds if title is None else ds.assign_attrs(title=title)
-    ranking = RankTable(ds)
-    _show(ranking)
+    ranking = _show(ds)
     written = _save(ds, outputs, plot, report, decimal_comma)
 
     def answer() -> dict[str, Any]:
         from stickslip.fit.report import columns_of
 
-        parts = [part for fit in fits for part in fit.repeats or (fit,)]
+        parts = [part for fit in fits for part in fit.parts]
         read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
-        return _answer(ds, ranking, written) | {"read": read}
+        return _answer(ds, ranking) | {"written": written, "read": read}
 
     return answer
 
 
 def show(ds: xr.Dataset) -> Answer:
     """Print a comparison that was read from a file."""
+    ranking = _show(ds)
+    return lambda: _answer(ds, ranking)
+
+
+def _show(ds: xr.Dataset) -> RankTable:
+    """Print a comparison, a table of ranks and remarks."""
     from stickslip.materials.table import RankTable
 
     ranking = RankTable(ds)
-    _show(ranking)
-    return lambda: _answer(ds, ranking, {})
-
-
-def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
-    return texts[0] if len(texts) == 1 else texts
-
-
-def _unit_of(speeds: tuple[str, ...]) -> str | None:
-    """The unit in which the belt speeds were given, for the table."""
-    units = [speed.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for speed in speeds]
-    return next(filter(None, units), None)
-
-
-def _show(ranking: RankTable) -> None:
-    """Print the table of ranks, and remarks."""
     screen.echo(f"system   {', '.join(f'{name} {value}' for name, value in ranking.conditions())}\n")
     _print_table(ranking.columns())
     if ranking.speeds:
@@ -177,6 +143,17 @@ def _show(ranking: RankTable) -> None:
             screen.echo(f"note     {remark}")
     for text in ranking.method():
         screen.echo(text)
+    return ranking
+
+
+def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
+    return texts[0] if len(texts) == 1 else texts
+
+
+def _unit_of(speeds: tuple[str, ...]) -> str | None:
+    """The unit in which the belt speeds were given, for the table."""
+    units = [speed.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for speed in speeds]
+    return next(filter(None, units), None)
 
 
 def _print_table(columns: Iterable[RankColumn]) -> None:
@@ -211,24 +188,25 @@ def _save(
     return {kind: str(file) for kind, file in files.items() if file is not None}
 
 
-def _answer(ds: xr.Dataset, ranking: RankTable, written: dict[str, str]) -> dict[str, Any]:
+def _answer(ds: xr.Dataset, ranking: RankTable) -> dict[str, Any]:
     """The comparison for programs, in SI."""
     from stickslip.dataset.export import table_of
 
     several = "belt_speed" in ds.dims
     shared = ds.drop_dims("belt_speed") if several else ds
-    materials = [_row(shared, i) for i in range(ds.sizes["material"])]
-    for i, material in enumerate(materials):
-        if several:
-            at = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
-            rows = [_row(at.isel(belt_speed=j), i) for j in range(len(ranking.speeds))]
+    materials = _rows(shared)
+    if several:
+        other = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
+        rows = [_rows(other.isel(belt_speed=j)) for j in range(len(ranking.speeds))]
+        for i, material in enumerate(materials):
             material["at"] = [
-                {name: value for name, value in row.items() if name not in material or name == "margin"}
-                | {"belt_speed": speed}
-                for row, speed in zip(rows, ranking.speeds, strict=True)
+                {name: value for name, value in at[i].items() if name not in material} | {"belt_speed": speed}
+                for at, speed in zip(rows, ranking.speeds, strict=True)
             ]
-        for name in ranking.varied:
-            material[f"quiet_above_over_{name}"] = ds[f"quiet_above_over_{name}"].values[i].tolist()
+    for name in ranking.varied:
+        borders = ds[f"quiet_above_over_{name}"].values.tolist()
+        for material, values in zip(materials, borders, strict=True):
+            material[f"quiet_above_over_{name}"] = values
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
     return {
         "materials": materials,
@@ -237,17 +215,17 @@ def _answer(ds: xr.Dataset, ranking: RankTable, written: dict[str, str]) -> dict
         **{name: ds.attrs[name] for name in _ATTRIBUTES if name in ds.attrs},
         **{name: ds[name].values.tolist() for name in ranking.varied},
         "remarks": ranking.remarks(),
-        "written": written,
+        "written": {},
     }
 
 
-def _row(ds: xr.Dataset, i: int) -> dict[str, Any]:
-    """The variables of a material by name, flags as ranking."""
+def _rows(ds: xr.Dataset) -> list[dict[str, Any]]:
+    """The variables of each material by name, flags as words."""
     from stickslip.dataset.export import table_of
 
-    row = {"name": str(ds["material"].values[i])}
+    columns = {"name": ds["material"].values.tolist()}
     for name, array in table_of(ds).columns.items():
         if name != "material":
-            value = array.values[i].tolist() if hasattr(array.values[i], "tolist") else array.values[i]
-            row[name] = [*FLAGS[name]][value] if name in FLAGS else value
-    return row
+            values, words = array.values.tolist(), [*FLAGS.get(name, ())]
+            columns[name] = [words[value] for value in values] if words else values
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

@@ -12,13 +12,13 @@ from typing import Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import DONE, JSON, WRONG_INPUT, fail, is_for_programs, print_json, reports_errors
+from stickslip.cli.exits import DONE, JSON, WRONG_INPUT, fail, fields, is_for_programs, print_json, reports_errors
 from stickslip.cli.outputs import plot_limits
 from stickslip.errors import ConfigError, Problem, dotted
 
 
 @click.command()
-@click.argument("configs", type=params.ConfigPath(), nargs=-1, required=True)
+@click.argument("configs", type=params.Place("configuration"), nargs=-1, required=True)
 @params.SET
 @JSON
 @reports_errors
@@ -37,21 +37,21 @@ def validate(configs: tuple[Path, ...]) -> None:
 def _validated(path: Path) -> dict[str, Any]:
     """Check one configuration and print what was understood; for programs, too."""
     from stickslip.config.describe import describe
-    from stickslip.rig.config import is_rig, load_rig
+    from stickslip.config.reader import load_config
     from stickslip.runs.work import study_of
 
     answer: dict[str, Any] = {"file": str(path), "valid": True, "problems": []}
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            config = load_rig(path, params.settings()).config if is_rig(path) else params.configuration(path)
+            config = load_config(path, params.settings(), rig=None)
     except ConfigError as error:
         if not is_for_programs():
             screen.notice(str(error))
         return answer | {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
     rows, computes = list(describe(config)), study_of(config).described()
     texts = [str(warning.message) for warning in caught]
-    if not is_rig(path) and config.output.plot is not None and (part := plot_limits(config)):
+    if config.drive is None and config.output.plot is not None and (part := plot_limits(config)):
         texts.append(f"output.plot: {part}")
     for text in texts if not is_for_programs() else ():
         screen.notice(f"warning: {text}")
@@ -68,14 +68,9 @@ def _validated(path: Path) -> dict[str, Any]:
 def _problem(problem: Problem) -> dict[str, Any]:
     """A problem for programs."""
     line, column, option = problem.place or (None, None, "")
-    return {
-        "line": line or None,  # what an option gave has none
-        "column": column or None,
-        "option": option or None,
-        "key": dotted(problem.path),
-        "message": problem.message,
-        "hint": problem.hint,
-    }
+    # what an option gave has no line
+    where = {"line": line or None, "column": column or None, "option": option or None, "key": dotted(problem.path)}
+    return where | fields(problem, "message", "hint")
 
 
 @click.command(
@@ -93,17 +88,16 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 
     FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
-    from stickslip.config.examples import config_names, config_path
-    from stickslip.config.template import TEMPLATE
+    from stickslip.config.examples import config_names, config_path, starter
+    from stickslip.config.reader import is_rig
     from stickslip.config.yaml import read_yaml
-    from stickslip.rig.config import is_rig
 
     if listing:
         for each in config_names():
             data = read_yaml(config_path(each)).data
             screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {each:20} {data['title']}")
         return
-    text, command = TEMPLATE, "run"
+    text, command = starter(), "run"
     try:
         if name is not None:
             source = config_path(name)

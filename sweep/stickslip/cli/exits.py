@@ -69,10 +69,9 @@ def _log_on_screen() -> Iterator[None]:
 
     class Screen(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            if record.levelno >= logging.WARNING or not screen.is_quiet():
-                screen.notice(self.format(record))
+            screen.notice(self.format(record))
 
-    logger, handler = logging.getLogger("stickslip"), Screen()
+    logger, handler = logging.getLogger("stickslip"), Screen(logging.WARNING if screen.is_quiet() else logging.INFO)
     level = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
@@ -124,6 +123,11 @@ def drawing(target: object) -> Iterator[None]:
     except (PlotError, StoreError) as error:
         screen.notice(f"{target}: not drawn: {error}")
         click.get_current_context().meta[_UNDRAWN] = True
+
+
+def fields(thing: object, *names: str, **keys: str) -> dict[str, Any]:
+    """Attributes of something by their names, and by other keys."""
+    return {key: getattr(thing, name) for key, name in (dict(zip(names, names, strict=True)) | keys).items()}
 
 
 def is_for_programs() -> bool:

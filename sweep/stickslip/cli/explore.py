@@ -12,7 +12,6 @@ from stickslip.cli.exits import fail, reports_errors
 from stickslip.cli.outputs import show_file
 
 if TYPE_CHECKING:
-    from stickslip.explore import Source
     from stickslip.files.locations import Location
 
 
@@ -23,15 +22,13 @@ Examples:
   stickslip explore quickstart.nc --port 8123 --no-browser
   stickslip explore quickstart.nc --static quickstart.html     # a page to send to someone"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any that is free]")
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @click.option(
-    "--static",
-    type=params.Target("page", "folder"),
-    metavar="PAGE",
+    "--static", type=params.Target("page", "folder"), metavar="PAGE",
     help="Write one page that needs no server: FILE.html, or a folder to put it in.",
-)
+)  # fmt: skip
 @reports_errors
 def explore(config: Location, port: int, no_browser: bool, static: Path | None) -> None:
     """Explore a map in the browser.
@@ -54,11 +51,11 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     for note in source.notes:
         screen.notice(f"note: {note}")
     if static is not None:
-        return _write(source, static)
-    _serve(source, port, no_browser)
+        from stickslip.explore.static import left_out, write_page
 
-
-def _serve(source: Source, port: int, no_browser: bool) -> None:
+        for note in left_out(source):
+            screen.notice(f"note: {note}")
+        return show_file("page", write_page(source, static))
     from stickslip.explore.server import Explorer
 
     try:
@@ -77,11 +74,3 @@ def _serve(source: Source, port: int, no_browser: bool) -> None:
         explorer.run(show_address)
     except KeyboardInterrupt:
         screen.notice("\nended")
-
-
-def _write(source: Source, static: Path) -> None:
-    from stickslip.explore.static import left_out, write_page
-
-    for note in left_out(source):
-        screen.notice(f"note: {note}")
-    show_file("page", write_page(source, static))

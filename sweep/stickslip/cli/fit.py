@@ -23,27 +23,25 @@ if TYPE_CHECKING:
 
 
 def COLUMNS(command: params.Command) -> params.Command:  # noqa: N802, a decorator
-    """The options that say what the columns of a table are; `column_choice` takes them."""
+    """The options that say what the columns of a table are; `column_choice` and `fit_files` ask for them."""
+    option = screen.remembered_option
     return params.decorated(
         command,
-        click.option("--unit", metavar="UNIT", help="Of the speeds or times, such as mm/s, where a header names none."),
-        click.option("--speed-column", metavar="NAME",
-                     help="Heading of the column of speeds, if it is none of the usual."),
-        click.option("--friction-column", metavar="NAME", multiple=True,
-                     help="Heading of a column of friction coefficients; several give a fit each."),
-        click.option("--same", metavar="PATTERN", multiple=True,
-                     help='Names of repeats of one material ("grease A*"), which are fitted as one; repeatable.'),
+        option("--unit", metavar="UNIT", help="Of the speeds or times, such as mm/s, where a header names none."),
+        option("--speed-column", metavar="NAME", help="Heading of the column of speeds, if it is none of the usual."),
+        option("--friction-column", metavar="NAME", multiple=True,
+               help="Heading of a column of friction coefficients; several give a fit each."),
+        option("--same", metavar="PATTERN", multiple=True,
+               help='Names of repeats of one material ("grease A*"), which are fitted as one; repeatable.'),
     )  # fmt: skip
 
 
-def column_choice(
-    unit: str | None, speed_column: str | None, friction_column: tuple[str, ...], time_column: str | None = None,
-    load: str | None = None,
-) -> Wanted:  # fmt: skip
-    """The columns that these options choose."""
+def column_choice(load: str | None) -> Wanted:
+    """The columns that the options choose. load : by which friction forces are divided."""
     from stickslip.fit import Wanted
 
-    return Wanted(unit or "", speed_column or "", time_column or "", friction_column, load)
+    unit, speed, time = (screen.remembered(name) or "" for name in ("unit", "speed_column", "time_column"))
+    return Wanted(unit, speed, time, screen.remembered("friction_column"), load)
 
 
 @click.command(
@@ -61,7 +59,7 @@ Examples:
     "--at", default="300", metavar="TIME", show_default=True, help="Hold time at which lubricants are ranked."
 )
 @COLUMNS
-@click.option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
+@screen.remembered_option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
 @click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
 @click.option(
     "--law",
@@ -73,10 +71,7 @@ Examples:
 @params.plot_option("Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_errors
-def fit(
-    files: tuple[Path, ...], at: str, unit: str | None, speed_column: str | None, friction_column: tuple[str, ...],
-    same: tuple[str, ...], time_column: str | None, load: str | None, law: str, plot: Path | None,
-) -> Answer:  # fmt: skip
+def fit(files: tuple[Path, ...], at: str, load: str | None, law: str, plot: Path | None) -> Answer:
     """Fit friction curves, or ageing, to measured points.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
@@ -91,9 +86,9 @@ def fit(
 
     if load is not None:
         newtons(load)
-    if same and law != "stribeck":
+    if screen.remembered("same") and law != "stribeck":
         fail(f"--same goes with the law stribeck, got --law {law}")
-    fits = fit_files(files, column_choice(unit, speed_column, friction_column, time_column, load), same, law)
+    fits = fit_files(files, column_choice(load), law)
     for each in fits:
         if each.curve and (question := friction_question_of_fit(float(each.curve.predict(0.0)), each.points.get("mu"))):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
@@ -112,20 +107,18 @@ def fit(
     return lambda: _answer(fits, ageing, seconds(at), plot)
 
 
-def fit_files(
-    files: Sequence[Path], choice: Wanted, same: Sequence[str] = (), law: str = "stribeck"
-) -> list[MaterialFit]:
+def fit_files(files: Sequence[Path], choice: Wanted, law: str = "stribeck") -> list[MaterialFit]:
     """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
     from stickslip.fit import fit_materials
 
-    files = [params.points_file(file) for file in files]
+    files, same = [params.points_file(file) for file in files], screen.remembered("same")
     fits = fit_materials(files, choice, same=same, law=law)
     bare = [each for each in fits if each.points.assumed]
     if not bare or is_for_programs() or not _is_interactive():
         return fits
-    (column, *_), points = bare[0].points.assumed, bare[0].points[bare[0].points.assumed[0].name]
+    (column, *_), points = bare[0].points.assumed, bare[0].points
     names = ", ".join(dict.fromkeys(str(each.path) for each in bare))
-    span = f"it goes from {points.min():g} to {points.max():g}"
+    span = f"it goes from {points[column.name].min():g} to {points[column.name].max():g}"
     screen.echo(f"{names}: the header gives no unit of {column.name}; {span}.")
     usual = units.example(column.units).split(" ", 1)[1]
     unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
@@ -140,12 +133,13 @@ def show_columns(fits: Sequence[MaterialFit]) -> None:
     """Say what the columns of each file were taken for, where they are not plainly called so; of files alike once."""
     from stickslip.fit import report
 
-    parts = [part for each in fits for part in each.repeats or (each,)]
+    of_file: dict[str, list[MaterialFit]] = {}
+    for part in (part for each in fits for part in each.parts):
+        of_file.setdefault(str(part.path), []).append(part)
     alike: dict[str, list[str]] = {}
-    for path in dict.fromkeys(part.path for part in parts):
-        of_file = [part for part in parts if part.path == path]
-        if not all(map(report.is_plain, of_file)):
-            alike.setdefault(report.describe_columns(of_file), []).append(str(path))
+    for path, parts in of_file.items():
+        if not all(map(report.is_plain, parts)):
+            alike.setdefault(report.describe_columns(parts), []).append(path)
     for text, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {text}\n")
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from copy import copy
+from functools import partial
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +23,29 @@ _COMMANDS_FOR = {
 class SectionedGroup(click.Group):
     """A group whose help lists its commands under headings, in the order of a table.
 
-    sections : commands by heading. old : commands under spellings that go on working, and are not listed.
+    sections : commands by heading. old : commands under spellings that go on working, and are not listed. default : of
+    a group that was a command once, the command of arguments that begin with none of its commands.
     """
 
-    def __init__(self, *args: Any, sections: Sections, old: Sequence[click.Command] = (), **given: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        sections: Sections,
+        old: Sequence[click.Command] = (),
+        default: str | None = None,
+        **given: Any,
+    ) -> None:
         super().__init__(*args, **given)
         self._sections = {heading: [str(command.name) for command in row] for heading, row in sections.items()}
-        for row in sections.values():
-            for command in row:
-                self.add_command(command)
-        for command in old:
+        self._default = default
+        for command in (*chain(*sections.values()), *old):
             self.add_command(command)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The arguments, with the command that is meant."""
+        if self._default and args and args[0] not in (*self.commands, *ctx.help_option_names):
+            args = [self._default, *args]  # here already, since options may come first
+        return super().parse_args(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names that are listed, in the order of the table."""
@@ -76,58 +91,37 @@ def _refuse_repeated(command: click.Command, ctx: click.Context, args: Sequence[
             raise click.UsageError(f"{name} is given {given.count(option)} times, and takes one value", own)
 
 
-class GroupWithDefault(SectionedGroup):
-    """A group that was a command once: arguments that begin with none of its commands are those of `default`."""
-
-    def __init__(self, *args: Any, default: str, **given: Any) -> None:
-        super().__init__(*args, **given)
-        self._default = default
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """The arguments, with the command that is meant."""
-        if args and args[0] not in (*self.commands, *ctx.help_option_names):
-            args = [self._default, *args]  # here already, since options may come first
-        return super().parse_args(ctx, args)
-
-
-def renamed(command: click.Command, name: str, hidden: bool = False) -> click.Command:
-    """A command under another name."""
-    return click.Command(
-        name, callback=command.callback, params=command.params, help=command.help, epilog=command.epilog,
-        hidden=hidden, context_settings=command.context_settings,
-    )  # fmt: skip
+def renamed(command: click.Command, name: str) -> click.Command:
+    """A command under another name, which no help lists."""
+    other = copy(command)
+    other.name, other.hidden = name, True
+    return other
 
 
 # --- names that shells propose after an option ------------------------------------------------------------------------
 
-_NAMES = {  # by option, in whatever command it is: the table of the vocabulary
-    "--variable": ("results", "MAP_VARIABLES"), "--along": ("quantities", "SEARCHABLE"),
-    "--at": ("quantities", "PARAMETERS"), "--select": ("quantities", "PARAMETERS"),
-    "--mark": ("quantities", "PARAMETERS"), "--regime": ("flags", "REGIMES"), "--status": ("flags", "STATUSES"),
+_PARAMETERS = ("vocabulary.quantities", "PARAMETERS")
+_NAMES = {  # by option, in whatever command it is: the table, or the function that gives it
+    "--variable": ("vocabulary.results", "MAP_VARIABLES"), "--along": ("vocabulary.quantities", "SEARCHABLE"),
+    "--at": _PARAMETERS, "--select": _PARAMETERS, "--mark": _PARAMETERS,
+    "--regime": ("vocabulary.flags", "REGIMES"), "--status": ("vocabulary.flags", "STATUSES"),
+    "--from": ("config.examples", "config_names"),
 }  # fmt: skip
 
 
 def complete_names(command: click.Command) -> None:
     """Let the shell complete the names that options of a command, and of the commands in it, take."""
     for parameter in command.params:
-        if isinstance(parameter, click.Option) and parameter.metavar != "TIME":
-            for option in parameter.opts:
-                if option in _NAMES or (command.name, option) == ("init", "--from"):
-                    setattr(parameter, "shell_complete", _proposing(option))  # noqa: B010 - a method of click's, replaced
+        for option in parameter.opts:
+            if option in _NAMES and isinstance(parameter, click.Option) and parameter.metavar != "TIME":
+                setattr(parameter, "shell_complete", partial(_proposed, option))  # noqa: B010 - a method of click's, replaced
     for inner in command.commands.values() if isinstance(command, click.Group) else ():
         complete_names(inner)
 
 
-def _proposing(option: str) -> Callable[[click.Context, str], list[CompletionItem]]:
-    """A function for click: the names that begin with what was typed so far."""
-    return lambda _context, typed: [CompletionItem(name) for name in _names(option) if name.startswith(typed)]
-
-
-def _names(option: str) -> Iterable[str]:
-    if option == "--from":
-        from stickslip.config.examples import config_names
-
-        return config_names()
+def _proposed(option: str, _context: click.Context, typed: str) -> list[CompletionItem]:
+    """The names that begin with what was typed so far."""
     module, table = _NAMES[option]
-    names: Iterable[str] = getattr(import_module(f"stickslip.vocabulary.{module}"), table)
-    return [f"{name}=" for name in names] if table == "PARAMETERS" else names
+    names = getattr(import_module(f"stickslip.{module}"), table)
+    names = names() if callable(names) else [f"{name}=" for name in names] if table == "PARAMETERS" else names
+    return [CompletionItem(name) for name in names if name.startswith(typed)]

@@ -12,13 +12,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, fail, refuses_bad_input, reports_errors
+from stickslip.cli.exits import JSON, fail, fields, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.simulate import cell_title
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.files.locations import Location
     from stickslip.sound import Sound
 
@@ -26,6 +24,7 @@ _BETWEEN = re.compile(r",\s*(?=[^,=]+=)")  # of several NAME=VALUE in a text
 _ALIKE = 0.05  # dB
 _LONGEST = 600.0  # s of sound
 _FASTEST = 1e6  # times slower, or faster
+_ANSWER = ("regime", "frequency", "repeats", "seconds", "slow", "rate", "full_scale", "clips")  # of a sound
 
 
 @click.command(
@@ -34,18 +33,16 @@ Examples:
   stickslip listen configs/quickstart.yaml \\
       --at stiffness="5 N/mm" --at belt_speed="20 mm/s" -o squeak.wav --plot squeak.png
   stickslip listen configs/quickstart.yaml \\
-      --at stiffness=5 --at belt_speed="20 mm/s" --slow 0.01 -o faster.wav
+      --at stiffness="5 N/m" --at belt_speed="20 mm/s" --slow 0.01 -o faster.wav
   stickslip listen quickstart.nc --at stiffness="5 N/mm" --at belt_speed=1 -o decay.wav
   stickslip listen configs/lubricants.yaml --level -o levels.nc   # how loud every cell is"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @params.AT
 @click.option(
-    "-o",
-    "--output",
-    type=params.Target("sound", "result"),
+    "-o", "--output", type=params.Target("sound", "result"),
     help="Sound to write, .wav; with --level the levels, .nc or .zarr.",
-)
+)  # fmt: skip
 @click.option("--seconds", default="3", show_default=True, metavar="TIME", help='How long: seconds, or "500 ms".')
 @click.option("--slow", type=float, default=1.0, show_default=True, help="So many times slower; 0.1 is faster.")
 @click.option(
@@ -85,64 +82,41 @@ def listen(
         fail(f"{output}: sounds end in .wav")
     if not 1.0 / _FASTEST <= slow <= _FASTEST:
         fail(f"--slow: got {slow:g}, expected a number from 1e-6 to 1e6, such as 10, or 0.1 for ten times faster")
+    from stickslip import sound
+    from stickslip.config import select
+    from stickslip.vocabulary.results import LEVEL
+
     loudest = params.si_quantity("--full-scale", full_scale, "m s-2", "an acceleration > 0, such as '100 m/s2'")
-    how = {"rate": rate, "slow": slow, "full_scale": loudest, "transient": transient}
-    sound, cell_level, title = _sound(config, at, seconds, how)
-    screen.echo(sound.told())
-    if not isfinite(sound.frequency) or cell_level == cell_level:
-        screen.echo(f"level    {_level_text(cell_level)}")
-    for line in sound.remarks():
+    loaded, length = select.config_at(params.recipe_in(config), at), select.seconds(seconds, "--seconds")
+    if length > _LONGEST:
+        fail(f"--seconds: got {seconds!r}, expected at most {_LONGEST:g} s")
+    cell, law, title = select.cell_of(loaded), loaded.friction.law, cell_title(loaded.title, at)
+    made = sound.of(
+        cell, length, rate=rate, slow=slow, full_scale=loudest, transient=transient, title=title, law=law,
+        max_steps=loaded.solver.max_steps,
+    )  # fmt: skip
+    cell_level = float(sound.levels(cell, law=law)[LEVEL.name][0])
+    screen.echo(made.described())
+    if not isfinite(made.frequency) or cell_level == cell_level:
+        screen.row("level", _level_text(cell_level))
+    for line in made.remarks():
         screen.echo(line)
     if isinstance(output, Path):
-        save_sound(sound, output, floating)
+        made.save(output, floating)
         bits = "32-bit floating" if floating else "16 bit"
-        show_file("sound", output, f"{sound.seconds:.3g} s, {bits}, full scale {sound.full_scale:g} m/s2")
+        show_file("sound", output, f"{made.seconds:.3g} s, {bits}, full scale {made.full_scale:g} m/s2")
     if plot is not None:
         with refuses_bad_input(plot):
             from stickslip import plots
 
-            save_plot(plots.plot_sound(sound.acceleration, sound.rate, title=title, slow=sound.slow), plot)
+            save_plot(plots.plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
     if output is None and plot is None:
         screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
-    names = ("regime", "frequency", "repeats", "seconds", "slow", "rate", "full_scale", "clips")
-    return {name: getattr(sound, name) for name in names} | {
-        "acceleration_max": sound.peak, "acceleration_level_a": cell_level, "remarks": sound.remarks(),
-        "output": output, "plot": plot,
-    }  # fmt: skip
-
-
-def _sound(config: Location, at: tuple[str, ...], seconds: str, how: dict[str, Any]) -> tuple[Sound, float, str]:
-    """The sound of the cell, its level (dB), and its title."""
-    from stickslip import sound
-    from stickslip.config.select import cell_of, config_at
-    from stickslip.config.select import seconds as time_of
-    from stickslip.vocabulary.results import LEVEL
-
-    loaded = config_at(params.recipe_in(config), at)
-    law, length = loaded.friction.law, time_of(seconds, "--seconds")
-    if length > _LONGEST:
-        fail(f"--seconds: got {seconds!r}, expected at most {_LONGEST:g} s")
-    cell, title = cell_of(loaded), cell_title(loaded.title, at)
-    made = sound.of(cell, length, law=law, max_steps=loaded.solver.max_steps, title=title, **how)
-    return made, float(sound.levels(cell, law=law)[LEVEL.name][0]), title
-
-
-def _level_text(level: float) -> str:
-    """A level in words."""
-    if level != level:
-        return "none: there is no cycle"
-    return f"{level:.1f} dB(A) re 1e-6 m/s2" if isfinite(level) else "none: nothing of it is heard"
+    answer = fields(made, *_ANSWER, acceleration_max="peak") | {"acceleration_level_a": cell_level}
+    return answer | {"remarks": made.remarks(), "output": output, "plot": plot}
 
 
 # --- files, also for tests of rigs ------------------------------------------------------------------------------------
-
-
-def save_sound(sound: Sound, path: Path, floating: bool = False) -> None:
-    """Write a WAV file, whole or not at all. Raises StoreError."""
-    from stickslip.files import atomic
-
-    with atomic.replaced(path) as temporary:
-        temporary.write_bytes(sound.wav(floating))
 
 
 def save_sounds(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
@@ -150,12 +124,12 @@ def save_sounds(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
     single = target.suffix.lower() == ".wav"
     written, clipping, loudest, full_scale = 0, 0, 0.0, 0.0
     for name, sound in sounds:
-        save_sound(sound, target if single else target / f"{name}.wav")
+        sound.save(target if single else target / f"{name}.wav")
         full_scale, loudest = sound.full_scale, max(loudest, sound.peak)
         written, clipping = written + 1, clipping + sound.clips
     if not written:
-        return screen.echo("sounds   none: no test was integrated to its end")
-    screen.echo(f"sounds   {target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
+        return screen.row("sounds", "none: no test was integrated to its end")
+    screen.row("sounds", f"{target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
     if clipping:
         screen.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
 
@@ -186,60 +160,48 @@ def _levels(
     changes = [change for text in reference for change in _BETWEEN.split(text)]
     zero = cell_of(config_at(recipe, [*at, *changes], "--reference")) if changes else None
     threads, size = loaded.execution.threads, build_grid(loaded).size
-    with refuses_bad_input(config), screen.progress_bar(size) if size > 1 else nullcontext() as move:
+    with refuses_bad_input(config), screen.progress_bar() if size > 1 else nullcontext() as move:
         ds = sound.levels(loaded, zero, max_steps=loaded.solver.max_steps, threads=threads, progress=move)
-    summary = _summary(ds)
-    _show_levels(ds, summary)
-    if changes and ds["regime"].size == 1:
-        screen.echo(_comparison(float(ds["acceleration_level_a"].values.item()), ", ".join(changes)))
+    summary = sound.summary(ds)
+    if size > 1:
+        _show_summary(summary)
+    else:
+        _show_level(float(ds["acceleration_level_a"].values.item()), ", ".join(changes))
     if output is not None:
         save_result(ds, output, "levels")
         screen.echo(f"next:    stickslip plot {output}")
-    elif ds["regime"].ndim:
+    elif size > 1:
         screen.echo("nothing was written: name a file (-o levels.nc)")
     return summary | {"output": output}
 
 
-def _summary(ds: xr.Dataset) -> dict[str, Any]:
-    """Numbers of cells with and without a level, and the range of levels."""
-    import numpy as np
-
-    level = ds["acceleration_level_a"]
-    heard = level.values[np.isfinite(level.values)]
-    ends = (float(heard.min()), float(np.median(heard)), float(heard.max())) if heard.size else (None, None, None)
-    return {
-        "cells": level.size, "without_cycle": int(np.isnan(level.values).sum()),
-        "not_heard": int(np.isneginf(level.values).sum()), "with_level": int(heard.size),
-        "lowest": ends[0], "median": ends[1], "highest": ends[2], "long_name": level.attrs["long_name"],
-    }  # fmt: skip
-
-
-def _show_levels(ds: xr.Dataset, summary: dict[str, Any]) -> None:
-    if summary["cells"] == 1:
-        text = _level_text(float(ds["acceleration_level_a"].values.item()))
-        if "reference_cell" in ds["acceleration_level_a"].attrs:
-            text = text.replace("re 1e-6 m/s2", "re the reference")
-        return screen.echo(f"level    {text}")
+def _show_summary(summary: dict[str, Any]) -> None:
     screen.echo(f"{summary['long_name']}:")
     if summary["with_level"]:
         screen.echo(
             f"{summary['with_level']:,} of {summary['cells']:,} cells: {summary['lowest']:.1f} to "
             f"{summary['highest']:.1f}, half of them above {summary['median']:.1f}"
         )
-    if summary["without_cycle"]:
-        screen.echo(f"{_cells(summary['without_cycle'])} no cycle, and no level: settled, stuck, or undecided")
-    if summary["not_heard"]:
-        screen.echo(f"{_cells(summary['not_heard'])} a cycle of which nothing is heard")
+    for key, fate in (
+        ("without_cycle", "no cycle, and no level: settled, stuck, or undecided"),
+        ("not_heard", "a cycle of which nothing is heard"),
+    ):
+        if number := summary[key]:
+            screen.echo(f"{'1 cell has' if number == 1 else f'{number:,} cells have'} {fate}")
 
 
-def _comparison(level: float, reference: str) -> str:
-    """`2.6 dB louder than the reference: stiffness=12 N/mm`."""
-    if not isfinite(level):
-        return f"nothing to compare with the reference: {reference}"
-    if abs(level) < _ALIKE:
-        return f"as loud as the reference: {reference}"
-    return f"{abs(level):.1f} dB {'louder' if level > 0.0 else 'quieter'} than the reference: {reference}"
+def _show_level(level: float, reference: str) -> None:
+    """Print the level of a cell, and how it compares: `2.6 dB louder than the reference: stiffness=12 N/mm`."""
+    screen.row("level", f"{_level_text(level, 'the reference' if reference else '1e-6 m/s2')}")
+    if reference and not isfinite(level):
+        screen.echo(f"nothing to compare with the reference: {reference}")
+    elif reference and abs(level) < _ALIKE:
+        screen.echo(f"as loud as the reference: {reference}")
+    elif reference:
+        screen.echo(f"{abs(level):.1f} dB {'louder' if level > 0.0 else 'quieter'} than the reference: {reference}")
 
 
-def _cells(number: int) -> str:
-    return "1 cell has" if number == 1 else f"{number:,} cells have"
+def _level_text(level: float, zero: str = "1e-6 m/s2") -> str:
+    if level != level:
+        return "none: there is no cycle"
+    return f"{level:.1f} dB(A) re {zero}" if isfinite(level) else "none: nothing of it is heard"

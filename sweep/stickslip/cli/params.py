@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
 from stickslip.cli import screen
 from stickslip.cli.exits import fail
+from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -22,31 +22,26 @@ if TYPE_CHECKING:
 Command = Callable[..., Any]
 PAGES = (".html", ".htm")
 _TABLE = "stickslip.table"  # of a call
-_RESUMING = ("run", "border", "contours", "attractors", "collect", "retry-failed")  # know their own result
+_RESUMING = ("run", *STUDIES, "collect", "retry-failed")  # know their own result
 
 # --- places -----------------------------------------------------------------------------------------------------------
 
 
-class Place(click.ParamType):  # type: ignore[type-arg]
+class Place(click.Path):
     """A file, or the URL of a Zarr store, which a `Path` would spoil.
 
     expected : what is named where it is missing, a `result` or a `configuration`.
     """
 
-    name = "path_or_url"
-
     def __init__(self, expected: str = "result") -> None:
-        self._expected = expected
+        super().__init__()
+        self.name, self._expected = "path_or_url", expected
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
         """The place that a text names."""
         from stickslip.files.locations import location
 
         return location(value)
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Files, as the shell finds them."""
-        return [CompletionItem(incomplete, type="file")]
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """Files of this folder that could have been named."""
@@ -58,38 +53,25 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
 
-class ConfigPath(Place):
-    """The file of a configuration."""
-
-    name = "configuration"
-
-    def __init__(self) -> None:
-        super().__init__("configuration")
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path that a text names."""
-        return Path(value)
-
-
 class Target(Place):
     """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
-    name = "path"
-
     def __init__(self, *kinds: str) -> None:
         super().__init__()
-        self._kinds = kinds
+        self.name, self._kinds = "path", kinds
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Location:
         """The place that a text names."""
-        from stickslip.files.targets import KINDS
-
         place = super().convert(value, param, ctx)
-        ends = [end for kind in self._kinds if kind in KINDS for end in KINDS[kind].suffixes]
-        there = place.suffix.lower() in ends and os.path.isfile(str(place))
-        if ctx is not None and not ctx.resilient_parsing and not (there and ctx.info_name == "run"):
+        if ctx is not None and not ctx.resilient_parsing and not (ctx.info_name == "run" and self._is_there(place)):
             checked(place, *self._kinds)
         return place  # if there, maybe of a finished run, which writes nothing; else a run looks itself
+
+    def _is_there(self, place: Location) -> bool:
+        from stickslip.files.targets import KINDS
+
+        suffixes = [suffix for kind in self._kinds if kind in KINDS for suffix in KINDS[kind].suffixes]
+        return place.suffix.lower() in suffixes and os.path.isfile(str(place))
 
 
 def checked(place: Location, *kinds: str) -> Any:
@@ -109,7 +91,7 @@ def configured_target(name: str | None, *kinds: str) -> Any:
     return None if name is None else Target(*kinds).convert(name, None, click.get_current_context())
 
 
-def _result_beside(context: click.Context, output: Location | None) -> Location | None:
+def _result_beside(context: click.Context, _option: click.Parameter, output: Location | None) -> Location | None:
     """The output or, of a table, the netCDF file beside it, which can be resumed and read again."""
     if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):
         return output
@@ -137,32 +119,16 @@ def next_step() -> str:
 # --- options ----------------------------------------------------------------------------------------------------------
 
 
-class _Setting(click.ParamType):  # type: ignore[type-arg]
-    """A setting of a key of a configuration."""
+def _setting(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[Setting, ...]:
+    from stickslip.config.overrides import setting
 
-    name = "setting"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Setting:
-        """The setting in a text."""
-        from stickslip.config.overrides import setting
-
-        try:
-            return setting(value)
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
+    try:
+        return tuple(map(setting, texts))
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
 
 
-class _Threads(click.IntRange):
-    """A number of threads, or auto."""
-
-    name = "threads"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """A number, or auto as it is."""
-        return value if value == "auto" else super().convert(value, param, ctx)
-
-
-def _scheduler(value: str | None) -> str | None:
+def _scheduler(_context: click.Context, _option: click.Parameter, value: str | None) -> str | None:
     from stickslip.config.sections import ADDRESS, is_address
 
     if value is not None and not is_address(value):
@@ -170,39 +136,36 @@ def _scheduler(value: str | None) -> str | None:
     return value
 
 
+class _Threads(click.IntRange):
+    """A number of threads, or auto."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A number, or auto as it is."""
+        return value if value == "auto" else super().convert(value, param, ctx)
+
+
 SET = screen.remembered_option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="KEY=VALUE",
-    type=_Setting(),
+    "--set", "settings", multiple=True, metavar="KEY=VALUE", read=_setting,
     help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
-)
+)  # fmt: skip
 THREADS = screen.remembered_option(
-    "--threads",
-    type=_Threads(1),
-    metavar="N|auto",
+    "--threads", type=_Threads(1), metavar="N|auto",
     help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
-)
+)  # fmt: skip
 OUTPUT = click.option(
-    "-o",
-    "--output",
-    type=Target("result", "table"),
-    callback=lambda context, _option, output: _result_beside(context, output),
+    "-o", "--output", type=Target("result", "table"), callback=_result_beside,
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
-)
+)  # fmt: skip
 DASK = click.option(
-    "--dask",
-    metavar="ADDRESS",
-    callback=lambda _context, _option, value: _scheduler(value),
+    "--dask", metavar="ADDRESS", callback=_scheduler,
     help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
-)
+)  # fmt: skip
 AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 MAP = click.option(
     "--map", "map_file", type=Place(),
     help="Map to draw the borders over, of the same cells.  [default: a coarse one is computed]",
 )  # fmt: skip
-KEEP_PARTS = click.option("--keep-parts", is_flag=True, help="Leave the finished blocks where they are.")
+KEEP_PARTS = click.option("--keep-parts", "keep", is_flag=True, help="Leave the finished blocks where they are.")
 RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 
 
@@ -219,29 +182,22 @@ def decorated(command: Command, *options: Callable[[Command], Command]) -> Comma
 
 
 def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those above
-    """The argument `config`, and `--set` with it; `configuration` reads both."""
-    path = click.argument("config", type=ConfigPath(), callback=lambda _context, _parameter, path: config_file(path))
-    return decorated(command, path, SET)
-
-
-def CONFIG_OR_RESULT(command: Command) -> Command:  # noqa: N802
-    """The argument `config` where a result, which holds its configuration, will do as well; `recipe_in` reads both."""
-    place = click.argument(
-        "config",
-        type=Place("configuration"),
-        callback=lambda _context, _parameter, path: config_file(path) if isinstance(path, Path) else path,
+    """The argument `config`, and `--set` with it, which `configuration` reads; `recipe_in` also where it is a result,
+    which holds its configuration."""
+    path = click.argument(
+        "config", type=Place("configuration"), callback=lambda _context, _parameter, path: config_file(path)
     )
-    return decorated(command, place, SET)
+    return decorated(command, path, SET)
 
 
 # --- what they name ---------------------------------------------------------------------------------------------------
 
 
-def config_file(path: Path) -> Path:
+def config_file(path: Location) -> Any:
     """The file of a configuration: the one named or, with a notice, the one of the package that is called so."""
     from stickslip.config.examples import existing_config
 
-    return _noticed(path, existing_config(path))
+    return _noticed(path, existing_config(path)) if isinstance(path, Path) else path
 
 
 def points_file(path: Path) -> Path:
@@ -257,11 +213,11 @@ def _noticed(path: Path, file: Path) -> Path:
     return file
 
 
-def configuration(path: Path) -> Config:
+def configuration(path: Location) -> Config:
     """The configuration in a file, with `--set` and `--threads` put in. Raises ConfigError."""
     from stickslip.config.reader import load_config
 
-    return load_config(path, settings())
+    return load_config(str(path), settings())
 
 
 def recipe_in(path: Location) -> Recipe:
@@ -271,7 +227,7 @@ def recipe_in(path: Location) -> Recipe:
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
-        return configuration(path)  # type: ignore[arg-type]
+        return configuration(path)
     with reading.look_into(path) as ds:
         return recipe_of(ds, str(path), settings())
 
@@ -292,31 +248,27 @@ def settings_again() -> list[str]:
 
 def pairs(texts: tuple[str, ...]) -> dict[str, str]:
     """NAME=VALUE texts as a mapping."""
-    values = {}
     for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals:
+        if "=" not in text:
             fail(f"got {text!r}, expected NAME=VALUE")
-        values[name.strip()] = value.strip()
-    return values
+    parts = (text.partition("=") for text in texts)
+    return {name.strip(): value.strip() for name, _, value in parts}
 
 
-def interval(name: str, ends: tuple[str, str], option: str = "--between") -> tuple[float, float]:
-    """Two values of a parameter, in SI. Raises ConfigError."""
-    from stickslip.config.select import value_of
+def number_or_text(text: str) -> float | str:
+    """A number, in SI, or a text with a unit."""
+    from stickslip.files.tables import NUMBER
 
-    low, high = (value_of(name, end, option) for end in ends)
-    return low, high
+    return float(text) if NUMBER.fullmatch(text) else text
 
 
 def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
     """A quantity above 0 with or without its unit, in SI. Raises ConfigError, which says what is `expected`."""
     from stickslip.errors import ConfigError, Problem, QuantityError
-    from stickslip.files.tables import NUMBER
     from stickslip.vocabulary import units
 
     try:
-        value = units.si_value(float(text) if NUMBER.fullmatch(text) else text, unit)
+        value = units.si_value(number_or_text(text), unit)
         if value < 0 or (value == 0 and not or_zero):
             raise QuantityError(expected)
     except QuantityError as error:

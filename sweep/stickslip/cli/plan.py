@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, reports_errors
+from stickslip.cli.exits import JSON, fields, reports_errors
 from stickslip.cli.outputs import plot_limits
 from stickslip.cli.run import resume_command, study_answer
 
@@ -43,73 +44,62 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
     whole = estimate(loaded)
     shared = None if nodes is None else whole.on(nodes, loaded.execution.threads or whole.tried.threads)
     lines = {} if shared is None else _shell_lines(config, loaded, shared)
-    _show(config, loaded, whole)
-    if shared is not None:
-        _show_nodes(whole, shared, lines)
+    screen.echo(f"{loaded.title}\n{whole.study.described()}")
+    screen.print_rows([*_here(config, loaded, whole), *(_on_nodes(whole, shared, lines) if shared else ())])
     return _answer(loaded, whole, shared, lines)
 
 
-def _show(config: Path, loaded: Config, whole: Estimate) -> None:
-    """Print the estimate for this machine."""
+def _here(config: Path, loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
+    """The estimate for this machine, in rows of a label and a text."""
     study, tried = whole.study, whole.tried
-    screen.echo(f"{loaded.title}\n{study.described()}")
-    screen.echo(
-        f"blocks   {whole.blocks.count:,} of up to {whole.largest:,} {study.counted}, {whole.at_once} at a time"
-    )
+    yield "blocks", f"{whole.blocks.count:,} of up to {whole.largest:,} {study.counted}, {whole.at_once} at a time"
     if whole.map_cells:
-        _show_space(loaded, whole)
-    screen.echo(
-        f"time     about {screen.duration_text(whole.seconds)} "
-        f"({1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map)"
-    )
+        yield from _space(loaded, whole)
+    rate = f"{1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map"
+    yield "time", f"about {screen.duration_text(whole.seconds)} ({rate})"
     if tried.at_step_limit:
         share = screen.share_text(tried.at_step_limit / tried.cells)
-        screen.echo(
-            f"steps    {tried.at_step_limit:,} of these cells ({share}) ended at the step limit: unresolved "
-            f"with solver: {{max_steps: {study.options.max_steps}}}"
-        )
+        limit = f"unresolved with solver: {{max_steps: {study.options.max_steps}}}"
+        yield "steps", f"{tried.at_step_limit:,} of these cells ({share}) ended at the step limit: {limit}"
     for name, target in ((study.name, loaded.output.file), ("plot", loaded.output.plot)):
         if target is not None:
-            screen.echo(f"{name:8} {target}")
+            yield name, target
     if loaded.output.plot is not None and (part := plot_limits(loaded)):
-        screen.echo(f"         {part}")
+        yield "", part
     if loaded.output.file is None:
         command = resume_command(["run", str(config), "-o", f"{config.stem}.nc"])
-        screen.echo(f"{study.name:8} not kept, no output is named; to keep it: {command}")
+        yield study.name, f"not kept, no output is named; to keep it: {command}"
 
 
-def _show_space(loaded: Config, whole: Estimate) -> None:
-    """Print memory and disk space of a map."""
+def _space(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
+    """Memory and disk space of a map."""
     size, stored = screen.memory(whole.whole), screen.memory(whole.store)
-    if loaded.refine is not None:
-        screen.echo(f"cells    about {whole.cells:,} are computed; more if the borders between regimes are long")
-    screen.echo(f"memory   about {screen.memory(whole.memory)} besides the program ({size} without a file)")
+    if loaded.study is not None and loaded.study.is_map:
+        yield "cells", f"about {whole.cells:,} are computed; more if the borders between regimes are long"
+    yield "memory", f"about {screen.memory(whole.memory)} besides the program ({size} without a file)"
     map_size = "as much" if stored == size else f"{size}, before compression,"
-    screen.echo(f"disk     up to {stored} for finished blocks, and {map_size} for the map")
+    yield "disk", f"up to {stored} for finished blocks, and {map_size} for the map"
     if whole.each > 1:
         names = loaded.output.variables
         variables = f"{len(names)} variables" if names else "all variables"
-        screen.echo(f"         {whole.each} bytes a cell for {variables}; output.variables chooses")
+        yield "", f"{whole.each} bytes a cell for {variables}; output.variables chooses"
 
 
-def _show_nodes(whole: Estimate, shared: Nodes, lines: dict[str, str]) -> None:
-    """Print the estimate for many machines."""
+def _on_nodes(whole: Estimate, shared: Nodes, lines: dict[str, str]) -> Iterator[tuple[str, str]]:
+    """The estimate for many machines."""
     share = f"{shared.most:,}" if shared.least == shared.most else f"{shared.least:,} or {shared.most:,}"
     threads = f"{shared.threads} thread{'s' * (shared.threads != 1)} each"
-    screen.echo(f"nodes    {shared.nodes:,} of {threads}, if a thread there is as fast as one here")
-    screen.echo(f"shards   {shared.shards:,} of {share} blocks")
-    screen.echo(
-        f"lasts    about {screen.duration_text(shared.seconds)} for the longest shard, "
-        f"{screen.duration_text(shared.seconds_of_one)} on one node"
-    )
+    longest, one = screen.duration_text(shared.seconds), screen.duration_text(shared.seconds_of_one)
+    yield "nodes", f"{shared.nodes:,} of {threads}, if a thread there is as fast as one here"
+    yield "shards", f"{shared.shards:,} of {share} blocks"
+    yield "lasts", f"about {longest} for the longest shard, {one} on one node"
     if whole.blocks.count < shared.nodes:
-        screen.echo(f"         there are only {whole.blocks.count:,} blocks: further nodes have nothing to compute")
+        yield "", f"there are only {whole.blocks.count:,} blocks: further nodes have nothing to compute"
     elif shared.most < shared.threads:
-        idle = f"only {shared.most} of them will compute"
-        screen.echo(f"         a shard has fewer blocks than a node has threads: {idle}")
-    screen.echo(f"submit   {lines['submit']}")
-    screen.echo(f"status   {lines['status']}")
-    screen.echo(f"collect  {lines['collect']}    # once all are done")
+        yield "", f"a shard has fewer blocks than a node has threads: only {shared.most} of them will compute"
+    yield "submit", lines["submit"]
+    yield "status", lines["status"]
+    yield "collect", f"{lines['collect']}    # once all are done"
 
 
 def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
@@ -130,31 +120,15 @@ def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
 
 def _answer(loaded: Config, whole: Estimate, shared: Nodes | None, lines: dict[str, str]) -> dict[str, Any]:
     """The estimate for programs."""
-    nodes = shared and {
-        "nodes": shared.nodes,
-        "threads": shared.threads,
-        "shards": shared.shards,
-        "blocks_least": shared.least,
-        "blocks_most": shared.most,
-        "seconds": shared.seconds,
-        "seconds_one_node": shared.seconds_of_one,
-        **lines,
-    }
-    return {
-        **study_answer(loaded.title, whole.study, whole.blocks.size),
-        "cells": whole.cells,
-        "blocks": whole.blocks.count,
-        "block_items": whole.largest,
-        "threads": whole.tried.threads,
-        "bytes_per_cell": whole.each,
-        "bytes_memory": whole.memory,
-        "bytes_store": whole.store,
-        "bytes_map": whole.whole,
-        "seconds": whole.seconds,
-        "cells_per_second": 1.0 / whole.tried.seconds_per_cell,
-        "probed": whole.tried.cells,
-        "probed_at_step_limit": whole.tried.at_step_limit,
-        "output": loaded.output.file,
-        "plot": loaded.output.plot,
-        "nodes": nodes,
-    }
+    nodes = shared and lines | fields(
+        shared, "nodes", "threads", "shards", "seconds",
+        blocks_least="least", blocks_most="most", seconds_one_node="seconds_of_one",
+    )  # fmt: skip
+    return (
+        study_answer(loaded.title, whole.study, whole.blocks.size)
+        | fields(whole, "cells", "seconds", block_items="largest", bytes_per_cell="each", bytes_memory="memory",
+                 bytes_store="store", bytes_map="whole")
+        | fields(whole.tried, "threads", probed="cells", probed_at_step_limit="at_step_limit")
+        | fields(loaded.output, "plot", output="file")
+        | {"blocks": whole.blocks.count, "cells_per_second": 1.0 / whole.tried.seconds_per_cell, "nodes": nodes}
+    )  # fmt: skip

@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, reports_errors
-from stickslip.cli.outputs import Picture, free_name, result_figure, save_page
+from stickslip.cli.outputs import Picture, result_figure, save_page
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -90,17 +90,17 @@ def plot(
             figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
                                        borders=not no_borders, lines=over)  # fmt: skip
             for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
-                screen.echo(f"drawn    {point}")
-        request = _request_text({**picture.given(), "variable": variable, "select": select, "lines": lines,
+                screen.row("drawn", point)
+        request = _request_text({**options, "variable": variable, "select": select, "lines": lines,
                                  "map": map_file, "no_borders": no_borders})  # fmt: skip
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
-        target = output or free_name(stem, None if variable == plots.subject(ds) else variable, places, request)
-        picture.save(figure, target, request)
+        target = output or plots.free_name(stem, None if variable == plots.subject(ds) else variable, places, request)
+        plots.save(figure, target, picture.dpi or plots.DPI, request, picture.size)
     except PlotError as error:
         fail(f"{file}: {error}")
     if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
         screen.notice(f"{file}: no borders of linear theory are drawn: the map {absent}")
-    screen.echo(f"plot     {target}")
+    screen.row("plot", target)
 
 
 def _request_text(options: dict[str, Any]) -> str:

@@ -11,11 +11,12 @@ import click
 from stickslip.cli import compare, params, screen
 from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
 from stickslip.cli.outputs import save_table
-from stickslip.cli.summary import printer_for
+from stickslip.cli.summary import show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
+from stickslip.vocabulary.studies import STUDIES, kind_of
 
 if TYPE_CHECKING:
-    from stickslip.dataset.survey import Survey
+    from stickslip.dataset.summary import Survey
     from stickslip.files.locations import Location
 
 _UNDECIDED = ("failed", "unresolved")
@@ -42,16 +43,17 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     says what was found.
     """
     from stickslip.config.select import recipe_of
-    from stickslip.dataset import survey as inspection
+    from stickslip.dataset import summary as inspection
     from stickslip.files import reading
 
     ds = reading.look_into(file)
     if "quiet_above" in ds:
         return compare.show(ds)
-    if "status" not in ds and (printer := printer_for(ds)):
+    if "model_rpn" in ds or kind_of(ds) in STUDIES:
         if regimes or statuses or is_for_programs():
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
-        return printer(ds)
+        show_result(ds)
+        return None
     survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     table = screen.new_table("regime", "status", numbers=("cells", "share"))
     total = sum(survey.counts.values())
@@ -79,7 +81,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
 
 def _list_cells(survey: Survey, file: str) -> None:
     """Print a command for each cell, under its regime and status."""
-    from stickslip.dataset.survey import NOT_KEPT
+    from stickslip.dataset.summary import NOT_KEPT
 
     by_fate = sorted(survey.cells, key=lambda cell: (cell.regime, cell.status))
     for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,8 +11,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fail, incomplete, print_json, refuses_bad_input, reports_errors
-from stickslip.cli.rig_features import CONDITIONS, CONFIG_OPTION, number_or_text, record_settings
-from stickslip.errors import QuantityError
+from stickslip.cli.rig_features import CONDITIONS, CONFIG_OPTION, record_settings
 from stickslip.vocabulary import units
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ def calibrate(
         screen.notice(f"{name:>{width}}{rpn:7.3g}{number:8.0f}{level:8.2f}{residual:10.2f}{left_out:10.2f}")
     screen.notice(fit.quality())
     columns = ("names", "rpn", "level", "left_out", "default")
-    return {"risk": fit.risk.known, "interval": fit.interval, "unidentified": fit.unidentified,
+    return {"risk": fit.risk.resolved(), "interval": fit.interval, "unidentified": fit.unidentified,
             "leave_one_out_error": fit.error, "default_error": fit.default_error,
             "is_better_than_default": fit.is_better, "noise": fit.noise,
             "omitted": fit.omitted, "pairs": {name: getattr(fit, name) for name in columns}}  # fmt: skip
@@ -75,7 +74,7 @@ def calibrate(
     epilog="""\b
 Examples:
   stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --parameter damping
-  stickslip rig identify felt.csv -c my_rig.yaml --parameter mu_static --start mu_static=0.5 --load "10 N" """
+  stickslip rig identify felt.csv -c rig.yaml --parameter damping --start damping=2 --load 10N"""
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-c", "--config", type=click.Path(path_type=Path), required=True, help="YAML of the simulated rig.",
@@ -97,11 +96,13 @@ def identify(
     parameters are those with which the simulated record has the features of the measured one, by least squares.
     """
     from stickslip import rig
+    from stickslip.config.overrides import Setting
     from stickslip.rig.simulation import values_of
 
-    how = record_settings(None, load, speed, bandwidth)
-    loaded = rig.load_rig(config, params.settings())
-    judged = loaded.features if bandwidth is None else replace(loaded.features, bandwidth=how.features.bandwidth)
+    how, judged = record_settings(None, load, speed, None), []
+    if bandwidth is not None:
+        judged = [Setting(f"--bandwidth {bandwidth}", "features.bandwidth", bandwidth)]
+    loaded = rig.load_rig(config, (*params.settings(), *judged))
     record = rig.read_record(file, how.record, how.conditions)
     with refuses_bad_input(file):
         try:
@@ -112,10 +113,10 @@ def identify(
         if missing := [name for name, value in begin.items() if isnan(value)]:
             fail(f"{config}: gives no {missing[0]} to begin with: --start {missing[0]}=VALUE")
         _check_conditions(record, simulate(begin), names, file, config)
-        with screen.progress_bar(0, of="simulated records at most") as move:
-            identified = rig.identify(simulate, record, begin, settings=judged, progress=move)
+        with screen.progress_bar("simulated records at most") as move:
+            identified = rig.identify(simulate, record, begin, settings=loaded.features, progress=move)
     _show(identified)
-    for remark in filter(None, str(rig.features(record, judged)["remarks"].item()).splitlines()):
+    for remark in filter(None, str(rig.features(record, loaded.features)["remarks"].item()).splitlines()):
         screen.echo(f"{file}: {remark}")
     if not identified.converged:
         print_json(asdict(identified))
@@ -124,18 +125,15 @@ def identify(
 
 
 def _starts(texts: tuple[str, ...], names: tuple[str, ...]) -> dict[str, float]:
-    """Values of `--start`, in SI."""
+    """Values of `--start`, in SI. Raises ConfigError."""
+    from stickslip.config.select import in_si
     from stickslip.vocabulary.quantities import QUANTITIES
 
-    starts = {}
-    for name, text in params.pairs(texts).items():
+    starts = params.pairs(texts)
+    for name, text in starts.items():
         if name not in names:
             fail(f"--start {name}={text}: name it with --parameter as well")
-        try:
-            starts[name] = QUANTITIES[name].read(number_or_text(text))
-        except QuantityError as error:
-            fail(f"--start {name}={text}: expected {error.expected}")
-    return starts
+    return {name: in_si(QUANTITIES[name], text, "--start", name) for name, text in starts.items()}
 
 
 def _check_conditions(
@@ -159,19 +157,21 @@ def _show(result: Identification) -> None:
     from stickslip.rig.quantities import FEATURES
     from stickslip.vocabulary.quantities import QUANTITIES
 
-    screen.echo(f"{'parameter':16}{'estimate':>12}{'95 %: from':>14}{'to':>12}")
+    table = screen.new_table("parameter", numbers=("estimate", "95 %: from", "to", ""))
     for name, value in result.estimates.items():
         low, high = result.interval[name]
-        ends = f"{low:14.5g}{high:12.5g}" if isfinite(high) and high < 1e6 * value else f"{'not determined':>26}"
-        screen.echo(f"{name:16}{value:12.5g}{ends}  {units.spelled(QUANTITIES[name].units)}".rstrip())
+        ends = (f"{low:.5g}", f"{high:.5g}") if isfinite(high) and high < 1e6 * value else ("not determined", "")
+        table.add_row(name, f"{value:.5g}", *ends, units.spelled(QUANTITIES[name].units))
+    screen.print_table(table)
     for section in dict.fromkeys(QUANTITIES[name].section for name in result.estimates):
         values = {n: v for n, v in result.estimates.items() if QUANTITIES[n].section == section}
         written = (f"{n}: {v:.5g} {units.spelled(QUANTITIES[n].units)}".rstrip() for n, v in values.items())
         screen.echo(f"{section}: {{{', '.join(written)}}}  # ready to paste")
-    screen.echo(f"\n{'feature':20}{'measured':>12}{'simulated':>12}{'difference':>12}")
+    table = screen.new_table("feature", numbers=("measured", "simulated", "difference", ""))
     for name, value in result.measured.items():
         got, unit = result.simulated[name], units.spelled(FEATURES[name].units)
-        share = f"{(got - value) / abs(value):+12.1%}" if value else f"{got - value:+12.3g}"
-        screen.echo(f"{name:20}{value:12.5g}{got:12.5g}{share}  {unit}".rstrip())
+        share = f"{(got - value) / abs(value):+.1%}" if value else f"{got - value:+.3g}"
+        table.add_row(name, f"{value:.5g}", f"{got:.5g}", share, unit)
+    screen.print_table(table)
     end = "converged" if result.converged else "not converged"
     screen.echo(f"{end} after {result.evaluations} steps")

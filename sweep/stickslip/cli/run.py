@@ -12,25 +12,44 @@ from math import prod
 from pathlib import Path
 from threading import Thread
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, reports_errors
+from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
 from stickslip.cli.summary import rate_text, show_result, threads_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.config.studies import Study
     from stickslip.files.locations import Location
     from stickslip.runs.blocks import Shard
-    from stickslip.runs.request import Outcome, Request
-    from stickslip.studies.study import Study
+    from stickslip.runs.session import Outcome, Request
 
 _LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
+
+
+def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `FRESH`
+    """The options about blocks, and where they are kept: `place`, `shard`, `fresh`, `keep` and `on_error`."""
+    return params.decorated(
+        command,
+        click.option(
+            "--store", "place", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]"
+        ),
+        click.option(
+            "--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no result."
+        ),
+        FRESH,
+        params.KEEP_PARTS,
+        click.option(
+            "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
+            help="Whether a block that fails ends the run.",
+        ),
+    )  # fmt: skip
 
 
 @click.command(
@@ -49,25 +68,15 @@ Examples:
 @params.plot_option()
 @click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
-@click.option("--store", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]")
-@click.option("--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no map.")
-@FRESH
-@params.KEEP_PARTS
-@click.option(
-    "--on-error",
-    type=click.Choice(["continue", "stop"]),
-    default="continue",
-    show_default=True,
-    help="Whether a block that fails ends the run.",
-)
+@BLOCKS
 @params.DASK
 @params.THREADS
 @QUIET
 @JSON
 @reports_errors
 def run(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, store: str | None,
-    shard: str | None, fresh: bool, keep_parts: bool, on_error: Literal["continue", "stop"], dask: str | None,
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, shard: str | None,
+    dask: str | None, **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute the map a configuration asks for.
 
@@ -75,29 +84,29 @@ def run(
     OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
     output the map is counted, plotted if a plot is asked for, and not kept.
     """
-    from stickslip.runs.request import Request
+    from stickslip.runs.session import Request
 
     loaded = params.configuration(config)
-    if shard and isinstance(output, Path) and not output.absolute().parent.is_dir():
-        fail(f"{output}: no folder {output.parent}, which all shards need to see; make it first, or correct its name")
+    share = shard_of(shard, blocks["fresh"], output)
     output = output or params.configured_target(loaded.output.file, "result")
-    target = None if no_plot or shard else plot or params.configured_target(loaded.output.plot, "plot")
-    request = Request(loaded, output, store, _shard(shard, fresh), fresh, keep_parts, on_error, dask=dask)
+    target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
+    request = Request(loaded, output, shard=share, dask=dask, **blocks)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
-    return run_request(request, keep, Outputs(target, page=None if shard else report))
+    return run_request(request, keep, Outputs(target, page=None if share else report))
 
 
-def _shard(text: str | None, fresh: bool) -> Shard | None:
+def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | None:
+    """The share of the blocks that `--shard` names. output : of all shards."""
     from stickslip.runs.blocks import parse_shard
 
     if text is None:
         return None
     if fresh:
         fail("--fresh --shard: other shards share the store; remove it first, or start over without --shard")
-    try:
+    if isinstance(output, Path) and not output.absolute().parent.is_dir():
+        fail(f"{output}: no folder {output.parent}, which all shards need; make it first, or correct its name")
+    with refuses_bad_input("--shard"):
         return parse_shard(text)
-    except ValueError as error:
-        fail(f"--shard: {error}")
 
 
 # --- for all commands that compute studies ----------------------------------------------------------------------------
@@ -127,9 +136,11 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
     # `collect` can tell where the result goes if the store is beside it, and named after it
     named = [] if request.place is None else ["-o", str(request.output or "map.nc")]
-    screen.echo(f"blocks   {of}{outcome.computed:,} {study.counted} computed into {place}")
-    screen.echo(f"next     {shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}")
-    screen.echo(f"         {shlex.join(['stickslip', 'collect', place, *named])}    # writes it")
+    screen.print_rows([
+        ("blocks", f"{of}{outcome.computed:,} {study.counted} computed into {place}"),
+        ("next", f"{shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}"),
+        ("", f"{shlex.join(['stickslip', 'collect', place, *named])}    # writes it"),
+    ])  # fmt: skip
     return answer
 
 
@@ -142,10 +153,11 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     """A run that writes no file, and says so; `keep` is the command that does."""
     from stickslip import engine
     from stickslip.api import runs
-    from stickslip.runs.request import Outcome
+    from stickslip.runs.session import Outcome
 
     runs.check_in_memory(request.config, request.dask)
-    them, size = "it" if study.name == "map" else "them", prod(study.shape)
+    them, were = ("them", "were") if study.name.endswith("s") else ("it", "was")
+    size = prod(study.shape)
     screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
     for law in study.kernels:
         engine.warm_up(law)
@@ -160,7 +172,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     show_result(ds)
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
-    screen.info(f"the {study.name} {'was' if study.name == 'map' else 'were'} not kept; to keep {them}: {keep}")
+    screen.info(f"the {study.name} {were} not kept; to keep {them}: {keep}")
     return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 
@@ -184,8 +196,8 @@ def execute(
             Thread(target=_import_what_follows, args=(request.output, will_draw)).start()
         began = finished = perf_counter()
 
-    size, of = prod(study.shape), study.counted
-    with screen.progress_bar(size, of=of) as move, screen.progress_bar(size, " written") as write:
+    size = prod(study.shape)
+    with screen.progress_bar(study.counted) as move, screen.progress_bar(doing=" written") as write:
 
         def note(done: float, of: int) -> None:
             nonlocal began, finished, moving
@@ -203,9 +215,13 @@ def execute(
 
 def _import_what_follows(output: Location | None, will_draw: bool) -> None:
     """Import the modules that write and draw while the kernels compute: half a second."""
-    writer = "zarr_chunks" if output is not None and output.suffix == ".zarr" else "netcdf_chunks"
+    from stickslip.files.netcdf import load_h5py
+
     with suppress(ImportError):  # whoever needs it will say so
-        import_module(f"stickslip.files.{writer}")
+        if output is not None and output.suffix == ".zarr":
+            import_module("stickslip.files.zarr_chunks")
+        else:
+            load_h5py()
         if will_draw:
             import_module("stickslip.plots")
 
@@ -222,7 +238,7 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
     study = study_of(request.config)
     with reading.look_into(outcome.output) as ds:
         if outcome.up_to_date:
-            screen.echo(f"{study.name:8} {outcome.output} is complete already; --fresh computes it again")
+            screen.row(study.name, f"{outcome.output} is complete already; --fresh computes it again")
             if not outputs.is_lacking():
                 save_table(ds, params.requested_table())
                 return _result_answer(ds, outputs.plot)
@@ -233,9 +249,9 @@ def report_result(outcome: Outcome, seconds: float, request: Request, outputs: O
         show_file("map" if "regime" in ds else "written", outcome.output)
         answer = _result_answer(ds, outputs.save(ds))
     if outcome.reused:
-        screen.echo(f"reused   {outcome.reused:,} {study.counted} of the earlier {study.name}")
+        screen.row("reused", f"{outcome.reused:,} {study.counted} of the earlier {study.name}")
     if outcome.where:
-        screen.echo(f"blocks   kept in {outcome.where}")
+        screen.row("blocks", f"kept in {outcome.where}")
     return answer
 
 
@@ -250,16 +266,12 @@ def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
 
 def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
     """The end of a run."""
-    names = ("computed", "found", "reused", "machines", "up_to_date", "output")
-    return {
-        **study_answer(request.config.title, study, outcome.cells),
-        **{name: getattr(outcome, name) for name in names},
-        "seconds": seconds,
-        "shard": str(request.shard) if request.shard else None,
-        "store": outcome.where,
-        "plot": None,
-        "regimes": None,
-    }
+    shard = str(request.shard) if request.shard else None
+    return (
+        study_answer(request.config.title, study, outcome.cells)
+        | fields(outcome, "computed", "found", "reused", "machines", "up_to_date", "output", store="where")
+        | {"seconds": seconds, "shard": shard, "plot": None, "regimes": None}
+    )
 
 
 def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:

@@ -26,11 +26,17 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 _WIDE = 1000  # characters, wider than any table
+_LABEL = 7  # characters, at least: `map`, `blocks` and `collect` have what follows in one column
 
 
 def echo(text: object = "", *, err: bool = False, file: IO[str] | None = None) -> None:
     """Print a line, with control characters written out: titles, labels and names of files may come from anybody."""
     click.echo(visible(str(text)), err=err, file=file)
+
+
+def row(label: str, text: object) -> None:
+    """Print a line of text behind its label."""
+    echo(f"{label:{_LABEL}}  {text}")
 
 
 def notice(text: str) -> None:
@@ -44,13 +50,13 @@ def info(text: str) -> None:
         notice(text)
 
 
-def remembered_option(*names: str, **attributes: Any) -> Callable[[Any], Any]:
-    """An option that no command takes as an argument: `remembered` gives its value."""
-    return click.option(*names, expose_value=False, callback=_remember, **attributes)
+def remembered_option(*names: str, read: Callable[..., Any] | None = None, **attributes: Any) -> Callable[[Any], Any]:
+    """An option that no command takes as an argument: `remembered` gives its value. read : a callback of click's."""
 
+    def remember(context: click.Context, option: click.Parameter, value: Any) -> None:
+        context.meta[f"stickslip.{option.name}"] = read(context, option, value) if read else value
 
-def _remember(context: click.Context, option: click.Parameter, value: Any) -> None:
-    context.meta[f"stickslip.{option.name}"] = value
+    return click.option(*names, expose_value=False, callback=remember, **attributes)
 
 
 def remembered(name: str) -> Any:
@@ -107,8 +113,8 @@ def print_table(table: Table) -> None:
 
 
 def print_rows(rows: Sequence[tuple[str, ...]], indent: str = "") -> None:
-    """Print rows of texts as columns; the last is as wide as it is."""
-    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
+    """Print rows of texts as columns, labels first; the last is as wide as it is."""
+    widths = [max(_LABEL, *map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
     for *cells, last in rows:
         padded = (f"{cell:{width}}  " for cell, width in zip(cells, widths, strict=True))
         echo(f"{indent}{''.join(padded)}{last}".rstrip())
@@ -124,11 +130,9 @@ def size_of(path: Location) -> str:
 
 def memory(count: float) -> str:
     """A number of bytes, for people."""
-    for unit in ("B", "kB", "MB"):
-        if count < 999.5:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} GB"
+    sizes = ((1.0, "B"), (1e3, "kB"), (1e6, "MB"), (1e9, "GB"))
+    size, unit = next((row for row in sizes if count < 999.5 * row[0]), sizes[-1])
+    return f"{count / size:.3g} {unit}"
 
 
 def share_text(fraction: float) -> str:
@@ -137,13 +141,9 @@ def share_text(fraction: float) -> str:
 
 
 @contextmanager
-def progress_bar(total: int, doing: str = "", of: str = "cells") -> Iterator[Callable[[float, int], None]]:
-    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it.
-
-    It is shown once it moves. What is done by then was found finished, and does not count for the rate. Where standard
-    error is no terminal there are lines instead of a bar.
-    """
-    bar = on_console(terminal(stderr=True), total, doing, of)
+def progress_bar(counted: str = "cells", doing: str = "") -> Iterator[Callable[[float, int], None]]:
+    """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it."""
+    bar = on_console(terminal(stderr=True), counted, doing)
     try:
         yield (lambda _done, _total: None) if is_quiet() else bar.move
     finally:

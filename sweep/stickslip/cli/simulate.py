@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import ceil, floor, isfinite, log10, pi, sqrt
+from math import isfinite, nan, pi, sqrt
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,7 +14,7 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
 from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import customary
+from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.results import VARIABLES
 
@@ -23,12 +23,6 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
 
-CYCLES = 8.0  # shown after the first break-away
-_SETTLED = 1.1  # settling times shown
-_SLOW = 30.0  # natural periods, for what neither sticks nor settles
-_PER_PERIOD = 60  # samples a natural period
-_MOST_SAMPLES = 40_001
-_LONGEST = 1e3  # natural periods, of what does not stick
 _WIDTH = 90  # characters of a title
 _LABELS = {  # by variable, in the order of the rows
     "frequency": "frequency", "period": "period", "stick_fraction": "sticking", "displacement_amplitude": "amplitude",
@@ -47,18 +41,16 @@ _ROUNDING = 1e-9  # of the largest force; less is none
 Examples:
   stickslip simulate configs/quickstart.yaml --at stiffness="5 N/mm" --at belt_speed="20 mm/s"
   stickslip simulate configs/quickstart.yaml \\
-      --at stiffness=5 --at belt_speed="10 cm/s" -t "1 min" -o trace.nc
+      --at stiffness="5 N/m" --at belt_speed="10 cm/s" -t "1 min" -o trace.nc
   stickslip simulate configs/lubricants.yaml \\
       --at lubricant=grease --at belt_speed=0.1 --plot trace.png"""
 )
-@params.CONFIG_OR_RESULT
+@params.CONFIG
 @params.AT
 @click.option(
-    "-t",
-    "--duration",
-    metavar="TIME",
+    "-t", "--duration", metavar="TIME",
     help='How long: seconds, or with a unit ("2 min").  [default: eight cycles, or until it has settled]',
-)
+)  # fmt: skip
 @click.option("--samples", type=click.IntRange(2), help="Number of points in time.  [default: 2001, or 60 a vibration]")
 @params.OUTPUT
 @params.plot_option()
@@ -82,7 +74,7 @@ def simulate(
     given = None if duration is None else seconds(duration)
     law, solver, cell = loaded.friction.law, loaded.solver, cell_of(loaded)
     result = cells.evaluate(cell, solver.rtol, solver.horizon, law=law, max_steps=solver.max_steps)
-    span = time_span(result, given)
+    span = cells.time_span(result, given)
     screen.print_rows(_rows(result))
     answer = _answer(result)
     if output is None and plot is None:
@@ -93,7 +85,7 @@ def simulate(
         max_steps=solver.max_steps, options=None, **cell,
     )  # fmt: skip
     ds = shown_as_written(ds, loaded.written_in)
-    over = f"{customary('s', span.duration) or f'{span.duration:.4g} s'}{f', {span.why}' if span.why else ''}"
+    over = ", ".join(filter(None, [quantity(span.duration, "s"), span.why]))
     save_result(ds, output, "trajectory", over)
     if plot is not None:
         from stickslip import plots
@@ -102,72 +94,29 @@ def simulate(
     return answer | {"duration": span.duration, "output": output, "plot": plot}
 
 
-class TimeSpan(NamedTuple):
-    """Duration of a trajectory (s), its number of samples, and the reason in words."""
-
-    duration: float
-    samples: int
-    why: str
-
-
-def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
-    """The time that shows what becomes of a cell, or the one that is given.
-
-    result : what `evaluate` says of it: eight cycles after the first break-away; a decay until it has settled.
-    """
-    natural, why = _natural_period(result), ""
-    if duration is None:
-        values = {name: float(result[name].values[0]) for name in ("breakaway_time", "period", "settling_time")}
-        regime = REGIMES[int(result["regime"].values[0])]
-        began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
-        after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
-        if regime == "stick_slip":
-            after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"
-        elif regime == "sustained":
-            after = max(_SLOW * natural, CYCLES * values["period"])
-        elif regime in ("damped", "creep") and isfinite(values["settling_time"]):
-            after, why = max(_SETTLED * values["settling_time"], natural), "until it has settled"
-        if regime != "stick_slip" and after > _LONGEST * natural:
-            after, why = _LONGEST * natural, f"{_LONGEST:g} natural periods, no more"
-        duration = _rounded_up(began + after)
-    return TimeSpan(duration, min(max(2001, ceil(_PER_PERIOD * duration / natural) + 1), _MOST_SAMPLES), why)
-
-
-def _rounded_up(seconds: float) -> float:
-    """A duration with two digits, no shorter."""
-    scale = 10.0 ** (floor(log10(seconds)) - 1)
-    return float(f"{ceil(seconds / scale * (1.0 - 1e-12)) * scale:.12g}")
-
-
-def _natural_period(result: xr.Dataset) -> float:
-    """Of the mass on its spring, s."""
-    return 2.0 * pi * sqrt(float(result["mass"].values[0]) / float(result["stiffness"].values[0]))
+def _values(result: xr.Dataset, *names: str) -> dict[str, float]:
+    return {name: float(result[name].values[0]) for name in names}
 
 
 def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
     """Labels and values of a cell as texts; only what is finite."""
     regime, status = REGIMES[int(result["regime"].values[0])], STATUSES[int(result["status"].values[0])]
     rows = [("regime", f"{flag_label(regime)}: {REGIME_MESSAGES[regime]}"), ("", STATUS_MESSAGES[status])]
-    values = {name: float(result[name].values[0]) for name in _LABELS}
+    values = _values(result, *_LABELS)
     largest = max(abs(values[name]) for name in _FORCES)
     values |= {name: 0.0 for name in _FORCES if abs(values[name]) < _ROUNDING * largest}
-    hidden = set() if regime in ("stick_slip", "sustained") else set(_OF_CYCLES)
-    hidden |= set() if regime == "stick_slip" else {"stick_fraction"}
-    if regime == "damped" and abs(values["damping_ratio"]) < 1.0:
-        decay = sqrt(1.0 - values["damping_ratio"] ** 2) / _natural_period(result)
-        rows.append(("vibrates at", f"{_text('frequency', decay)} while it decays, by linear theory"))
-    shown = [name for name in _LABELS if isfinite(values[name]) and name not in hidden]
-    return rows + [(_LABELS[name], _text(name, values[name])) for name in shown]
-
-
-def _text(name: str, value: float) -> str:
-    """A variable of a cell in a customary unit: ``81.2 ms``."""
-    if name == "stick_fraction":
-        return f"{value:.1%} of the period"
-    unit = VARIABLES[name].units
-    if unit == "s-1":
-        return f"{value / 1e3:.4g} kHz" if value >= 1e3 else f"{value:.4g} Hz"
-    return customary(unit, value) or f"{value:.4g} {units.spelled(unit)}".rstrip()
+    if regime not in ("stick_slip", "sustained"):
+        values |= dict.fromkeys(_OF_CYCLES, nan)
+    if regime == "damped" and abs(ratio := values["damping_ratio"]) < 1.0:
+        cell = _values(result, "mass", "stiffness")
+        decay = sqrt((1.0 - ratio**2) * cell["stiffness"] / cell["mass"]) / (2.0 * pi)
+        rows.append(("vibrates at", f"{quantity(decay, 's-1')} while it decays, by linear theory"))
+    texts = {name: quantity(value, VARIABLES[name].units) for name, value in values.items() if isfinite(value)}
+    if regime == "stick_slip":
+        texts["stick_fraction"] = f"{values['stick_fraction']:.1%} of the period"
+    else:
+        texts.pop("stick_fraction", "")
+    return rows + [(_LABELS[name], text) for name, text in texts.items()]
 
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:
@@ -178,8 +127,14 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
 
 def cell_title(title: str, at: Iterable[str]) -> str:
     """The title of a picture of one cell: that of the configuration, and below it what was set."""
-    from stickslip.dataset.axis import spoken
+    from stickslip.files.tables import NUMBER
+    from stickslip.vocabulary.display_units import spoken
+    from stickslip.vocabulary.quantities import QUANTITIES
 
-    pairs = (text.partition("=") for text in at)
-    named = [f"{spoken(name.strip())} = {value.strip()}" for name, _, value in pairs]
+    named = []
+    for name, _, value in (text.partition("=") for text in at):
+        name, value = name.strip(), value.strip()
+        if name in QUANTITIES and NUMBER.fullmatch(value):
+            value = f"{value} {units.spelled(QUANTITIES[name].units)}".rstrip()
+        named.append(f"{spoken(name)} = {value}")
     return "\n".join([*wrap(title, _WIDTH), *wrap(", ".join(named), _WIDTH)])

@@ -10,5 +10,5 @@ On the way of a file:
     unit_warnings  values implausible in SI
     grid           all cells                               select         one of them
 
-Further modules help to write one: schema, template, examples, describe.
+Further modules help to write one: schema, examples (and `starter.yaml`), describe.
 """

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from stickslip.config.checks import refined_axes
 from stickslip.config.model import Config, Group, Range, Values
-from stickslip.config.sections import Sensor
-from stickslip.config.unit_warnings import natural_frequency, static_deflection
+from stickslip.config.rigs import Sensor
+from stickslip.config.sections import StudySection
+from stickslip.config.studies import study_class
+from stickslip.config.unit_warnings import magnitudes
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with
@@ -48,7 +49,9 @@ def describe(config: Config) -> Iterator[Row]:
             yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
         for member in axis.members:
             yield _along(member, "  with " if isinstance(axis, Group) else "axis ")
-    yield from _studies(config)
+    studies: tuple[StudySection | None, ...] = (config.study, config.uncertain)
+    for section in filter(None, studies):
+        yield from map(Row._make, study_class(section.key).explain(section, config))
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     end = "until the regime is decided" if solver.early_stop else "to the horizon"
@@ -61,48 +64,13 @@ def describe(config: Config) -> Iterator[Row]:
 
 def _amounts(config: Config) -> Iterator[Row]:
     """Closed forms of the quantities, in terms that can be held against the machine at hand."""
-    for name, si, span, meaning in (
-        ("natural frequency", "s-1", natural_frequency(config), "sqrt(stiffness/mass)/(2 pi), without friction"),
-        ("static deflection", "m", static_deflection(config),
-         f"{BREAKAWAY} times load over stiffness, where it breaks away"),
-    ):  # fmt: skip
-        if span is not None:
-            yield Row(name, span.text("Hz" if si == "s-1" else si) + _in_customary(si, *span), meaning)
-
-
-def _studies(config: Config) -> Iterator[Row]:
-    """The rows of what is asked for instead of a map."""
-    if (border := config.border) is not None:
-        between = _ends(border.between, border.along) if border.between else "the range of its axis"
-        meaning = f"between {between}, {border.scan} places first, tolerance {border.tolerance:g}"
-        yield Row("border along", border.along, meaning)
-    if (box := config.attractors) is not None:
-        for name, ends in (("displacement", box.displacement), ("velocity", box.velocity)):
-            yield Row(f"attractors from {name}", _ends(ends, name), f"starting states: {name}")
-        yield Row("samples", f"{box.samples:,}", "starting states per cell where the share is not exact")
-    if (refine := config.refine) is not None:
-        names = [config.axes[i].name for i in refined_axes(config.axes, refine.depth)]
-        others = "interpolated" if refine.interpolate else "only where they were computed"
-        meaning = f"audit {refine.audit:g}; other metrics {others}"
-        yield Row("refine", f"boxes of 2^{refine.depth} + 1 cells along {', '.join(names)}", meaning)
-    if (uncertain := config.uncertain) is not None:
-        for scatter in uncertain.quantities:
-            yield Row(scatter.name, "uncertain", scatter.in_words)
-        if uncertain.correlation is not None:
-            yield Row("correlation", "of uncertain quantities", uncertain.correlation_in_words)
-        method = "subset simulation" if uncertain.subset else "Sobol points"
-        yield Row("sampling", method, uncertain.method_in_words)
-    if (contours := config.contours) is not None:
-        over = "the last two axes" if contours.axes is None else " and ".join(contours.axes)
-        first = f"{contours.scan} looked at first, tolerance {contours.tolerance:g}"
-        yield Row("contours over", over, f"a grid of {contours.points} points a side, {first}")
-    if (margins := config.margins) is not None:
-        along = ", ".join(margins.parameters or ("what a designer chooses",))
-        yield Row("margins along", along, "with the cheapest joint change" if margins.joint else "one by one")
-
-
-def _ends(ends: tuple[float, float], name: str) -> str:
-    return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(QUANTITIES[name].units)}".rstrip()
+    spans = magnitudes(config)
+    for name, si, unit, meaning in (
+        ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction"),
+        ("static deflection", "m", "m", f"{BREAKAWAY} times load over stiffness, where it breaks away"),
+    ):
+        if span := spans.get(name):
+            yield Row(name, span.text(unit) + _in_customary(si, span.least, span.most), meaning)
 
 
 def _value(value: float, row: Parameter) -> str:
@@ -122,7 +90,7 @@ def _along(axis: Range | Values, before: str) -> Row:
     """A quantity along an axis: its ends or its values, how many there are, and how they are spaced."""
     row = QUANTITIES[axis.name]
     if isinstance(axis, Range):
-        text, spacing, numbers = _ends((axis.start, axis.stop), axis.name), f"{axis.spacing} spacing", axis.points()
+        text, spacing, numbers = row.range_text((axis.start, axis.stop)), f"{axis.spacing} spacing", axis.points()
     else:
         written = [value if isinstance(value, str) else f"{value:.6g}" for value in map(row.written, axis.values)]
         if len(written) > _MOST_VALUES:

@@ -1,4 +1,4 @@
-"""The ready-to-run configurations, wherever the package is installed.
+"""The ready-to-run configurations, wherever the package is installed, and the one that `stickslip init` writes.
 
 A wheel carries them inside the package (``stickslip/configs``); in a checkout, and in an editable install of one, they
 are the folder ``configs`` at its root. Those in folders below it are called by folder and name: ``article/fig3``.
@@ -18,10 +18,14 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "configs", _PACKAGE.parents[1] / "configs")
 
 
+def starter() -> str:
+    """Return the text of the configuration to start from: every section with a comment, ready to run and to change."""
+    return Path(__file__).with_name("starter.yaml").read_text(encoding="utf-8")
+
+
 def config_names() -> list[str]:
     """Names of the configurations that come with the package, sorted, without ``.yaml``; folders before a slash."""
-    folder = _folder()
-    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.yaml"))
+    return sorted(_shipped())
 
 
 def config_path(name: str) -> Path:
@@ -29,12 +33,12 @@ def config_path(name: str) -> Path:
 
     Raises FileNotFoundError, naming those that exist.
     """
-    names, stem = config_names(), _stem(name)
-    if stem not in names:
-        near = nearest(stem, names)
+    shipped, stem = _shipped(), _stem(name)
+    if stem not in shipped:
+        near = nearest(stem, sorted(shipped))
         hint = f"did you mean {near}? " if near else ""
-        raise FileNotFoundError(f"no configuration is called {name!r}; {hint}there are {', '.join(names)}")
-    return _folder() / f"{stem}.yaml"
+        raise FileNotFoundError(f"no configuration is called {name!r}; {hint}there are {', '.join(sorted(shipped))}")
+    return shipped[stem]
 
 
 def existing_config(path: str | os.PathLike[str]) -> Path:
@@ -42,11 +46,10 @@ def existing_config(path: str | os.PathLike[str]) -> Path:
     ``NAME`` calls. A path that calls none either is returned as it is, for whoever reads it to complain.
     """
     here = Path(path)
-    name = here.as_posix()
-    called = name.startswith(_PREFIX) if here.suffix else True  # my.yaml that is not there is a mistake
-    if here.exists() or not called or not any(folder.is_dir() for folder in _FOLDERS):
+    calls = not here.suffix or here.as_posix().startswith(_PREFIX)  # my.yaml that is not there is a mistake
+    if here.exists() or not calls or not any(folder.is_dir() for folder in _FOLDERS):
         return here
-    return config_path(name) if _stem(name) in config_names() else here
+    return _shipped().get(_stem(here.as_posix()), here)
 
 
 def points_path(path: str | os.PathLike[str]) -> Path:
@@ -60,9 +63,10 @@ def points_path(path: str | os.PathLike[str]) -> Path:
     return next((there for there in shipped if there.is_file()), here)
 
 
-def _folder() -> Path:
+def _shipped() -> dict[str, Path]:
+    """The configurations that come with the package, by name."""
     if folder := next((folder for folder in _FOLDERS if folder.is_dir()), None):
-        return folder
+        return {path.relative_to(folder).with_suffix("").as_posix(): path for path in folder.rglob("*.yaml")}
     folders = ", ".join(f"no {folder}" for folder in _FOLDERS)
     raise FileNotFoundError(f"the configurations that come with stickslip are missing: {folders}")
 

@@ -16,21 +16,21 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.rigs import Drive, FeatureSettings, Sensor
+from stickslip.config.risk import Risk
 from stickslip.config.sections import (
-    Drive,
     Execution,
     Friction,
     Output,
     Section,
-    Sensor,
     Solver,
     Start,
+    StudySection,
     System,
     number,
     one_of,
     refused,
 )
-from stickslip.config.studies import Attractors, Border, Contours, Margins, Refine
 from stickslip.config.uncertain import Uncertain
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
@@ -38,11 +38,17 @@ from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
 from stickslip.vocabulary.settings import AXIS
 
+QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
+SECTIONS: dict[str, type[Section]] = {
+    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
+    "features": FeatureSettings, "risk": Risk,
+}  # fmt: skip
+
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
 def _named(value: object, info: ValidationInfo) -> float:
-    """One value of a list; the context holds how many more are worth explaining, which takes its time."""
+    """One value of a list; the context holds how many wrong ones are still to be explained."""
     left: list[int] = info.context or [1]
     if left[0] <= 0:
         return math.nan  # the list is refused already
@@ -58,6 +64,13 @@ class Values(Section):
 
     name: str
     values: tuple[Annotated[float, BeforeValidator(_named)], ...]
+
+    @field_validator("values", mode="before")
+    @classmethod
+    def _list(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or not value:
+            raise refused("a list of values")
+        return value
 
     @property
     def size(self) -> int:
@@ -165,9 +178,9 @@ class Config(Section):
     """A whole configuration: every quantity exactly once, fixed or along an axis, everything in SI.
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
-    drive, sensor : of a test rig; None where the belt moves at a constant speed.
-    border, contours, margins, attractors, refine, uncertain : what is asked for instead of a map, at most one of them.
-    Quantities that are uncertain are neither fixed nor along an axis.
+    drive, sensor, features, risk : of a test rig; None where the belt moves at a constant speed.
+    study : what is asked for instead of a map of every cell, in the section that its key names.
+    uncertain : the same of quantities that scatter, which are neither fixed nor along an axis.
     """
 
     title: str
@@ -180,11 +193,9 @@ class Config(Section):
     output: Output
     drive: Drive | None = None
     sensor: Sensor | None = None
-    border: Border | None = None
-    contours: Contours | None = None
-    margins: Margins | None = None
-    attractors: Attractors | None = None
-    refine: Refine | None = None
+    features: FeatureSettings | None = None
+    risk: Risk | None = None
+    study: StudySection | None = None
     uncertain: Uncertain | None = None
     _written_in: dict[str, str] = PrivateAttr(default_factory=dict)
 
@@ -205,8 +216,11 @@ class Config(Section):
     @property
     def is_map(self) -> bool:
         """True if a map of cells is asked for, refined or not, and nothing else."""
-        others = (self.border, self.contours, self.margins, self.attractors, self.uncertain, self.drive)
-        return all(section is None for section in others)
+        return self.uncertain is None and self.drive is None and (self.study is None or self.study.is_map)
+
+    def plain_map(self) -> Config:
+        """The configuration of the map of every cell, whatever study it asks for."""
+        return self.model_copy(update={"study": None, "uncertain": None})
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; what is measured of a curve among them where they were given."""
@@ -233,7 +247,8 @@ class Config(Section):
 
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
-        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in self}
+        named = {value.key if isinstance(value, StudySection) else key: value for key, value in self}
+        plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in named.items()}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
         if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables
             plain["output"].pop("variables", None)

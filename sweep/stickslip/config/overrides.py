@@ -42,11 +42,19 @@ def overridden(document: Document, settings: Iterable[Setting]) -> Document:
     for given in settings if isinstance(document.data, dict) else ():
         path: Path = tuple(int(number) if number else key for key, number in _STEP.findall(given.key))
         around = _around(document, path, given)
-        _forget(document, path)
+        for places in (document.keys, document.values, document.texts):
+            for inner in [inner for inner in places if inner[: len(path)] == path]:
+                del places[inner]
         if not given.value:
             del around[path[-1]]
             continue
-        fragment = _fragment(document, path, given)
+        try:
+            fragment = parse_yaml(given.value, document.name)
+            problems = fragment.problems
+        except ConfigError as error:
+            problems = list(error.problems)
+        for problem in problems:
+            raise ConfigError(document.name, [Problem(path, problem.message, given.place, problem.hint)])
         around[path[-1]] = fragment.data
         document.keys |= {path: given.place} | {(*path, *inner): given.place for inner in fragment.keys}
         document.values |= {(*path, *inner): given.place for inner in fragment.values}
@@ -66,7 +74,8 @@ def _around(document: Document, path: Path, given: Setting) -> Any:
                 value[key], there = {}, True
                 document.keys[path[: i + 1]] = document.values[path[: i + 1]] = given.place
         if not there:
-            raise _refused(document, path, given, _why_not(value, path[:i], key), _hint(value, path[:i]))
+            hint = None if isinstance(value, dict) else f"--set {dotted(path[:i])}=... replaces all of it"
+            raise ConfigError(document.name, [Problem(path, _why_not(value, path[:i], key), given.place, hint)])
         if i < len(path) - 1:
             value = value[key]
     return value
@@ -79,29 +88,3 @@ def _why_not(value: Any, path: Path, key: str | int) -> str:
     kind = "a list" if isinstance(value, list) else "a mapping" if isinstance(value, dict) else f"{value!r}"
     size = f" of {len(value)}, counted from 0" if isinstance(value, list) and isinstance(key, int) else ""
     return f"{dotted(path)} is {kind}{size}, and has no {f'[{key}]' if isinstance(key, int) else f'key {key}'}"
-
-
-def _hint(value: Any, path: Path) -> str | None:
-    return None if isinstance(value, dict) else f"--set {dotted(path)}=... replaces all of it"
-
-
-def _fragment(document: Document, path: Path, given: Setting) -> Document:
-    """The value of a setting, read as a file is."""
-    try:
-        fragment = parse_yaml(given.value, document.name)
-    except ConfigError as error:
-        raise _refused(document, path, given, error.problems[0].message, error.problems[0].hint) from None
-    for problem in fragment.problems:
-        raise _refused(document, path, given, problem.message, problem.hint)
-    return fragment
-
-
-def _refused(document: Document, path: Path, given: Setting, message: str, hint: str | None) -> ConfigError:
-    return ConfigError(document.name, [Problem(path, message, given.place, hint)])
-
-
-def _forget(document: Document, path: Path) -> None:
-    """Places and spellings of what was at a path and inside of it."""
-    for places in (document.keys, document.values, document.texts):
-        for inner in [inner for inner in places if inner[: len(path)] == path]:
-            del places[inner]

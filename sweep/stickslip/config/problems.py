@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple
+from typing import Any, get_args
 
+from pydantic import ValidationError
+
+from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document, hint_about_decimals
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
 from stickslip.vocabulary.suggest import listed, nearest, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
+_ENDS = ("low", "high")
+_EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
 _GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # mass:0.2, mass = 0.2
-
-
-class Suggestion(NamedTuple):
-    """The key that an unknown one was probably meant to be, if it is one that is known, and the next step."""
-
-    key: str | None
-    hint: str
 
 
 class ProblemCollector:
@@ -55,6 +53,47 @@ class ProblemCollector:
             self.refuse(path, f"a mapping with {expected}", hint)
         return {}
 
+    def read(self, model: type[AnySection], path: Path, data: object, context: object = None) -> AnySection | None:
+        """The model of the data at `path`; None, and problems, if something is wrong with it.
+
+        context : of validation; unless given, of lists: how many wrong values are explained, which takes its time.
+        """
+        try:
+            return model.model_validate(data, context=[MOST_PROBLEMS] if context is None else context)
+        except ValidationError as error:
+            self._refuse_all(error, model, path)
+            return None
+
+    def section_of(self, model: type[AnySection], path: Path, data: object) -> AnySection:
+        """The section at `path`, of what of it is right; the rest becomes problems."""
+        try:
+            return model.model_validate(data)
+        except ValidationError as error:
+            bad = self._refuse_all(error, model, path)
+        known = data if isinstance(data, dict) else {}
+        try:
+            return model.model_validate({key: value for key, value in known.items() if key not in bad})
+        except ValidationError:  # what was left out is missed by the rest; it is reported already
+            return model()
+
+    def _refuse_all(self, error: ValidationError, model: type[Section], path: Path) -> set[str | int]:
+        """Note the errors of pydantic, misspelt keys before those they were meant to be; return the wrong keys."""
+        details = sorted(error.errors(include_url=False), key=lambda detail: detail["type"] != "extra_forbidden")
+        for detail in details:
+            where, context = (*path, *detail["loc"]), detail.get("ctx", {})
+            around = model_at(model, detail["loc"][:-1])
+            if detail["type"] == REFUSED:
+                self.refuse(where, context["expected"], context["hint"], context["found"])
+            elif detail["type"] == "extra_forbidden":
+                self.unknown_key(where, around.model_fields)
+            elif detail["type"] != "missing":
+                self.refuse(where, _EXPECTED.get(detail["type"], detail["msg"]))
+            elif where[-1] not in self.meant:  # else it is there under another word
+                keys = [key for key, field in around.model_fields.items() if field.is_required() and key != "name"]
+                meaning = around.model_fields[str(where[-1])].description
+                self.add(where, f"missing, expected {meaning or listed(keys, 'and')}")
+        return {detail["loc"][0] for detail in details if detail["loc"]}
+
     def known_keys(self, data: Mapping[str, Any], path: Path, known: Collection[str]) -> dict[str, Any]:
         """`data` without keys that are not `known`, each of which is a problem."""
         for key in data:
@@ -69,8 +108,8 @@ class ProblemCollector:
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`."""
         if suggestion := _suggested(str(path[-1]), self._around(path), known):
-            self.meant |= {suggestion.key} if suggestion.key else set()
-            hint = suggestion.hint
+            meant, hint = suggestion
+            self.meant |= {meant} if meant else set()
         if any(problem.path == path[:-1] and problem.place == self._place(path, True) for problem in self.problems):
             return  # that it is no word is noted already
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
@@ -121,26 +160,41 @@ class ProblemCollector:
         return document.keys.get(path[:-1]) or (self._place(path[:-1]) if path else None)
 
     def _written(self, path: Path) -> Path:
-        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`, `x` for `[x]`."""
+        """`path` as it is in the file, where `mass: [1, 2]` may stand for `mass: {values: [1, 2]}`, `x` for `[x]`, and
+        `[0, 1]` for `{low: 0, high: 1}`."""
         value, written = self.document.data, []
         for key in path:
-            if (key == "values" and isinstance(value, list)) or (isinstance(key, int) and isinstance(value, str)):
+            inside = isinstance(value, dict) and key in value
+            if (key == "values" and not inside) or (isinstance(key, int) and isinstance(value, str)):
                 continue
+            if isinstance(value, list) and key in _ENDS:
+                key = _ENDS.index(str(key))
             written.append(key)
-            inside = isinstance(value, dict) and key in value or isinstance(value, list) and isinstance(key, int)
-            value = value[key] if inside else None
+            value = value[key] if inside or (isinstance(value, list) and isinstance(key, int)) else None
         return tuple(written)
 
 
-def _suggested(key: str, entries: dict[str, Any], known: Collection[str]) -> Suggestion | None:
-    """The key that an unknown one was probably meant to be; `entries` is the mapping it stands in."""
+def _suggested(key: str, entries: dict[str, Any], known: Collection[str]) -> tuple[str | None, str] | None:
+    """The key that an unknown one was probably meant to be, if it is one that is known, and the next step.
+
+    entries : the mapping in which the unknown one stands.
+    """
     if entries.get(key) is None:
         if glued := _GLUED.fullmatch(key):
             name, sign, value = glued.groups()
             if ours := name if name in known else nearest(name, known):
                 lacks = "a space after the colon" if ":" in sign else "a colon and a space instead of ="
-                return Suggestion(ours, f"write {lacks}: {ours}: {value}")
+                return ours, f"write {lacks}: {ours}: {value}"
         if hint := hint_about_decimals(key, entries):
-            return Suggestion(None, hint)
+            return None, hint
     near = suggest(key, known)
-    return Suggestion(near, f"did you mean {near}?") if near else None
+    return (near, f"did you mean {near}?") if near else None
+
+
+def model_at(model: type[Section], keys: Path) -> type[Section]:
+    """The model in which the keys end that lead into another one."""
+    for key in keys:
+        field = model.model_fields.get(str(key))
+        types = (field.annotation, *get_args(field.annotation)) if field else ()
+        model = next((one for one in types if isinstance(one, type) and issubclass(one, Section)), model)
+    return model

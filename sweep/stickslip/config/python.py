@@ -10,7 +10,6 @@ is none of these is left as it is, for the reader to refuse.
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Mapping
 from numbers import Integral, Real
 from typing import Any
@@ -50,16 +49,15 @@ class _Builder:
             given = self._named(given)
         if hasattr(given, "columns") and hasattr(given, "to_xarray"):  # a table of pandas; its index are the labels
             given = given.to_xarray()
-        if _is_of_xarray(given, "Dataset"):
+        if _has_dims(given) and hasattr(given, "data_vars"):
             return self._dataset(given, path)
         if has_missing(given):
             return "values that are masked or missing"  # which the reader refuses, as any text
-        if (unit := units.said_by(given)) is not None:
-            return self._quantities(given, unit, path)
         if isinstance(given, Mapping):
             return self._mapping(given, path)
-        if hasattr(given, "__array__"):
-            return self._array(np.asarray(given), path)
+        unit = units.said_by(given)
+        if unit is not None or hasattr(given, "__array__"):
+            return self._array(np.asarray(units.without_unit(given)), path, unit)
         if isinstance(given, list | tuple | range):
             return [self.value(one, (*path, i)) for i, one in enumerate(given)]
         return _scalar(given)
@@ -79,7 +77,7 @@ class _Builder:
         """A list of arrays that say their names, as the mapping it stands for."""
         named = {}
         for i, axis in enumerate(axes):
-            name = next(iter(axis.dims), None) if _is_of_xarray(axis, "Dataset") else getattr(axis, "name", None)
+            name = next(iter(axis.dims), None) if hasattr(axis, "data_vars") else getattr(axis, "name", None)
             if not isinstance(name, str) or name in named:
                 self._note((_AXES, i), f"got {type(axis).__name__}, expected an array with a name of its own, "
                            "or a mapping of names to axes")  # fmt: skip
@@ -99,75 +97,52 @@ class _Builder:
         labels = _labels(given)
         return {"zip": zipped} | ({"labels": labels} if labels else {})
 
-    def _quantities(self, given: Any, unit: str, path: Path) -> Any:
-        """An array with a unit as texts, or as numbers where the quantity has none."""
-        values = np.asarray(units.without_unit(given))
-        row = _row(path)
-        if values.dtype.kind not in "iuf" or row is None or (row.units == "1" and unit in ("", "1")):
-            return self._array(values, path)
-        if ends := _range(values, row, path, f" {unit}"):
-            return ends
-        return _each(values, lambda one: _word_or(row, one, f"{one!r} {unit}"))
-
-    def _array(self, values: Any, path: Path) -> Any:
-        row = _row(path)
+    def _array(self, values: Any, path: Path, unit: str | None) -> Any:
+        """An array as a range or as lists; numbers that have a unit become texts, those of pure quantities do not."""
+        names = [key for key in path if isinstance(key, str) and key in QUANTITIES]
+        row = QUANTITIES[names[-1]] if names else None  # the innermost that the path names
         if values.dtype.kind == "O":
             return self.value(values.tolist(), path)
+        if row is None or values.dtype.kind not in "iuf" or (row.units == "1" and unit in ("", "1")):
+            unit = None
+
+        def plain(one: Any) -> Any:
+            if isinstance(one, list):
+                return [plain(inner) for inner in one]
+            if row is not None and row.word is not None and one != one:
+                return row.word
+            return _scalar(one) if unit is None else f"{one!r} {unit}"
+
         if row is not None and (ends := _range(values, row, path)):
-            return ends
-        return _each(values, lambda one: _scalar(one) if row is None else _word_or(row, one, _scalar(one)))
+            return ends | {key: plain(ends[key]) for key in ("start", "stop")}
+        return plain(values.tolist())
 
     def _note(self, path: Path, message: str) -> None:
         self._document.problems.append(Problem(path, message))
 
 
-def _range(values: Any, row: Parameter, path: Path, unit: str = "") -> dict[str, Any] | None:
-    """The range whose points these are to the last bit; None if there is none, or if a value is not allowed, which is
-    told better by its place."""
-    is_axis = len(path) == 2 and path[0] == _AXES
-    if not is_axis or values.ndim != 1 or values.size < _FEWEST or values.dtype.kind not in "iuf":
+def _range(values: Any, row: Parameter, path: Path) -> dict[str, Any] | None:
+    """The range of an axis whose points these are to the last bit; None if there is none, or if a value is not allowed,
+    which is told better by its place."""
+    if len(path) != 2 or path[0] != _AXES or values.ndim != 1 or values.size < _FEWEST:
+        return None
+    if values.dtype.kind not in "iuf" or not np.all(row.allows(values)):
         return None
     start, stop = float(values[0]), float(values[-1])
-    if not start < stop or not np.all(row.allows(values)):
-        return None
     for spacing, spread in (("linear", np.linspace), ("log", np.geomspace)):
-        if (spacing == "linear" or start > 0) and np.array_equal(values, spread(start, stop, values.size)):
-            ends = {"start": f"{start!r}{unit}", "stop": f"{stop!r}{unit}"} if unit else {"start": start, "stop": stop}
-            return ends | {"num": int(values.size), "spacing": spacing}
+        possible = start < stop and (spacing == "linear" or start > 0)
+        if possible and np.array_equal(values, spread(start, stop, values.size)):
+            return {"start": start, "stop": stop, "num": int(values.size), "spacing": spacing}
     return None
-
-
-def _each(values: Any, convert: Any) -> Any:
-    """Every number of an array converted, in lists of its shape."""
-
-    def of(one: Any) -> Any:
-        return [of(inner) for inner in one] if isinstance(one, list) else convert(one)
-
-    return of(values.tolist())
-
-
-def _word_or(row: Parameter, number: Any, otherwise: Any) -> Any:
-    """The word that NaN stands for, where it stands for one."""
-    return row.word if row.word is not None and number != number else otherwise
 
 
 def _scalar(given: Any) -> Any:
     """A number or a path as YAML would give it; anything else as it is."""
-    if isinstance(given, bool | np.bool_):
-        return bool(given)
-    if isinstance(given, Integral):
-        return int(given)
-    if isinstance(given, Real):
-        return float(given)
-    if isinstance(given, str):
-        return str(given)
+    kinds: tuple[tuple[Any, Any], ...] = ((bool | np.bool_, bool), (Integral, int), (Real, float), (str, str))
+    for kind, plain in kinds:
+        if isinstance(given, kind):
+            return plain(given)
     return os.fspath(given) if isinstance(given, os.PathLike) else given
-
-
-def _row(path: Path) -> Parameter | None:
-    """The quantity whose values lie at a path: the innermost that it names."""
-    names = [key for key in path if isinstance(key, str) and key in QUANTITIES]
-    return QUANTITIES[names[-1]] if names else None
 
 
 def _labels(given: Any) -> list[str] | None:
@@ -181,10 +156,5 @@ def _labels(given: Any) -> list[str] | None:
 
 
 def _has_dims(given: Any) -> bool:
-    return _is_of_xarray(given, "DataArray") or _is_of_xarray(given, "Dataset")
-
-
-def _is_of_xarray(given: Any, kind: str) -> bool:
-    """True for a Dataset, or a DataArray; nothing is one before xarray is imported."""
-    xarray = sys.modules.get("xarray")
-    return xarray is not None and isinstance(given, getattr(xarray, kind, ()))
+    """Return whether this is an array or a dataset of xarray."""
+    return hasattr(given, "dims") and hasattr(given, "coords")

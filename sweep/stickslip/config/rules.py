@@ -71,11 +71,14 @@ def findings(space: Space) -> Iterator[Finding]:
     """Everything that is wrong between the quantities of `space`. Rules about absent quantities are left out."""
     cells = math.prod(axis.size for axis in space.axes) * space.draws_per_cell
     if cells > MOST_CELLS:
-        shape = " x ".join(str(axis.size) for axis in space.axes)
-        shape += f" x {space.draws_per_cell} draws" if space.draws_per_cell > 1 else ""
+        sizes = [str(axis.size) for axis in space.axes]
+        shape = " x ".join([*sizes, *([f"{space.draws_per_cell} draws"] if space.draws_per_cell > 1 else [])])
         number = f"{cells:.3g}" if cells < 10**15 else f"10^{len(str(cells)) - 1}"  # no float is as large as some grids
-        got = f"{number} cells ({shape})"
-        yield Finding(("axes",), f"at most {MOST_CELLS:.0e}", "use fewer points, or fewer axes", got)
+        path: Path = ("axes",)
+        hint = "use fewer points, or fewer axes"
+        if space.draws_per_cell > MOST_CELLS:
+            path, hint = ("uncertain", "draws"), "use fewer draws or scramblings"
+        yield Finding(path, f"at most {MOST_CELLS:.0e}", hint, f"{number} cells ({shape})")
     for axis in space.axes:
         if isinstance(axis, Values):
             yield from _order(axis)
@@ -165,6 +168,9 @@ def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str
     indices: dict[str, tuple[Axis, int, NDArray[np.intp]]] = {}
     involved = [axis for axis in space.axes if any(m.name in worse for m in axis.members)]
     drawn = {name: values for name, values in space.drawn.items() if name in worse}
+    named = [name for name in (*columns, *drawn, *(m.name for axis in involved for m in axis.members)) if name in worse]
+    if len(set(named)) < len(named):  # one is given twice, which is reported
+        return None
     dimensions = len(involved) + bool(drawn)
     for number, axis in enumerate(involved):
         here = {m.name: m.points() for m in axis.members if m.name in worse}

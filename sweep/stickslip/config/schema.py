@@ -6,21 +6,19 @@ exactly once, and what must hold between quantities, is checked by `load_config`
 
 from __future__ import annotations
 
-from typing import Any
-
-from stickslip.config.model import Range
+from stickslip.config.model import SECTIONS, Range
+from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
-from stickslip.config.sections import SECTIONS, VALUE, Friction, Read, Schema, Section, number_schema
-from stickslip.config.studies import STUDIES
-from stickslip.config.uncertain import ARGUMENTS, Sampling, Subset, Uncertain
+from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Section, number_schema
+from stickslip.config.studies import section_class
+from stickslip.config.uncertain import Matrix, Sampling, Scatter, Subset, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import AXIS, FEATURE_SETTINGS, RISK
+from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
-
-_MEDIAN = "whether the median of the acceleration is subtracted as an offset"
 
 
 def json_schema() -> Schema:
@@ -39,41 +37,26 @@ def json_schema() -> Schema:
                 "description": "what the map shows",
             },
             "axes": _axes(),
-            **{key: _section(model) for key, model in (SECTIONS | STUDIES).items() if key != "uncertain"},
-            "uncertain": _uncertain(),
-            "features": _object(
-                {name: _described(row) for name, row in FEATURE_SETTINGS.items()}
-                | {"subtract_offset": {"type": "boolean", "description": _MEDIAN}},
-                "How the features of a record are read.",
-            ),
-            "risk": _object(
-                {name: _described(row) for name, row in RISK.items()},
-                "Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.",
-            ),
+            **{key: _section(model) for key, model in SECTIONS.items()},
+            **{key: _uncertain() if key == "uncertain" else _section(section_class(key)) for key in STUDIES},
         },
     }
 
 
 def _uncertain() -> Schema:
     """Quantities that scatter, and how they are drawn."""
-    kinds: Schema = {
-        kind: _strict({name: {"type": "number", "exclusiveMinimum": 1} if name == "factor" else VALUE
-                       for name in arguments}) | {"minProperties": 1}
-        for kind, arguments in ARGUMENTS.items()
-    }  # fmt: skip
-    kinds["uniform"] = {"anyOf": [kinds["uniform"], {"type": "array", "minItems": 2, "maxItems": 2, "items": VALUE}]}
-    scatter = _strict({**kinds, "truncated": _strict({"low": VALUE, "high": VALUE})}) | {"minProperties": 1}
-    quantities = {name: {"description": _description(row), **scatter} for name, row in SEARCHABLE.items()}
-    matrix = _object(
-        {
-            "between": {"type": "array", "minItems": 2, "uniqueItems": True, "items": {"enum": list(SEARCHABLE)}},
-            "matrix": {"type": "array", "minItems": 2, "items": {"type": "array", "items": {"type": "number"}}},
-        },
-        "some of the quantities, and a row of numbers for each",
-    )
+    scatter, kinds = _section(Scatter), [name for name in Scatter.model_fields if name != "truncated"]
+    uniform = scatter["properties"]["uniform"]
+    scatter["properties"]["uniform"] = {"anyOf": [uniform, {**RANGE}]}
+    scatter |= {"type": "object", "minProperties": 1}
+    quantities = {name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}
+    matrix = _section(Matrix)
     matrices: Schema = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {"description": f"by quantity, its distribution: {listed(kinds)}", **_strict(quantities)},
+        "quantities": {
+            "description": f"by quantity, its distribution: {listed(kinds)}",
+            **_strict(quantities),
+        },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": _section(Subset),
@@ -112,7 +95,7 @@ def _axes() -> Schema:
     """Quantities that vary, and groups of them."""
     values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
                       for name in QUANTITIES}  # fmt: skip
-    values["fit"] = _schema_of(Friction, "fit") | {
+    values["fit"] = field_schema(Friction, "fit") | {
         "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
     }
     names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
@@ -134,7 +117,7 @@ def _axes() -> Schema:
 def _axis_forms(row: Parameter) -> list[Schema]:
     """A list of values, the same in a mapping, or a range."""
     values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
-    end, spacing = number_schema(row, words=False), _schema_of(Range, "spacing") | {"default": "linear"}
+    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
     return [
         values,
         _strict({"values": values}) | {"required": ["values"]},
@@ -153,16 +136,18 @@ def _section(model: type[Section]) -> Schema:
         if name in model.rows:
             properties[name] = _described(model.rows[name])
             continue
-        properties[name] = {"description": field.description, **_schema_of(model, name)}
+        properties[name] = {"description": field.description} if field.description else {}
+        properties[name] |= field_schema(model, name)
         if field.default is not None and not field.is_required():
             properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     required = [name for name, field in model.model_fields.items() if field.is_required()]
-    return _object(properties, str(model.__doc__)) | ({"required": required} if required else {})
+    return _object(properties, str(model.__doc__).splitlines()[0]) | ({"required": required} if required else {})
 
 
-def _schema_of(model: type[Section], name: str) -> Schema:
-    """The schema that the annotation of a field, or the field itself, says."""
-    field = model.model_fields[name]
-    read = next((one for one in field.metadata if isinstance(one, Read)), None)
-    schema: Any = read.schema if read is not None else field.json_schema_extra
-    return dict(schema)
+def field_schema(model: type[Section], name: str) -> Schema:
+    """The schema of a field: what its annotation or the field itself says, or that of the section it holds."""
+    field, inner = model.model_fields[name], model_at(model, (name,))
+    for schema in (*(one.schema for one in field.metadata if isinstance(one, Read)), field.json_schema_extra):
+        if isinstance(schema, dict):
+            return dict(schema)
+    return VALUE if inner is model else _section(inner)

@@ -15,7 +15,16 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationInfo, create_model, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationInfo,
+    create_model,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
@@ -23,9 +32,9 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
-from stickslip.vocabulary.quantities import PROFILES, QUANTITIES
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.settings import EXECUTION, SENSOR, SOLVER, STROKES
+from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
@@ -215,6 +224,18 @@ class Section(BaseModel):
     model_config = ConfigDict(defer_build=True, extra="forbid", frozen=True)
     rows: ClassVar[Mapping[str, Parameter]] = {}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _mapping(cls, value: object) -> object:
+        if not isinstance(value, dict | Section | None):
+            raise refused(f"a mapping with the keys {listed(cls.model_fields)}", cls._meant(value))
+        return {} if value is None else value
+
+    @classmethod
+    def _meant(cls, value: object) -> str | None:
+        """A hint for what is given in place of a mapping."""
+        return None
+
     @field_validator("*", mode="before")
     @classmethod
     def _number(cls, value: object, info: ValidationInfo) -> object:
@@ -230,9 +251,29 @@ class Section(BaseModel):
         return {name: self.rows[name].written(value) if name in self.rows else value for name, value in given.items()}
 
     def __eq__(self, other: object) -> bool:
+        """Equality of what is resolved, in this order; NaN, which stands for a word, is equal to itself."""
         if type(self) is not type(other):
             return NotImplemented
-        return all(_same(value, getattr(other, name)) for name, value in self)
+        return repr(self.resolved()) == repr(other.resolved())
+
+
+class StudySection(Section):
+    """The section of a study: what a configuration asks for instead of a map of every cell.
+
+    key : of the section in the file. is_map : whether what comes out is a map all the same.
+    options : of the command, where they are not called as the fields.
+    """
+
+    key: ClassVar[str]
+    options: ClassVar[Mapping[str, str]] = {}
+
+    @property
+    def action(self) -> str:
+        """The action, for the history of a result: `border along belt_speed`."""
+        along = getattr(self, "along", None)
+        return f"{self.key} along {along}" if along else self.key
+
+    is_map: ClassVar[bool] = False
 
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -247,29 +288,29 @@ def plain(value: Any) -> Any:
     return {key: plain(inner) for key, inner in value.items()} if isinstance(value, dict) else value
 
 
-def _same(one: Any, other: Any) -> bool:
-    """Equality of values; NaN, which stands for a word, is equal to itself."""
-    if isinstance(one, tuple) and isinstance(other, tuple):
-        return len(one) == len(other) and all(map(_same, one, other))
-    return bool(one == other or (one != one and other != other))
-
-
-def _with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
-    """The section with a field for each quantity that the vocabulary puts there."""
-    rows = of_section(section, QUANTITIES.values())
-    fields: dict[str, Any] = {name: (float | None, None) for name in rows}
-    model = create_model(f"{section}_quantities", __base__=base, **fields)
-    model.rows = {**base.rows, **rows}
-    return model
-
-
 def of_row(row: Parameter) -> Any:
     """The field of a number: None where it is absent."""
     default = row.default
     return Field(None if default is None or row.may_be_absent else default, description=row.long_name)
 
 
-class System(_with_quantities(Section, "system")):  # type: ignore[misc]
+def with_rows(base: type[AnySection], rows: Mapping[str, Parameter], varied: bool = False) -> type[AnySection]:
+    """The section with a field for each of these rows of the vocabulary; `varied` ones are None along an axis."""
+    fields: dict[str, Any] = {
+        name: (float | None, None) if varied else (int | None if row.whole else float | None, of_row(row))
+        for name, row in rows.items()
+    }
+    model = create_model(f"{base.__name__}_", __base__=base, **fields)
+    model.rows = {**base.rows, **rows}
+    return model
+
+
+def with_quantities(base: type[AnySection], section: str) -> type[AnySection]:
+    """The section with a field for each quantity that the vocabulary puts there."""
+    return with_rows(base, of_section(section, QUANTITIES.values()), varied=True)
+
+
+class System(with_quantities(Section, "system")):  # type: ignore[misc]
     """The oscillator: a mass on a belt, held by a spring and a damper."""
 
 
@@ -284,21 +325,17 @@ class _Law(Section):
     )
 
 
-class Friction(_with_quantities(_Law, "friction")):  # type: ignore[misc]
+class Friction(with_quantities(_Law, "friction")):  # type: ignore[misc]
     """The friction curve, by its coefficients or by what is measured of it, and what else the contact is."""
 
 
-class Start(_with_quantities(Section, "start")):  # type: ignore[misc]
+class Start(with_quantities(Section, "start")):  # type: ignore[misc]
     """The initial state."""
 
 
-class Solver(Section):
-    """How cells are integrated, and how long."""
+class Solver(with_rows(Section, SOLVER)):  # type: ignore[misc]
+    """Integration of the cells: accuracy, and how long."""
 
-    rows = SOLVER
-    rtol: float = of_row(SOLVER["rtol"])
-    horizon: float | None = of_row(SOLVER["horizon"])
-    max_steps: int = of_row(SOLVER["max_steps"])
     early_stop: Annotated[bool, BOOLEAN] = Field(
         True, description="stop as soon as the regime is decided; false integrates every cell to the horizon"
     )
@@ -311,43 +348,16 @@ class Solver(Section):
         return value
 
 
-class Execution(Section):
-    """What the computation runs on. It does not change the result."""
+class Execution(with_rows(Section, EXECUTION)):  # type: ignore[misc]
+    """Machines that compute. They do not change the result."""
 
-    rows = EXECUTION
-    threads: int | None = of_row(EXECUTION["threads"])
-    block: int = of_row(EXECUTION["block"])
     dask: Annotated[str | None, _DASK] = Field(
         None, description=f"where blocks are computed, if not by threads of this process: {ADDRESS}"
     )
 
 
-class _Profile(Section):
-    rows = STROKES
-    profile: Annotated[str, one_of(PROFILES)] = Field(
-        "trapezoid", description="speed over time: " + ", ".join(PROFILES)
-    )
-    strokes: int = of_row(STROKES["strokes"])
-
-
-class Drive(_with_quantities(_Profile, "drive")):  # type: ignore[misc]
-    """How the belt of a test rig moves: reciprocating, from standstill, at speeds up to that of the belt (`system`)."""
-
-
-class Sensor(Section):
-    """How a test rig is read: samples, bandwidth, noise."""
-
-    rows = SENSOR
-    rate: float = of_row(SENSOR["rate"])
-    bandwidth: float | None = of_row(SENSOR["bandwidth"])
-    force_noise: float = of_row(SENSOR["force_noise"])
-    acceleration_noise: float = of_row(SENSOR["acceleration_noise"])
-    seed: int = of_row(SENSOR["seed"])
-    oversampling: int = of_row(SENSOR["oversampling"])
-
-
 class Output(Section):
-    """Where the result goes. Relative paths start at the folder the command is run in, not at that of the file."""
+    """Files of the result. Relative paths start at the folder the command is run in, not at that of the file."""
 
     file: Annotated[str | None, file_name(*OUTPUT_SUFFIXES)] = Field(
         None, description="file of the result, .nc (netCDF) or .zarr, or the URL of a .zarr"
@@ -359,14 +369,12 @@ class Output(Section):
         Field(None, description="variables of a map that are stored and written, the others are not; regime always is")
     )
 
+    @classmethod
+    def _meant(cls, value: object) -> str | None:
+        return f"output: {{file: {value}}}" if isinstance(value, str) else None
+
     @field_validator("variables")
     @classmethod
     def _in_order(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         """Each once, in the order of the vocabulary; without the regime nobody could tell what is computed."""
         return tuple(name for name in VARIABLES if name in (*value, "regime"))
-
-
-QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
-SECTIONS: dict[str, type[Section]] = {
-    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
-}  # fmt: skip

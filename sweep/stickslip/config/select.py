@@ -14,7 +14,6 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
-from stickslip.config.studies import STUDIES
 from stickslip.config.unit_warnings import warn_of_cell
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
@@ -22,8 +21,8 @@ from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import did_you_mean, listed
-from stickslip.vocabulary.units import spelled
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 
@@ -85,7 +84,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     shared = overridden(parse_yaml(text, source), settings).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source, settings).shown_in(units_shown(ds))
+    return parse_config(text, source, settings, rig=False).shown_in(units_shown(ds))
 
 
 def shared_by(ds: xr.Dataset) -> dict[str, Any]:
@@ -102,16 +101,18 @@ def shared_by(ds: xr.Dataset) -> dict[str, Any]:
 
 def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
     """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
-    shape = tuple((str(dim), length) for dim, length in ds["regime"].sizes.items())
-    if isinstance(recipe, Config) and _shape(recipe) == shape:
-        return [f"{axis.name}={point_text(axis, i)}" for axis, i in zip(recipe.axes, position.values(), strict=True)]
+    if isinstance(recipe, Config):
+        grid, sizes = build_grid(recipe), ds["regime"].sizes
+        if (grid.dims, grid.shape) == (tuple(map(str, sizes)), tuple(sizes.values())):
+            points = zip(recipe.axes, position.values(), strict=True)
+            return [f"{axis.name}={point_text(axis, i)}" for axis, i in points]
     given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
-    return [f"{name}={value_text(name, float(given[name]))}" for name in QUANTITIES if name in given]
+    return [f"{name}={QUANTITIES[name].setting(float(given[name]))}" for name in QUANTITIES if name in given]
 
 
 def seconds(text: str, option: str = "--duration") -> float:
     """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
-    return _in_si(SOLVER["horizon"], text, option)
+    return in_si(SOLVER["horizon"], text, option)
 
 
 def value_of(name: str, text: str, option: str) -> float:
@@ -119,10 +120,11 @@ def value_of(name: str, text: str, option: str) -> float:
     if name not in PARAMETERS:
         hint = did_you_mean(name, PARAMETERS) or f"known are {', '.join(PARAMETERS)}"
         raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
-    return _in_si(PARAMETERS[name], text, option, name)
+    return in_si(PARAMETERS[name], text, option, name)
 
 
-def _in_si(row: Parameter, text: str, option: str, *path: str) -> float:
+def in_si(row: Parameter, text: str, option: str, *path: str) -> float:
+    """A value of a row of the vocabulary on the command line, in SI. Raises ConfigError."""
     try:
         return row.read(_number_or_text(text))
     except QuantityError as error:
@@ -138,26 +140,12 @@ def _sections(recipe: Recipe) -> dict[str, Any]:
     return sections | {"axes": {}} | given
 
 
-def _shape(config: Config) -> tuple[tuple[str, int], ...]:
-    grid = build_grid(config)
-    return tuple(zip(grid.dims, grid.shape, strict=True))
-
-
 def point_text(axis: Axis, i: int) -> str:
     """Point `i` of an axis as a setting."""
     if isinstance(axis, Group):
         label = axis.labels[i] if axis.labels else ""
         return label if label and label == label.strip() else str(i)
-    return value_text(axis.name, float(axis.points()[i]))
-
-
-def value_text(name: str, value: float) -> str:
-    """A quantity as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
-    quantity = QUANTITIES[name]
-    written = quantity.written(value)
-    if isinstance(written, str):
-        return written
-    return repr(written) if quantity.units == "1" else f"{written!r} {spelled(quantity.units)}"
+    return QUANTITIES[axis.name].setting(float(axis.points()[i]))
 
 
 def _split(setting: str, option: str) -> tuple[str, str]:

@@ -1,220 +1,238 @@
-"""The sections that ask for something else than a map. A configuration has at most one of them."""
+"""Studies: what a configuration may ask for instead of a map of every cell, and the table of them.
+
+A study is declared in one file of the room `studies`, as a class that `STUDIES` names: the section that asks for it,
+the variables of its result, how it is computed, and how its result is told and drawn. Files are imported when a
+configuration or a result has to do with them.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping
-from typing import Annotated, Any
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from math import prod
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import ValidationError
 
-from stickslip.config.sections import (
-    BOOLEAN,
-    RANGE,
-    Read,
-    Schema,
-    Section,
-    choice,
-    finite,
-    interval,
-    list_of,
-    number,
-    number_schema,
-    of_row,
-    one_of,
-    refused,
-)
-from stickslip.config.uncertain import Uncertain
-from stickslip.vocabulary.flags import DECIDED
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import (
-    ATTRACTORS,
-    BORDER,
-    CONTOURS,
-    COST,
-    FACTOR,
-    MARGINS,
-    RANDOMISATIONS,
-    REFINE,
-)
+from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.python import python_document
+from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
+from stickslip.errors import ArgumentError, dotted
+from stickslip.vocabulary.parameter import Variable
+from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.studies import STUDIES, kind_of
+from stickslip.vocabulary.suggest import did_you_mean, listed
 
-Reach = float | tuple[float, float]
-_PARAMETER = one_of(SEARCHABLE, "a parameter of a cell")
-_CHANGED: Schema = {"enum": list(PARAMETERS)}
-_FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}
-_REACHES: Schema = {
-    "type": "object", "propertyNames": _CHANGED, "additionalProperties": {"anyOf": [_FACTOR, RANGE]},
-}  # fmt: skip
-_COSTS: Schema = {"type": "object", "propertyNames": _CHANGED, "additionalProperties": number_schema(COST)}
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from stickslip.engine import Options, Results, StopFlag
+
+KEYS = (*(field for field in Config.model_fields if field not in ("study", "uncertain")), *STUDIES)  # of a file
+
+Moved = Callable[[int], None]
 
 
-def _two_axes(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 2 or value[0] == value[1]:
-        raise refused("a list of two different parameters, y and x")
-    return value
+@cache
+def study_class(key: str) -> type[Study]:
+    """The study of a key of `STUDIES`."""
+    file, _, name = STUDIES[key].place.partition(":")
+    found: type[Study] = getattr(import_module(f"stickslip.studies.{file}"), name)
+    return found
 
 
-def _ranges(value: object) -> object:
-    """Ranges by parameter."""
-    if not isinstance(value, Mapping):
-        raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
-    names = [choice(name, SEARCHABLE, "a parameter of a cell", inside=True) for name in value]
-    return {name: interval(QUANTITIES[name], value[name]) for name in names}
+def study_of_result(ds: xr.Dataset) -> type[Study] | None:
+    """The study that a result is of; None for maps, trajectories, comparisons and tests of rigs."""
+    kind = kind_of(ds)
+    return study_class(kind) if kind in STUDIES else None
 
 
-def _end(value: object, info: ValidationInfo) -> float:
-    """One end of a range of the parameter `along`, unless that is refused already."""
-    return finite(QUANTITIES[info.data["along"]], value) if "along" in info.data else math.nan
+def section_class(key: str) -> type[StudySection]:
+    """The section of a key of `STUDIES`."""
+    return study_class(key).section
 
 
-class Border(Section):
-    """Where along a parameter the regime changes; the other axes are the lines that are searched."""
-
-    rows = BORDER
-    along: Annotated[str, _PARAMETER] = Field(description="parameter of a cell to search along")
-    between: tuple[Annotated[float, BeforeValidator(_end)], Annotated[float, BeforeValidator(_end)]] | None = Field(
-        None,
-        description="both ends of the range to search, the lower one first; those of the axis unless given",
-        json_schema_extra=RANGE,
-    )
-    tolerance: float = of_row(BORDER["tolerance"])
-    scan: int = of_row(BORDER["scan"])
-    rtol: float | None = of_row(BORDER["rtol"])
-
-    @field_validator("between", mode="before")
-    @classmethod
-    def _between(cls, value: object) -> object:
-        if not isinstance(value, list | tuple) or len(value) != 2:
-            raise refused("a list of two values, the lower end first")
-        return value
-
-    @field_validator("between")
-    @classmethod
-    def _order(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not value[0] < value[1] and not math.isnan(value[0]):
-            hint = "swap the ends" if value[0] > value[1] else None
-            raise refused("the lower end first and the upper above it", hint)
-        return value
+def section_of_call(model: type[AnySection], **values: Any) -> AnySection:
+    """A section from the arguments of a call, of which None is not given. Raises ArgumentError."""
+    given = {name: value for name, value in values.items() if value is not None}
+    document = python_document({"call": given})
+    for problem in document.problems:
+        raise ArgumentError(dotted(problem.path[1:]), problem.message)
+    try:
+        return model.model_validate(document.data["call"])
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+    detail = next((one for one in details if one["type"] == "extra_forbidden"), details[0])
+    path, context = detail["loc"], detail.get("ctx", {})
+    if detail["type"] == "extra_forbidden":
+        hint = did_you_mean(str(path[0]), model.model_fields)
+        what = f"unknown, expected {listed(model.model_fields)}"
+    elif detail["type"] == "missing":
+        hint, what = None, f"missing, expected {model.model_fields[str(path[0])].description}"
+    else:
+        hint, expected = context.get("hint"), context["expected"] if detail["type"] == REFUSED else detail["msg"]
+        what = f"got {given[str(path[0])]!r}, expected {expected}"
+    raise ArgumentError(dotted(path), f"{what}; {hint}" if hint else what)
 
 
-class Refine(Section):
-    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
-
-    rows = REFINE
-    depth: int = of_row(REFINE["depth"])
-    audit: float = of_row(REFINE["audit"])
-    interpolate: Annotated[bool, BOOLEAN] = Field(
-        False, description="whether cells that are not computed get metrics between others"
-    )
+class Regime(str):
+    """The name of a regime in a table, where pages show its colour."""
 
 
-class Contours(Section):
-    """Where in planes of two parameters the regime changes, as lines; the other axes are the panels."""
+class Table(NamedTuple):
+    """A table for people. words, numbers : headings of columns, those of numbers last. rows : of both."""
 
-    rows = CONTOURS
-    axes: Annotated[
-        tuple[Annotated[str, _PARAMETER], Annotated[str, _PARAMETER]] | None,
-        Read(_two_axes, {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True,
-                         "items": _PARAMETER.schema}),
-    ] = Field(None, description="the two parameters, y and x; the last two axes unless given")  # fmt: skip
-    between: Annotated[
-        dict[str, tuple[float, float]] | None,
-        Read(_ranges, {"type": "object", "propertyNames": _PARAMETER.schema, "additionalProperties": RANGE}),
-    ] = Field(
-        None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
-    )
-    points: int = of_row(CONTOURS["points"])
-    tolerance: float = of_row(CONTOURS["tolerance"])
-    scan: int = of_row(CONTOURS["scan"])
-    rtol: float | None = of_row(CONTOURS["rtol"])
+    title: str
+    words: Sequence[str]
+    numbers: Sequence[str]
+    rows: Iterable[Sequence[str]]
 
 
-class Margins(Section):
-    """How far each cell is from a border along single parameters, and by the cheapest change of several."""
+@dataclass(frozen=True)
+class Finished:
+    """The results of a range of items; complete : False if computing was stopped on the way, and they are no use."""
 
-    rows = MARGINS
-    parameters: Annotated[
-        tuple[Annotated[str, _PARAMETER], ...] | None,
-        list_of(PARAMETERS, "a list of different parameters", unique=True),
-    ] = Field(None, description="parameters that may change; all that a designer chooses unless given")
-    costs: dict[str, float] = Field(
-        {},
-        description="by parameter, what changing it by a factor costs relative to the others; 1 unless given",
-        json_schema_extra=_COSTS,
-    )
-    within: dict[str, Reach] | float = Field(
-        float(FACTOR.default or 0),
-        description="how far to look: a factor, or by parameter a factor or both ends of a range",
-        json_schema_extra={"anyOf": [_FACTOR, _REACHES]},
-    )
-    into: Annotated[tuple[Annotated[str, one_of(DECIDED, "a regime")], ...] | None,
-                    list_of(DECIDED, "a list of regimes")] = Field(
-        None, description="regimes that count; any other unless given"
-    )  # fmt: skip
-    joint: Annotated[bool, BOOLEAN] = Field(
-        False,
-        description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more",
-    )
-    scan: int = of_row(MARGINS["scan"])
-    tolerance: float = of_row(MARGINS["tolerance"])
-    beyond: float = of_row(MARGINS["beyond"])
-    rtol: float | None = of_row(MARGINS["rtol"])
-
-    @field_validator("costs", mode="before")
-    @classmethod
-    def _costs(cls, value: object, info: ValidationInfo) -> object:
-        return {name: number(COST, cost) for name, cost in _by_parameter(value, info).items()}
-
-    @field_validator("within", mode="before")
-    @classmethod
-    def _within(cls, value: object, info: ValidationInfo) -> object:
-        if not isinstance(value, Mapping):
-            return number(FACTOR, value)
-        return {
-            name: interval(SEARCHABLE[name], reach) if isinstance(reach, list | tuple) else number(FACTOR, reach)
-            for name, reach in _by_parameter(value, info).items()
-        }
+    results: Results
+    complete: bool = True
 
 
-def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
-    """A mapping whose keys are among the parameters that may change."""
-    if not isinstance(value, Mapping):
-        raise refused("a mapping of parameters to numbers")
-    known: Collection[str] = info.data.get("parameters") or SEARCHABLE
-    return {choice(name, known, "a parameter that may change", inside=True): inner for name, inner in value.items()}
+class Study(ABC):
+    """Items in a row, any range of which can be computed by itself, anywhere, any number of times, to the same bits.
 
-
-class Attractors(Section):
-    """Which attractors cells have: regimes by starting state, and the share of a box of states that settles."""
-
-    rows = ATTRACTORS
-    displacement: Annotated[
-        tuple[float, float], Read(lambda value: interval(QUANTITIES["displacement"], value), RANGE)
-    ] = Field(description="displacements of the box of starting states, [low, high]")
-    velocity: Annotated[tuple[float, float], Read(lambda value: interval(QUANTITIES["velocity"], value), RANGE)] = (
-        Field(description="velocities of the box of starting states, [low, high]")
-    )
-    samples: int = of_row(ATTRACTORS["samples"])
-    seed: int = of_row(ATTRACTORS["seed"])
-
-    @field_validator("samples")
-    @classmethod
-    def _samples(cls, value: int) -> int:
-        points, rest = divmod(value, RANDOMISATIONS)
-        if rest or points & (points - 1):
-            raise refused(f"{RANDOMISATIONS} times a power of 2")
-        return value
-
-
-STUDIES: dict[str, type[Section]] = {
-    "border": Border, "contours": Contours, "margins": Margins, "attractors": Attractors, "refine": Refine,
-    "uncertain": Uncertain,
-}  # fmt: skip
-
-
-def alone(key: str, section: Section) -> dict[str, Section | None]:
-    """The update of a configuration after which it asks for this section and for nothing else.
-
-    What is uncertain stays: without it quantities would be missing, and whoever needs known ones says so.
+    about, examples : of the command: sentences below its first, and words behind its name.
+    over_map : whether the result is drawn over a map of the cells.
+    section : that asks for it. variables : of its result, by name. subject : the variable that it is about.
+    places : what the dimensions of the subject are of, "cells" or "lines".
+    caption : of the only picture of a page, if it is the only one. title : of the result of a Python call.
+    name : of the result, for people ("map"). counted : what its items are ("cells", "lines").
+    dims, shape : of the items, the last index running fastest. options : of the integration.
+    cells_each : about how many cells an item takes. weight : blocks have so many times fewer items than those of a map.
+    ragged : whether columns may have other lengths than the range has items.
+    is_array : whether its columns, of all items, are the variables of the result; then blocks are chunks of its file.
+    columns : names and types of the results of a range: int8, int32 or float64, flat.
     """
-    return {**dict.fromkeys(study for study in STUDIES if study != "uncertain"), key: section}
+
+    section: ClassVar[type[StudySection]]
+    variables: ClassVar[Mapping[str, Variable]]
+    subject: ClassVar[str] = "regime"
+    places: ClassVar[str] = "cells"
+    caption: ClassVar[str] = ""
+    about: ClassVar[str] = ""
+    examples: ClassVar[Sequence[str]] = ()
+    over_map: ClassVar[bool] = False
+    title: str
+    name: str
+    counted: str
+    cells_each: int = 1
+    weight: int = 1
+    ragged: bool = False
+    is_array: bool = False
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    options: Options
+    columns: Mapping[str, np.dtype[Any]]
+
+    # --- what is asked ------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def of(cls, given: Any, section: Any, options: Options) -> Study:
+        """The study of a configuration, or of cells as `evaluate` takes them, that a section asks for.
+
+        Raises TypeError or ValueError for what cannot be.
+        """
+        raise NotImplementedError
+
+    @classmethod
+    def check(cls, section: Any, config: Config, problems: ProblemCollector) -> None:
+        """Note what is wrong between the section and the rest of the configuration."""
+        return None
+
+    @classmethod
+    def lines_in(cls, section: Any, config: Config) -> Mapping[str, Any]:
+        """By parameter, the lines of a study whose result is drawn over a map of its cells; none of others."""
+        return {}
+
+    @classmethod
+    def explain(cls, section: Any, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The section as it was understood: rows of name, value and meaning; by default those of its fields."""
+        for name, field in type(section).model_fields.items():
+            value, quantity = getattr(section, name), name if name in QUANTITIES else getattr(section, "along", "")
+            if value is not None and value != {}:
+                is_range = isinstance(value, tuple) and quantity in QUANTITIES and isinstance(value[0], float)
+                text = QUANTITIES[quantity].range_text(value) if is_range else str(plain(value))
+                yield f"{section.key} {name}", text, str(field.description)
+
+    def described(self) -> str:
+        """`57,600 cells: stiffness (240) x belt_speed (240)`."""
+        size = prod(self.shape)
+        axes = " x ".join(f"{dim} ({length})" for dim, length in zip(self.dims, self.shape, strict=True))
+        return f"{size:,} {self.counted if size != 1 else self.counted.removesuffix('s')}" + (
+            f": {axes}" if axes else ""
+        )
+
+    # --- how it is computed -------------------------------------------------------------------------------------------
+
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """Names of the kernels that are known to be needed, to be compiled before the first item is computed."""
+        return (self.options.law,)
+
+    @abstractmethod
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The results of a range of items, by the calling thread alone.
+
+        stop : once it is raised, computing ends within milliseconds. moved : called with cells computed, now and then.
+        """
+
+    @abstractmethod
+    def blank(self, items: range) -> Results:
+        """Return what stands for a range of items that is not computed."""
+
+    @abstractmethod
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The labelled result from ranges of items, in order and without gaps.
+
+        parts : each is read when it is asked for, so that going through them once holds one at a time.
+        """
+
+    # --- its result ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def own_dims(cls) -> set[str]:
+        """The dimensions of its variables beyond those of the cells."""
+        return {dim for row in cls.variables.values() for dim in row.dims}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The result in lines and tables for the screen."""
+        yield from ()
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Table | None:
+        """The table of its page, if it has one."""
+        return None
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True if there is a plot of this result."""
+        return cls.subject in ds and ds[cls.subject].ndim > 0
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Any:
+        """The plot of a variable, or of what the result is about; None where that is a map, or over one.
+
+        Arguments as of `plots.plot_result`, whose errors it raises.
+        """
+        return None
+
+    @classmethod
+    def mapped(cls, ds: xr.Dataset) -> Sequence[str]:
+        """The variables whose maps are on its page, beside those that every map has."""
+        return ()

@@ -1,13 +1,17 @@
-"""The section `uncertain`, of inputs that are not known exactly: distributions, correlation, and the sampling."""
+"""The section `uncertain`, of inputs that are not known exactly: distributions, correlation, and the sampling.
+
+The models are shaped like the file; `read_uncertain.py` checks what must hold between them.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from stickslip.config.sections import (
     BOOLEAN,
@@ -15,13 +19,15 @@ from stickslip.config.sections import (
     Read,
     Schema,
     Section,
+    StudySection,
     list_of,
-    of_row,
     one_of,
-    plain,
     refused,
+    with_rows,
 )
+from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
+from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import SUBSET, UNCERTAIN
@@ -32,64 +38,187 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# By kind of distribution: what describes it. All in the unit of the quantity, but for the pure number `factor`.
-ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "normal": ("mean", "std"), "lognormal": ("median", "factor"), "uniform": ("low", "high"),
-    "triangular": ("low", "mode", "high"),
-}  # fmt: skip
 METRICS = tuple(name for name in VARIABLES if name not in ("regime", "status", "steps"))
 TENTH = 10  # one of so many samples of a level of subset simulation lies beyond it
+_LARGEST = 1e100  # numbers of distributions and matrices, whose squares are to be finite
+NOT_WITH_SUBSET = ("draws", "scramblings", "seed", "metrics", "quantiles", "indices")
+_MORE_THAN = {  # by number of a distribution: what it must exceed, and a hint
+    "std": (0.0, "a quantity that does not scatter belongs in its section"),
+    "median": (0.0, None),
+    "factor": (1.0, "68 % of the values lie within this factor of the median, up or down"),
+}
+_EXAMPLE = "between: [mass, stiffness], matrix: [[1, 0.5], [0.5, 1]]"
+
+# --- distributions ----------------------------------------------------------------------------------------------------
+
+
+class _Numbers(Section):
+    """The numbers of a distribution, in SI; the context in which they are read is the row of its quantity."""
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _number(cls, value: object, info: ValidationInfo) -> float:
+        name = str(info.field_name)
+        row: Parameter = info.context  # type: ignore[assignment]
+        unit, (least, hint) = "1" if name == "factor" else row.units, _MORE_THAN.get(name, (-math.inf, None))
+        try:
+            number = units.si_value(value, unit)
+        except QuantityError as error:
+            raise refused(error.expected, error.hint, error.found) from None
+        if not abs(number) < _LARGEST:
+            raise refused(f"a number below {_LARGEST:g}")
+        if not number > least:
+            raise refused(f"more than {least:g} {units.spelled(unit)}".rstrip(), hint)
+        low, mode = info.data.get("low"), info.data.get("mode")
+        if name == "high" and low is not None and number <= low:
+            hint = "swap low and high" if low > number else "a quantity that does not scatter belongs in its section"
+            raise refused(f"more than low ({low:g} {units.spelled(unit)}".rstrip() + ")", hint)
+        if (name == "mode" and low is not None and number < low) or (mode is not None and number < mode):
+            raise refused("low, mode and high in this order", "mode is the most probable value")
+        return number
+
+
+class Normal(_Numbers):
+    """The normal distribution."""
+
+    mean: float
+    std: float
+
+
+class Lognormal(_Numbers):
+    """The lognormal distribution; 68 % of the values lie within a factor of the median."""
+
+    median: float
+    factor: float = Field(json_schema_extra={"type": "number", "exclusiveMinimum": 1})
+
+
+class Uniform(_Numbers):
+    """The uniform distribution."""
+
+    low: float
+    high: float
+
+
+class Triangular(_Numbers):
+    """The triangular distribution; mode is the most probable value."""
+
+    low: float
+    mode: float
+    high: float
+
+
+class Ends(_Numbers):
+    """The ends at which a distribution is truncated."""
+
+    low: float | None = None
+    high: float | None = None
+
+
+def _two_ends(value: Any) -> Any:
+    """`[low, high]` for `{low: low, high: high}`."""
+    return {"low": value[0], "high": value[1]} if isinstance(value, list) and len(value) == 2 else value
 
 
 class Scatter(Section):
-    """One quantity with its distribution; `name` is its key in the file.
+    """The distribution of one quantity: one of four kinds, maybe truncated."""
 
-    arguments : in the order of `ARGUMENTS`, in SI. low, high : where it is truncated; -inf and inf for nowhere.
-    """
+    normal: Normal | None = None
+    lognormal: Lognormal | None = None
+    uniform: Annotated[Uniform | None, BeforeValidator(_two_ends)] = None
+    triangular: Triangular | None = None
+    truncated: Ends | None = None
 
-    name: str
-    kind: str
-    arguments: tuple[float, ...]
-    low: float = -math.inf
-    high: float = math.inf
+    @model_validator(mode="after")
+    def _one_kind(self) -> Scatter:
+        if len(kinds := [name for name, value in self if value is not None and name != "truncated"]) != 1:
+            raise refused(f"one of {_FORMS}", found=listed(kinds, "and") if kinds else None)
+        return self
+
+    @property
+    def kind(self) -> str:
+        """The name of its kind."""
+        return next(name for name, value in self if value is not None)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The numbers that describe the kind, by name."""
+        return dict(getattr(self, self.kind))
+
+    @property
+    def ends(self) -> dict[str, float]:
+        """The ends at which it is truncated, `low`, `high` or both."""
+        return {name: end for name, end in self.truncated or () if end is not None}
 
     @property
     def distribution(self) -> Distribution:
         """The map from standard normal deviates to values."""
         from stickslip.theory.distributions import KINDS, Truncated  # SciPy, which only this needs, takes its time
 
-        whole = KINDS[self.kind](*self.arguments)
-        return Truncated(whole, self.low, self.high) if self.is_truncated else whole
+        whole = KINDS[self.kind](**self.numbers)
+        return Truncated(whole, **{"low": -math.inf, "high": math.inf} | self.ends) if self.ends else whole
+
+    def in_words(self, name: str) -> str:
+        """`normal, mean 0.8 m/s, std 0.05 m/s`, for the quantity of this name."""
+        unit = units.spelled(SEARCHABLE[name].units)
+        words = [f"{key} {value:.6g} {'' if key == 'factor' else unit}".rstrip() for key, value in self.numbers.items()]
+        if self.ends:
+            low, high = self.ends.get("low", -math.inf), self.ends.get("high", math.inf)
+            words.append(f"truncated to {low:.6g} ... {high:.6g} {unit}".rstrip())
+        return f"{self.kind}, {', '.join(words)}"
+
+
+_FORMS = listed(
+    f"{model.__name__.lower()}: {{{', '.join(model.model_fields)}}}"
+    for model in (Normal, Lognormal, Uniform, Triangular)
+)
+
+
+class Matrix(Section):
+    """A correlation or covariance matrix of some quantities; the context in which it is read are the possible ones."""
+
+    between: tuple[str, ...] = Field(
+        json_schema_extra={"type": "array", "minItems": 2, "uniqueItems": True, "items": {"enum": list(SEARCHABLE)}}
+    )
+    matrix: tuple[tuple[float, ...], ...] = Field(
+        json_schema_extra={"type": "array", "minItems": 2, "items": {"type": "array", "items": {"type": "number"}}}
+    )
+
+    @field_validator("between", mode="before")
+    @classmethod
+    def _names(cls, names: Any, info: ValidationInfo) -> Any:
+        possible: Collection[str] = info.context or ()
+        if not (isinstance(names, list) and len(names) > 1 and len(set(map(str, names))) == len(names)
+                and all(isinstance(name, str) and name in possible for name in names)):  # fmt: skip
+            raise refused(f"two or more of the uncertain quantities: {listed(possible)}", _EXAMPLE)
+        return names
+
+    @field_validator("matrix", mode="before")
+    @classmethod
+    def _symmetric(cls, rows: Any, info: ValidationInfo) -> Any:
+        if (names := info.data.get("between")) is None:
+            return ()  # refused already
+        size = len(names)
+        if not isinstance(rows, list) or [len(row) if isinstance(row, list) else 0 for row in rows] != [size] * size:
+            raise refused(f"{size} rows of {size} numbers", _EXAMPLE)
+        if not all(type(value) in (int, float) and abs(value) < _LARGEST for row in rows for value in row):
+            raise refused(f"{size} rows of {size} numbers", _EXAMPLE)
+        matrix = np.array(rows, np.float64)
+        for i, j in np.argwhere(~np.isclose(matrix, matrix.T, rtol=1e-9, atol=0))[:1]:
+            hint = f"{names[i]} with {names[j]} has {matrix[i, j]:g} in one place and {matrix[j, i]:g} in the other"
+            raise refused("a symmetric matrix", hint)
+        return ((matrix + matrix.T) / 2).tolist()
 
     @property
-    def is_truncated(self) -> bool:
-        """True if a part of the distribution is cut off."""
-        return math.isfinite(self.low) or math.isfinite(self.high)
-
-    @property
-    def in_words(self) -> str:
-        """`normal, mean 0.8 m/s, std 0.05 m/s`."""
-        unit, numbers = units.spelled(SEARCHABLE[self.name].units), []
-        for name, value in zip(ARGUMENTS[self.kind], self.arguments, strict=True):
-            numbers.append(f"{name} {value:.6g} {'' if name == 'factor' else unit}".rstrip())
-        if self.is_truncated:
-            numbers.append(f"truncated to {self.low:.6g} ... {self.high:.6g} {unit}".rstrip())
-        return f"{self.kind}, {', '.join(numbers)}"
-
-    def resolved(self) -> dict[str, Any]:
-        """The distribution as plain data, without the name."""
-        whole = {self.kind: dict(zip(ARGUMENTS[self.kind], self.arguments, strict=True))}
-        ends = {name: end for name, end in (("low", self.low), ("high", self.high)) if math.isfinite(end)}
-        return whole | ({"truncated": ends} if ends else {})
+    def values(self) -> Floats:
+        """The matrix as an array."""
+        return np.array(self.matrix, np.float64)
 
 
-class Subset(Section):
+# --- sampling ---------------------------------------------------------------------------------------------------------
+
+
+class Subset(with_rows(Section, SUBSET)):  # type: ignore[misc]
     """Subset simulation: rare stick-slip, one order of magnitude after the other."""
-
-    rows = SUBSET
-    samples: int = of_row(SUBSET["samples"])
-    repetitions: int = of_row(SUBSET["repetitions"])
-    seed: int = of_row(SUBSET["seed"])
 
     @field_validator("samples")
     @classmethod
@@ -110,13 +239,10 @@ def _quantiles(value: object) -> tuple[float, ...]:
 _QUANTILE: Schema = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
-class Sampling(Section):
-    """How uncertain inputs are drawn, and what is told of the results."""
+class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
+    """Draws of uncertain inputs, and statistics of the results."""
 
-    rows = UNCERTAIN
-    draws: int = of_row(UNCERTAIN["draws"])
-    scramblings: int = of_row(UNCERTAIN["scramblings"])
-    seed: int = of_row(UNCERTAIN["seed"])
+    key = "uncertain"
     metrics: Annotated[
         tuple[Annotated[str, one_of(METRICS, "a result")], ...],
         list_of(METRICS, "a list of results", unique=True, single=True, empty=True),
@@ -150,32 +276,32 @@ class Sampling(Section):
 class Uncertain(Sampling):
     """Inputs that are not known exactly, and how their scatter is carried to the result.
 
-    quantities : in the order of the file. correlation : of their normal deviates, in that order (a Gaussian copula;
-    for normal quantities it is their correlation); None where they are independent. subset : None for Sobol points.
+    subset : None for Sobol points. quantities : in the order of the file. correlation : of their normal deviates, in
+    that order (a Gaussian copula; for normal quantities it is their correlation); None where they are independent.
     """
 
-    quantities: tuple[Scatter, ...]
-    correlation: tuple[tuple[float, ...], ...] | None = None
     subset: Subset | None = None
+    quantities: dict[str, Scatter]
+    correlation: Matrix | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """The quantities."""
-        return tuple(one.name for one in self.quantities)
+        return tuple(self.quantities)
 
     @property
     def draws_per_cell(self) -> int:
         """Cells computed for each cell of the axes: by one simulation of a subset simulation, one level."""
         if self.subset is not None:
-            return self.subset.samples * self.subset.repetitions
-        return self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1)
+            return int(self.subset.samples * self.subset.repetitions)
+        return int(self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1))
 
     @property
     def correlation_in_words(self) -> str:
         """The correlation of the quantities, and the meaning of its numbers."""
         if self.correlation is None:
             return "none: the quantities are independent"
-        if all(one.kind == "normal" and not one.is_truncated for one in self.quantities):
+        if all(scatter.normal is not None and not scatter.ends for scatter in self.quantities.values()):
             return f"{listed(self.names, 'and')} are jointly normal"
         return f"the normal deviates of {listed(self.names, 'and')} are correlated (a Gaussian copula)"
 
@@ -190,16 +316,11 @@ class Uncertain(Sampling):
     def values(self, normals: Floats) -> dict[str, Floats]:
         """Quantities in SI by name, each (n,), from independent standard normal deviates (n, quantities)."""
         if self.correlation is not None:
-            normals = normals @ np.linalg.cholesky(np.array(self.correlation)).T
-        return {one.name: one.distribution.at(normals[:, i]) for i, one in enumerate(self.quantities)}
+            normals = normals @ np.linalg.cholesky(self.correlation.values).T
+        each = enumerate(self.quantities.items())
+        return {name: scatter.distribution.at(normals[:, i]) for i, (name, scatter) in each}
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data, which reads back as an equal one."""
-        settings = ("fit",) if self.subset else tuple(Sampling.model_fields)
-        given = {name: plain(value) for name in settings if (value := getattr(self, name)) is not None}
-        if self.subset is not None:
-            given["subset"] = self.subset.resolved()
-        given["quantities"] = {one.name: one.resolved() for one in self.quantities}
-        if self.correlation is not None:
-            given["correlation"] = {"between": list(self.names), "matrix": plain(self.correlation)}
-        return given
+        left_out = NOT_WITH_SUBSET if self.subset else ()
+        return {name: value for name, value in super().resolved().items() if name not in left_out}

@@ -106,19 +106,16 @@ def _neighbours(path: FilePath) -> str | None:
         if path.parts[:1] == ("configs",):
             return "`stickslip init --list` names the configurations that come with stickslip"
         return f"there is no folder {path.parent}"
-    names = names_in(path.parent, CONFIGURATIONS)
-    where = "this folder" if path.parent == FilePath() else str(path.parent)
+    names, shipped = names_in(path.parent, CONFIGURATIONS), examples.config_names()
     stems = {FilePath(name).stem: name for name in names}
-    if meant := nearest(path.stem, stems):
-        return f"did you mean {path.with_name(stems[meant])}?"
-    shipped = examples.config_names()
+    if near := nearest(path.stem, stems):
+        return f"did you mean {path.with_name(stems[near])}?"
     if path.as_posix().removesuffix(".yaml") in shipped:  # but this may be a copy of it, called from the wrong folder
         return f"did you mean configs/{path.as_posix()}, which comes with stickslip?"
     if not path.suffix and (near := nearest(path.as_posix(), shipped)):
         return f"did you mean {near}, which comes with stickslip?"
-    if names:
-        return f"{where} holds {', '.join(names)}"
-    return f"{where} holds no YAML file; `stickslip init {path}` writes one to start from"
+    where = "this folder" if path.parent == FilePath() else str(path.parent)
+    return f"{where} holds {', '.join(names) or f'no YAML file; `stickslip init {path}` writes one to start from'}"
 
 
 def _place_in(text: str, position: int) -> Place:

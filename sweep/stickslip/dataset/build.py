@@ -1,6 +1,9 @@
-"""Arrays in, labelled datasets out.
+"""Cells that people give, and their results as labelled datasets.
 
-Three shapes of result: a map over a grid, cells one by one, one trajectory (`studies.py` has the others). Every
+Plain numbers and arrays are a list of cells, over the dimension ``cell``. Arrays of xarray keep their dimensions: those
+of different ones are broadcast by name, and their coordinates come with them.
+
+Four shapes of result: a map over a grid, cells one by one, one trajectory, and what a study says of cells. Every
 variable and coordinate gets its units and long name from the vocabulary; flags become int8 with their meanings beside
 them, so that the dataset is self-describing. `provenance` gives the global attributes.
 
@@ -11,29 +14,124 @@ also make xarray read floats), and attributes are text, numbers or arrays of one
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from math import prod
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.grid import quantity_of
+from stickslip.engine import Options
+from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import as_cells, check_names, numbers_of
+from stickslip.vocabulary.cells import Cells, Coordinate, Parameters
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
-
-if TYPE_CHECKING:
-    from stickslip.vocabulary.cells import Cells, Coordinate
+from stickslip.vocabulary.suggest import listed
 
 NO_FILL = {"_FillValue": None}
+_OF_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis that is given, which stay
 _COUNTS = ("steps", "scan_undecided", "node_count", "rank", "points", "draws_used", "fit_good")
 # whole numbers defined in every cell; other counts are NaN where nothing was counted
 _AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__slots__", ())} == {
     "_attrs", "_data", "_dims", "_encoding",
 }  # fmt: skip
+
+
+# --- cells ------------------------------------------------------------------------------------------------------------
+
+
+def given_cells(given: Mapping[str, Any] | xr.Dataset, options: Options) -> Cells:
+    """Cells as `evaluate` takes them. Raises TypeError and ValueError as `as_cells` does, and ValueError for arrays of
+    xarray whose indices differ or whose units are not those of their parameter.
+    """
+    if hasattr(given, "columns") and hasattr(given, "to_xarray"):  # a table of pandas, whose index is the dimension
+        check_names(given.columns)
+        given = given.to_xarray()
+    if isinstance(given, xr.Dataset):
+        named = {str(name): given[name] for name in given.variables if name in PARAMETERS}
+        return _labelled(named, dict(given.coords), options)
+    if not any(type(value) is xr.DataArray for value in given.values()):
+        _check_indices(given)
+        cells = Cells.of(as_cells(given, options.law))
+        return replace(cells, labelled=lambda: cell_coordinates(cells.listed, cells.size))
+    beside: dict[Hashable, xr.DataArray] = {}
+    for value in given.values():
+        if isinstance(value, xr.DataArray):
+            beside |= {name: c for name, c in value.coords.items() if name not in beside}
+    return _labelled(dict(given), beside, options)
+
+
+def _labelled(given: Mapping[str, Any], beside: Mapping[Hashable, xr.DataArray], options: Options) -> Cells:
+    """Cells of arrays with names of dimensions; `beside` are all their coordinates."""
+    arrays = {name: _in_si(name, value) for name, value in given.items() if isinstance(value, xr.DataArray)}
+    plain = {name: value for name, value in given.items() if name not in arrays}
+    if loose := [name for name, value in plain.items() if np.ndim(value)]:
+        first = next(iter(arrays))
+        raise TypeError(f"{listed(loose, 'and')}: got an array without dimensions beside {first}, which has them; "
+                        "expected a number or a DataArray")  # fmt: skip
+    try:
+        same = xr.broadcast(*xr.align(*arrays.values(), join="exact"))
+    except ValueError as error:
+        raise ValueError(f"{listed(arrays, 'and')} do not fit together: {error}") from None
+    dims, shape = tuple(map(str, same[0].dims)), same[0].shape
+    _check_dims(dims, arrays)
+    cells = as_cells({name: array.values for name, array in zip(arrays, same, strict=True)} | plain, options.law)
+    if cells["mass"].size != prod(shape):  # there are none, or no dimensions
+        cells = {name: np.broadcast_to(values, prod(shape)) for name, values in cells.items()}
+    return Cells(dims, shape, listed=cells, labelled=lambda: _coordinates(cells, arrays, beside, dims))
+
+
+def _coordinates(
+    cells: Parameters, arrays: Mapping[str, xr.DataArray], beside: Mapping[Hashable, xr.DataArray],
+    dims: tuple[str, ...],
+) -> dict[str, xr.Variable]:  # fmt: skip
+    """Every parameter with the dimensions it was given with, and what else came with the arrays."""
+    coordinates = {}
+    for name, values in cells.items():
+        if (array := arrays.get(name)) is not None:
+            coordinates[name] = parameter_variable(name, tuple(map(str, array.dims)), array.values)
+            coordinates[name].attrs |= {key: array.attrs[key] for key in _OF_AXES if key in array.attrs}
+        elif values.size:
+            coordinates[name] = parameter_variable(name, (), values[0])
+    for other, array in beside.items():
+        if other not in coordinates and set(array.dims) <= set(dims):
+            coordinates[str(other)] = array.variable.to_base_variable()
+    return coordinates
+
+
+def _in_si(name: str, array: xr.DataArray) -> xr.DataArray:
+    """The array in the units of its parameter; names of none are left to `as_cells`."""
+    if name not in PARAMETERS:
+        return array
+    unit, row = units.said_by(array), PARAMETERS[name]
+    if isinstance(array.data, np.ndarray) and array.dtype.kind in "iuf" and unit in (None, row.units):
+        return array
+    in_other = {} if unit in (None, row.units) else {DISPLAY: unit}
+    return array.copy(data=numbers_of(row, array)).assign_attrs({"units": row.units, **in_other})
+
+
+def _check_indices(given: Mapping[str, Any]) -> None:
+    """Columns of pandas belong together by their index, which arrays have not."""
+    columns = {name: value for name, value in given.items() if hasattr(value, "index") and hasattr(value, "array")}
+    for name, column in columns.items():
+        first = next(iter(columns))
+        if not column.index.equals(columns[first].index):
+            raise ValueError(f"{first} and {name}: got columns of pandas with different indices; align them first")
+
+
+def _check_dims(dims: tuple[str, ...], arrays: Mapping[str, xr.DataArray]) -> None:
+    """No dimension is called what something else in the result is called."""
+    for dim in dims:
+        if dim in VARIABLES or (dim in PARAMETERS and (dim not in arrays or arrays[dim].dims != (dim,))):
+            what = "a result" if dim in VARIABLES else "a parameter whose values are others"
+            raise ValueError(f"got a dimension called {dim}, which is the name of {what}; rename it")
 
 
 # --- datasets ---------------------------------------------------------------------------------------------------------
@@ -109,6 +207,35 @@ def trace_dataset(
         v.name: variable_of(v, ("time",), np.asarray(samples[v.name])) for v in _declared(samples, TRACE_VARIABLES)
     }
     return xr.Dataset(variables, coordinates, {k: value for k, value in attributes.items() if k != "Conventions"})
+
+
+def study_dataset(
+    key: str, rows: Mapping[str, Variable], values: Mapping[str, NDArray[Any]], dims: Sequence[str],
+    shape: Sequence[int], coordinates: Mapping[str, xr.Variable], attributes: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """The result of a study, whose key becomes the attribute `result`.
+
+    rows : the declarations of its variables, whose own dimensions follow those of the cells. values : by the names of
+    some of them, each flat over the cells, with further dimensions as declared. dims, shape, coordinates : of the
+    cells, and whatever coordinates its own dimensions have.
+    """
+    variables = {
+        name: variable_of(rows[name], (*dims, *rows[name].dims), array.reshape((*shape, *array.shape[1:])))
+        for name, array in values.items()
+    }
+    return xr.Dataset(variables, dict(coordinates), {**attributes, "result": key})
+
+
+def of_parameter(row: Variable, parameter: str) -> Variable:
+    """A row for one parameter, with its long name, and with its unit where that is what the row says."""
+    about = SEARCHABLE[parameter]
+    units = about.units if row.units == "parameter" else row.units
+    return replace(row, units=units, long_name=f"{row.long_name}: {about.long_name}")
+
+
+def text_index(dim: str, texts: Sequence[str], long_name: str) -> xr.Variable:
+    """The index of a dimension whose points have names."""
+    return xr.Variable(dim, np.asarray(texts, str), {"long_name": long_name})
 
 
 def _declared(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:

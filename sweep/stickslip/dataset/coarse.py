@@ -41,8 +41,17 @@ class Coarse:
 
 def pixel_for(shape: tuple[int, int], most: tuple[int, int]) -> Pixel:
     """The smallest pixel with which there are no more than `most` along a side."""
-    rows, columns = (max(1, ceil(length / limit)) for length, limit in zip(shape, most, strict=True))
-    return rows, columns
+    return max(1, ceil(shape[0] / most[0])), max(1, ceil(shape[1] / most[1]))
+
+
+def pixel_note(pixel: Pixel, is_flag: bool) -> str:
+    """The meaning of a pixel, in words; nothing where it is one cell."""
+    if pixel == (1, 1):
+        return ""
+    rows, columns = pixel
+    cells = f"{columns} x {rows} cells" if rows > 1 and columns > 1 else f"{rows * columns} cells"
+    what = "their most frequent value" if is_flag else "the mean of those that have a value"
+    return f"each pixel shows {cells}: {what}"
 
 
 def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
@@ -52,15 +61,18 @@ def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
         of which all cells were left out are masked.
     """
     if array.dtype.kind == "f":
-        return _flags_with_gaps(array, pixel)
+        coarse = flags(array.fillna(_LEFT_OUT).astype(np.int8), pixel)
+        known = tuple(code for code in coarse.present if code != _LEFT_OUT)
+        hidden = coarse.values == _LEFT_OUT
+        masked = np.ma.masked_array(np.where(hidden, min(known, default=0), coarse.values), hidden)
+        return Coarse(masked, coarse.mixed, known)
     if pixel == (1, 1):
         cells = array.values
         return Coarse(cells, None, tuple(np.unique(cells).tolist()))
     codes: set[int] = set()
     values, mixed = _blank(array.shape, pixel, array.dtype), _blank(array.shape, pixel, np.dtype(np.bool_))
     for place, cells in _chunks(array, pixel):
-        present = np.unique(cells)
-        present = present[present != _LEFT_OUT]
+        present = np.unique(cells[cells != _LEFT_OUT])
         if not present.size:
             values[place] = _LEFT_OUT
             continue
@@ -69,15 +81,6 @@ def flags(array: xr.DataArray, pixel: Pixel) -> Coarse:
         mixed[place] = np.count_nonzero(counts, axis=0) > 1
         codes |= set(present.tolist())
     return Coarse(values, mixed, tuple(sorted(codes)))
-
-
-def _flags_with_gaps(array: xr.DataArray, pixel: Pixel) -> Coarse:
-    whole = array.fillna(_LEFT_OUT).astype(np.int8)
-    coarse = flags(whole, pixel)
-    present = tuple(code for code in coarse.present if code != _LEFT_OUT)
-    hidden = coarse.values == _LEFT_OUT
-    values = np.ma.masked_array(np.where(hidden, min(present, default=0), coarse.values), hidden)
-    return Coarse(values, coarse.mixed, present)
 
 
 def numbers(array: xr.DataArray, pixel: Pixel) -> Coarse:

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.dataset.display import unit_of
+from stickslip.dataset.polylines import CONTAINER
 from stickslip.errors import StoreError, visible
-from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
 from stickslip.vocabulary.flags import QUIET_STATES
@@ -88,7 +88,7 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     Of contours a row is a node, with what is known of its line. Raises StoreError for variables there are not, or whose
     dimensions do not fit together.
     """
-    ds = _by_node(ds) if "contour_found" in ds.attrs else _without_bounds(ds) if "quiet_above" in ds else ds
+    ds = _by_node(ds) if CONTAINER in ds else _without_bounds(ds) if "quiet_above" in ds else ds
     chosen = _named(ds, variables) if variables else _usual(ds)
     if not chosen:
         raise StoreError("nothing to write: the result holds no variables")
@@ -118,17 +118,17 @@ def write_table(
     target = Path(path)
     check_target(target, "table")
     table = table_of(ds, variables)
-    if target.suffix.lower() == ".xlsx":
-        if table.rows > _ROWS_OF_SHEET:
-            raise StoreError(
-                f"{target}: {table.rows:,} rows, and a sheet of Excel holds {_ROWS_OF_SHEET:,}\n"
-                "hint: write .csv, or a part of the result (stickslip export --select)"
-            )
-        with replaced(target) as temporary:
-            _write_excel(ds, table, temporary, progress, front)
-        return table
+    is_workbook = target.suffix.lower() == ".xlsx"
+    if is_workbook and table.rows > _ROWS_OF_SHEET:
+        raise StoreError(
+            f"{target}: {table.rows:,} rows, and a sheet of Excel holds {_ROWS_OF_SHEET:,}\n"
+            "hint: write .csv, or a part of the result (stickslip export --select)"
+        )
     with replaced(target) as temporary:
-        _write_csv(table, temporary, decimal, progress)
+        if is_workbook:
+            _write_excel(ds, table, temporary, progress, front)
+        else:
+            _write_csv(table, temporary, decimal, progress)
     return table
 
 
@@ -154,20 +154,17 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, progress: Progress | 
     about = [(name, visible(str(ds.attrs[name]))[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
     about += [(str(name), unit_of(c).text(c.item()) if c.dtype.kind in "fiu" else str(c.item()))
               for name, c in ds.coords.items() if not c.ndim]  # fmt: skip
+    whole = pd.concat(list(_frames(table, progress)), ignore_index=True)
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
         if front is not None:
             _write_front(writer.book.create_sheet(front.name), front)
-        whole = pd.concat(list(_frames(table, progress)), ignore_index=True)
         whole.to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0))
-        sheet = writer.sheets["data"]
-        for number, name in enumerate(whole.columns, 1):
-            letter = sheet.cell(1, number).column_letter
-            sheet.column_dimensions[letter].width = min(max(len(str(name)) + 2, 10), 40)
         pd.DataFrame(about, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
-        writer.sheets["about"].column_dimensions["A"].width = 30
-        writer.sheets["about"].column_dimensions["B"].width = 100
-        for name in writer.sheets:
-            _write_texts_as_texts(writer.sheets[name])
+        widths = {"data": [min(max(len(str(name)) + 2, 10), 40) for name in whole.columns], "about": [30, 100]}
+        for name, sheet in writer.sheets.items():
+            for number, width in enumerate(widths.get(name, ()), 1):
+                sheet.column_dimensions[sheet.cell(1, number).column_letter].width = width
+            _write_texts_as_texts(sheet)
 
 
 def _write_front(sheet: Any, front: Sheet) -> None:
@@ -212,7 +209,8 @@ def _frames(table: Table, progress: Progress | None) -> Iterator[pd.DataFrame]:
 
     largest = max(table.columns.values(), key=lambda array: (array.ndim, array.size))
     done, digits = 0, {name: _digits(array) for name, array in table.columns.items()}
-    for chunk in chunks(largest, _MOST_ROWS) if table.shape else ({},):
+    whole: Chunk = {dim: slice(None) for dim in table.dims}
+    for chunk in chunks(largest, _MOST_ROWS) if table.dims and table.rows else [whole]:
         columns = {}
         for (name, array), heading in zip(table.columns.items(), table.headings, strict=True):
             values = _column(array, table, chunk)
@@ -249,7 +247,8 @@ def _words(codes: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
     else:
         names = dict(zip(np.atleast_1d(attributes["flag_values"]).tolist(), meanings, strict=True))
     present, place = np.unique(codes, return_inverse=True)
-    return np.array([names.get(code, str(code)) for code in present.tolist()], object)[place.reshape(codes.shape)]
+    words = np.array([names.get(code, str(code)) for code in present.tolist()], object)
+    return np.asarray(words[place.reshape(-1)].reshape(codes.shape))
 
 
 def _unit(array: xr.DataArray) -> Unit:

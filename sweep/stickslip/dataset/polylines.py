@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.studies import CONTAINER
+from stickslip.dataset.display import MapAxis
 
+CONTAINER = "geometry"  # variable that says which others hold the nodes of lines, in the manner of CF
 Floats = NDArray[np.float64]
 Kind = tuple[int, int]  # regimes below and above
 
@@ -56,7 +56,15 @@ def border_lines(ds: xr.Dataset, x: MapAxis, y: MapAxis, at: Mapping[Hashable, o
     """
     if CONTAINER in ds.variables and "node_coordinates" in ds[CONTAINER].attrs:
         if {x.dim, y.dim} == set(plane_names(ds)):
-            yield from _contours(ds, x, at)
+            chosen = np.ones(ds.sizes["line"], np.bool_)
+            for name, value in at.items():
+                if name in ds.coords and ds[name].dims == ("line",):
+                    chosen &= _equal(ds[name].values, value)
+            for line in polylines(ds, chosen):
+                if plane_names(ds)[0] == x.dim:
+                    yield line
+                else:  # what was to the left is to the right in a mirror
+                    yield Polyline(line.y, line.x, line.right, line.left, line.closed)
         return
     along = str(ds.attrs.get("border_parameter", ""))
     across = next((axis for axis in (x, y) if axis.dim != along), x)
@@ -130,19 +138,6 @@ def _equal(values: NDArray[np.generic], other: object) -> NDArray[np.bool_]:
     if values.dtype.kind in "fiu" and others.dtype.kind in "fiu":
         return np.asarray(np.isclose(values, others, rtol=1e-12, atol=0.0, equal_nan=True))
     return np.asarray(values == others)
-
-
-def _contours(ds: xr.Dataset, x: MapAxis, at: Mapping[Hashable, object]) -> Iterator[Polyline]:
-    """The lines of one panel, with the axes of the map."""
-    chosen = np.ones(ds.sizes["line"], np.bool_)
-    for name, value in at.items():
-        if name in ds.coords and ds[name].dims == ("line",):
-            chosen &= _equal(ds[name].values, value)
-    for line in polylines(ds, chosen):
-        if plane_names(ds)[0] == x.dim:
-            yield line
-        else:  # what was to the left is to the right in a mirror
-            yield Polyline(line.y, line.x, line.right, line.left, line.closed)
 
 
 def _panel(ds: xr.Dataset, dims: Sequence[Hashable], at: Mapping[Hashable, object]) -> xr.Dataset | None:

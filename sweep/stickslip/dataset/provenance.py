@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
-from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -23,36 +22,23 @@ INCOMPLETE = "incomplete"  # attribute of a result that lacks blocks, unless its
 _REPORTED_PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4")
 
 
-def provenance(
-    configuration: str,
-    *,
-    title: str,
-    action: str = "computed",
-    institution: str | None = None,
-    more: Mapping[str, str] | None = None,
-) -> dict[str, str]:
+def provenance(configuration: str, *, title: str, action: str = "computed") -> dict[str, str]:
     """The global attributes of a dataset.
 
     configuration : the resolved configuration as text, everything needed to compute the dataset again.
     action : what was done, for the history line (a command, say).
-    more : further attributes, by name.
     """
-    now = strftime("%Y-%m-%dT%H:%M:%SZ", gmtime())
-    revision = git_revision()
-    source = f"stickslip {__version__}" + (f", git {revision}" if revision else "")
-    attributes = {
+    now, revision = strftime("%Y-%m-%dT%H:%M:%SZ", gmtime()), git_revision()
+    return {
         "Conventions": CONVENTIONS,
         "title": title,
-        "source": source,
+        "source": f"stickslip {__version__}" + (f", git {revision}" if revision else ""),
         "history": f"{now} stickslip {__version__}: {action}",
         "references": REFERENCES,
         "date_created": now,
         "software": software(),
         "configuration": configuration,
     }
-    if institution:
-        attributes["institution"] = institution
-    return attributes | dict(more or {})
 
 
 def git_revision() -> str | None:

@@ -6,7 +6,7 @@ The last two dimensions of a result are the axes of a picture, the others become
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from math import prod
 from typing import Any
 
@@ -15,7 +15,7 @@ import xarray as xr
 
 from stickslip.config.grid import quantity_of
 from stickslip.config.unit_warnings import misread
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells
@@ -69,13 +69,13 @@ def _dimension(ds: xr.Dataset, name: str) -> Hashable:
     for dim in ds.dims:
         if name in (dim, quantity_of(str(dim)), str(dim).removesuffix("_case")):
             return dim
-    dims = [str(dim) for dim in ds.dims]
-    raise PlotError(f"cannot select {name!r}; dimensions are {', '.join(dims)}{_suggestion(name, dims)}")
+    raise _unknown(repr(name), name, "dimensions", [str(dim) for dim in ds.dims])
 
 
-def _suggestion(name: str, among: Iterable[str]) -> str:
-    near = suggest(name, among)
-    return f"; did you mean {near}?" if near else ""
+def _unknown(what: str, name: str, kind: str, known: Sequence[str]) -> PlotError:
+    """The error of a dimension or label that there is not."""
+    hint = f"; did you mean {near}?" if (near := suggest(name, known)) else ""
+    return PlotError(f"cannot select {what}; {kind} are {', '.join(known)}{hint}")
 
 
 def _position(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
@@ -89,8 +89,7 @@ def _position(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
         return _cell_of(ds, dim, value)
     labels = [str(label) for label in ds[dim].values]
     if str(value) not in labels:
-        hint = _suggestion(str(value), labels)
-        raise PlotError(f"cannot select {dim}={value}; labels are {', '.join(labels)}{hint}")
+        raise _unknown(f"{dim}={value}", str(value), "labels", labels)
     return labels.index(str(value))
 
 
@@ -175,22 +174,22 @@ def _is_numeric(ds: xr.Dataset, dim: Hashable) -> bool:
 # --- panels -----------------------------------------------------------------------------------------------------------
 
 
-def too_many(sizes: Mapping[Hashable, int]) -> list[Hashable]:
-    """The dimensions to fix so that no more panels than fit are left, the longest first. sizes : of all, in order."""
+def _panels(sizes: Mapping[Hashable, int]) -> tuple[dict[Hashable, int], list[Hashable]]:
+    """The dimensions of panels, and those to fix so that no more panels than fit are left, the longest first.
+
+    sizes : of all dimensions, in order.
+    """
     outer = {dim: size for dim, size in list(sizes.items())[:-2] if size > 1}
-    fixed = list[Hashable]()
-    while prod(outer.values()) > MAX_PANELS:
-        fixed.append(max(outer, key=lambda dim: outer[dim]))
-        del outer[fixed[-1]]
-    return fixed
+    longest = sorted(outer, key=lambda dim: -outer[dim])
+    fixed = next(i for i in range(len(outer) + 1) if prod(outer[dim] for dim in longest[i:]) <= MAX_PANELS)
+    return outer, longest[:fixed]
 
 
 def left_out(sizes: Mapping[Hashable, int]) -> str | None:
     """The panels that a picture of dimensions of these sizes leaves out, in words; None for none."""
-    fixed = too_many(sizes)
+    outer, fixed = _panels(sizes)
     if not fixed:
         return None
-    outer = {dim: size for dim, size in list(sizes.items())[:-2] if size > 1}
     counts = ", ".join(f"{dim} ({size:,})" for dim, size in outer.items())
     at = " and ".join(f"the middle {dim}" for dim in fixed)
     return (
@@ -205,13 +204,13 @@ def part_that_fits(ds: xr.Dataset, dims: Sequence[Hashable]) -> tuple[xr.Dataset
 
     dims : of what is drawn.
     """
-    fixed = too_many({dim: ds.sizes[dim] for dim in dims if dim not in _NO_PANELS})
+    _, fixed = _panels({dim: ds.sizes[dim] for dim in dims if dim not in _NO_PANELS})
     if not fixed:
         return ds, []
     ds = ascending(ds)
     at = {dim: ds.sizes[dim] // 2 for dim in fixed}
-    title = f"{ds.attrs.get('title', '')}\n{', '.join(MapAxis(ds, dim).heading(i) for dim, i in at.items())}"
-    points = [MapAxis(ds, dim, plain=True).heading(i) for dim, i in at.items()]
+    headings, points = ([MapAxis(ds, dim, plain).heading(i) for dim, i in at.items()] for plain in (False, True))
+    title = f"{ds.attrs.get('title', '')}\n{', '.join(headings)}"
     return ds.isel(at).assign_attrs(title=title.strip()), points
 
 

@@ -7,14 +7,13 @@ knows what is in the cache.
 
 from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, compute, compute_range, solve
 from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
-from stickslip.engine.exponents import friction_at_belt_speed, kernels_for
+from stickslip.engine.dispatch import friction_at_belt_speed, kernels_for
 from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
 from stickslip.engine.scales import to_kernel, to_si
-from stickslip.engine.threads import in_order, spread, stop_flag
+from stickslip.engine.threads import in_order, processors, spread, stop_flag
 from stickslip.engine.traces import flows, sampled, trajectory
 from stickslip.errors import NotReachedError
-from stickslip.files.process import processors
 from stickslip.vocabulary.scales import Scales
 
 __all__ = [

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine.compiled import warm_up
-from stickslip.engine.exponents import run_regimes
+from stickslip.engine.dispatch import has_own_kernels, run_regimes
 from stickslip.engine.margins import integrate_closely
-from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns, whole_numbers
 from stickslip.engine.scales import to_kernel, to_si
-from stickslip.engine.threads import spread, stop_flag
+from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.errors import StoppedError
-from stickslip.files.process import processors
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes
@@ -49,7 +48,7 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
     Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed". A few
     cells are finished first.
     """
-    if options.law != "stribeck_delta":  # whose kernels depend on the cells (`exponents.py`)
+    if not has_own_kernels(options):  # else they are loaded where they are needed
         warm_up(options.law)
     size = cells.size
     if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start
@@ -84,8 +83,9 @@ def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) 
     found = to_si(rows, part, options)
     if progress:
         progress(done, cells.size)
-    whole = {name: kind for name, kind in columns(options).items() if kind.kind != "f"}
-    return Computed(found | {name: found[name].astype(kind) for name, kind in whole.items()}, done)
+    for name, kind in whole_numbers(options).items():
+        found[name] = found[name].astype(kind)
+    return Computed(found, done)
 
 
 def compute_range(

@@ -12,7 +12,7 @@ from stickslip.engine.compiling import compile_apart
 from stickslip_kernels import objects, runtime
 
 _loading = threading.Lock()
-_machines: dict[tuple[str, bool], runtime.Machine] = {}
+_machines: dict[tuple[str, bool], runtime.Kernels] = {}
 
 
 def _free_after_fork() -> None:
@@ -44,12 +44,12 @@ def warm_up(name: str = "stribeck", signals: bool = False) -> None:
     kernels(name, signals)
 
 
-def kernels(name: str, signals: bool = False) -> runtime.Machine:
+def kernels(name: str, signals: bool = False) -> runtime.Kernels:
     """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
     if (name, signals) not in _machines:
         with _loading:
             if (name, signals) not in _machines:
-                _machines[name, signals] = runtime.Machine(_addresses(name, signals), signals)
+                _machines[name, signals] = runtime.Kernels(_addresses(name, signals), signals)
     return _machines[name, signals]
 
 

@@ -35,7 +35,7 @@ _TRY = (
 def compile_apart(name: str, signals: bool) -> Object:
     """The object with the kernels of a law: from the cache, or from another process, and then put there.
 
-    One process of this user at a time on this machine compiles. Warns, once the kernels are there, where they could not
+    Of one object, one process of this user at a time. Warns, once the kernels are there, where they could not
     be kept. Raises RuntimeError with what the other process says if it fails.
     """
     if objects.CACHE_FOLDER is None:
@@ -45,7 +45,7 @@ def compile_apart(name: str, signals: bool) -> Object:
     path = objects.CACHE_FOLDER / objects.name_of(name, signals)
     if found := _cached(path, signals):
         return found
-    with _alone():
+    with _alone(path.stem.partition("-numba")[0]):
         if found := _cached(path, signals):  # another process may have been first
             return found
         made = _compile(name, signals)
@@ -104,9 +104,11 @@ def _python(script: str) -> subprocess.CompletedProcess[bytes]:
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """One process of this user and machine at a time, where the system has such locks; they end with their process."""
-    descriptor = _lock_file()
+def _alone(name: str) -> Iterator[None]:
+    """One process of this user and machine at a time for each name, where the system has such locks; they end with
+    their process.
+    """
+    descriptor = _lock_file(name)
     if descriptor is None:
         yield
         return
@@ -131,11 +133,11 @@ def _lock(file: IO[bytes]) -> None:
     file.write(f"process {os.getpid()}, since {strftime('%H:%M:%S')}".encode())  # of this user, whose lock it is
 
 
-def _lock_file() -> int | None:
+def _lock_file(name: str) -> int | None:
     """The file of the lock, open; None where there is none to be had."""
     if not hasattr(os, "O_NOFOLLOW"):  # Windows
         return None
-    path = Path(tempfile.gettempdir()) / f"stickslip-compiling-{os.getuid()}"
+    path = Path(tempfile.gettempdir()) / f"stickslip-compiling-{name}-{os.getuid()}"
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o600)
     except OSError as error:

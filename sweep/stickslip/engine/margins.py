@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.exponents import run_regimes
+from stickslip.engine.dispatch import run_regimes
 from stickslip.engine.options import Options, StopFlag
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes

@@ -1,4 +1,4 @@
-"""How to integrate, and what comes back."""
+"""Options of an integration, and its results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SolverKeywords(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Options:
-    """How to integrate and how to spread the work. Defaults and limits are those of the configuration.
+    """Options of an integration, and of how work is spread. Defaults and limits are those of the configuration.
 
     law : one of `vocabulary.models.LAWS`. horizon : s; inf for none. threads : None for one per processor.
     block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.
@@ -110,9 +110,14 @@ class Computed:
         return self.done == len(self.results["regime"])
 
 
-def columns(options: Options) -> dict[str, np.dtype[Any]]:
+def columns(options: Options) -> Mapping[str, np.dtype[Any]]:
     """Names and types of what `compute` gives, in its order."""
-    return dict(_columns(model_of(options.law), options.early_stop, options.variables))
+    return _columns(model_of(options.law), options.early_stop, options.variables)
+
+
+def whole_numbers(options: Options) -> Mapping[str, np.dtype[Any]]:
+    """Those among them that are not floating-point numbers, which is what the kernels give."""
+    return _whole_numbers(model_of(options.law), options.early_stop, options.variables)
 
 
 @lru_cache
@@ -120,3 +125,8 @@ def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> 
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     names = [v.name for v in variables_of_model(model).values() if v.when == "always" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}
+
+
+@lru_cache
+def _whole_numbers(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
+    return {name: kind for name, kind in _columns(model, early_stop, chosen).items() if kind.kind != "f"}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.exponents import run_signals
+from stickslip.engine.dispatch import run_signals
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Parameters
@@ -29,7 +29,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class RigRuns:
-    """What the kernels return for some rigs, in SI.
+    """Results of the kernels for some rigs, in SI.
 
     results : by names of `rig.quantities.EXACT`, one number per rig; NaN but for status and steps where it did not get
         to the end.

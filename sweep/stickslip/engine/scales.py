@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,13 @@ from stickslip.vocabulary.scales import Scales
 from stickslip_kernels import layout
 
 Floats = NDArray[np.float64]
+_ROWS = {name: row for name, row in vars(layout).items() if isinstance(row, int)}
 
 
 def to_kernel(cells: Parameters, horizon: float, options: Options) -> Floats:
     """Cells in SI to the rows of `layout.py`, shape (CELL_ROWS, n); horizon in s."""
     by = Scales(cells)
-    rows = np.empty((layout.CELL_ROWS, by.mass.size))
+    rows = np.zeros((layout.CELL_ROWS, by.mass.size))
     rows[layout.GAMMA] = cells["damping"] / by.impedance
     rows[layout.BELT] = cells["belt_speed"] / by.speed
     rows[layout.XI_START] = cells["displacement"] * by.stiffness / by.load
@@ -27,7 +29,7 @@ def to_kernel(cells: Parameters, horizon: float, options: Options) -> Floats:
     rows[layout.CONTACT_START] = cells["contact_time"] * by.rate
     rows[layout.HORIZON] = horizon * by.rate
     for name, values in model_of(options.law).to_kernel(cells, by).items():
-        rows[getattr(layout, name)] = values
+        rows[_ROWS[name]] = values
     return rows
 
 
@@ -67,12 +69,19 @@ _CONVERSIONS: dict[str, _Conversion] = {  # what all cells have; the models have
 
 def to_si(rows: Floats, cells: Parameters, options: Options) -> Results:
     """The rows `run_block` filled to the variables people know: those that the options keep, in their order."""
-    by, own = Scales(cells), model_of(options.law).to_si
+    by = Scales(cells)
+    return {name: convert(rows, by) for name, convert in _conversions(options).items()}
 
-    def row(name: str) -> Floats:
-        return np.asarray(rows[getattr(layout, name)])
 
-    return {name: own[name](row, by) if name in own else _CONVERSIONS[name](rows, by) for name in columns(options)}
+@lru_cache(maxsize=16)
+def _conversions(options: Options) -> dict[str, _Conversion]:
+    own = {name: _of_model(convert) for name, convert in model_of(options.law).to_si.items()}
+    return {name: (_CONVERSIONS | own)[name] for name in columns(options)}
+
+
+def _of_model(convert: Callable[[Callable[[str], Floats], Scales], Floats]) -> _Conversion:
+    """The conversion of a model, which names rows."""
+    return lambda rows, by: convert(lambda name: rows[_ROWS[name]], by)
 
 
 def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDArray[np.float64]) -> Results:

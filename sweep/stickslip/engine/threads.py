@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -11,13 +12,17 @@ from typing import TypeVar
 import numpy as np
 
 from stickslip.engine.options import StopFlag
-from stickslip.files.process import processors
 
 T = TypeVar("T")
 Item = TypeVar("Item")
 
 _QUEUED_PER_THREAD = 4
 _PATIENCE = 0.2  # s between checks for Ctrl-C where waiting cannot be interrupted (Windows)
+
+
+def processors() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def stop_flag() -> StopFlag:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.exponents import run_signals
+from stickslip.engine.dispatch import run_signals
 from stickslip.engine.options import Options, Results
 from stickslip.engine.scales import signals_to_si, to_kernel
 from stickslip.engine.threads import stop_flag

@@ -9,17 +9,15 @@ from functools import partial
 from math import isnan
 from typing import Any
 
-from bokeh.models import Button, Checkbox, Column, ColumnDataSource, CustomJS, Row, Select, Slider, UIElement
+from bokeh.models import Button, Checkbox, Column, ColumnDataSource, Row, Select, Slider, UIElement
 
 from stickslip import sound
-from stickslip.dataset.axis import spoken
-from stickslip.explore import page
-from stickslip.explore.figures import place_format
 from stickslip.explore.html import part
 from stickslip.explore.motions import CellMotions
-from stickslip.explore.page import WIDGETS, words
+from stickslip.explore.page import WIDGETS, Page, calling, place_format, words
 from stickslip.explore.source import Source
-from stickslip.explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of, start_value
+from stickslip.explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of
+from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.parameter import NAN
 
 _STEPS = 400  # of a slider
@@ -84,7 +82,7 @@ class Controls:
     def _slider(self, limits: SliderRange, view: View) -> UIElement:
         """The slider of a quantity, with a box that switches it on where it may be absent."""
         name, label = limits.name, spoken(limits.name)
-        value = view.values.get(name, start_value(self._source, name))
+        value = view.values.get(name, limits.start)
         slider = _slider(limits, label, limits.otherwise if isnan(value) else value)
         if not limits.may_be_absent:
             slider.on_change("value", lambda _a, _o, new: self._changed(name, _si(limits, new)))
@@ -106,21 +104,20 @@ class Controls:
 
 def _slider(limits: SliderRange, label: str, value: float) -> Slider:
     """A slider over the places of a quantity in its unit."""
-    unit = limits.unit
-    low, high, at = (limits.place(one / unit.size) for one in (limits.low, limits.high, value))
+    low, high, at = map(limits.place, (limits.low, limits.high, value))
     step = (high - low) / _STEPS
     return Slider(
         start=low, end=high, value=min(max(at, low), high), step=step, title=label, name=f"slider_{limits.name}",
-        format=place_format(limits.is_log, unit.name, _ROUNDING * step), **_WIDE,
+        format=place_format(limits.is_log, limits.unit.name, _ROUNDING * step), **_WIDE,
     )  # fmt: skip
 
 
 def _si(limits: SliderRange, place: float) -> float:
     """The value of a place on the slider."""
-    span = (limits.high - limits.low) / limits.unit.size
+    span = limits.place(limits.high) - limits.place(limits.low)
     if not limits.is_log and abs(place) < _ROUNDING * span / _STEPS:
         return 0.0
-    return limits.value(float(place)) * limits.unit.size
+    return limits.value(float(place))
 
 
 def _select(
@@ -141,19 +138,17 @@ class Actions:
     """
 
     def __init__(
-        self, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None],
+        self, page: Page, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None],
         texts: Callable[[str], str],
     ) -> None:  # fmt: skip
-        self._texts = texts
-        self._shown = {"command": "", "yaml": ""}
-        self._copied = ColumnDataSource({}, name="texts")
+        self._page, self._texts = page, texts
         self._outbox = ColumnDataSource({"name": [], "text": []}, name="outbox")
-        self._outbox.js_on_change("data", CustomJS(args={"box": self._outbox}, code=page.DOWNLOAD))
+        self._outbox.js_on_change("data", calling("download", box=self._outbox))
         self._wave = ColumnDataSource({"wav": []}, name="sound")
-        self._wave.js_on_change("data", CustomJS(args={"wave": self._wave}, code=page.PLAY))
+        self._wave.js_on_change("data", calling("play", wave=self._wave))
         self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
         self._loud = Checkbox(label="as loud as may be", name="loud", stylesheets=[WIDGETS], margin=(10, 5, 5, 5))
-        self._heard, self._reproduce = words("heard"), words("reproduce")
+        self._heard = words("heard")
         self._heard.visible = False
         pins = [_button(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
         sounds = [
@@ -167,7 +162,7 @@ class Actions:
         copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
         rows = [
             _row(*pins, _button("Unpin", "unpin", unpin)), _row(*sounds, self._pace, self._loud), self._heard,
-            _row(*files, *copies), self._reproduce,
+            _row(*files, *copies), page.reproduce,
         ]  # fmt: skip
         self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
         self.column.tags = [self._outbox, self._wave]  # what no widget shows is a part of the document all the same
@@ -182,23 +177,11 @@ class Actions:
         """True if each sound is as loud as may be; else all are of one scale."""
         return bool(self._loud.active)
 
-    @property
-    def yaml(self) -> str:
-        """The YAML that is shown."""
-        return self._shown["yaml"]
-
-    def show(self, **texts: str) -> None:
-        """Show the command or the YAML that reproduces what is seen."""
-        self._shown |= texts
-        self._copied.tags = [dict(self._shown)]
-        command = part("command", self._shown["command"]) if self._shown["command"] else ""
-        self._reproduce.text = command + part("yaml", self._shown["yaml"])
-
     def play(self, name: str, heard: sound.Sound) -> None:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
         self._heard.visible = True
-        self._heard.text = part("sound", name, heard.told(), heard.remarks())
+        self._heard.text = part("sound", name, heard.described(), heard.remarks())
 
     def _send(self, name: str) -> None:
         if text := self._texts(name):
@@ -206,8 +189,7 @@ class Actions:
 
     def _copying(self, label: str, which: str) -> Button:
         button = Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
-        given = {"texts": self._copied, "which": which, "button": button, "label": label}
-        button.js_on_click(CustomJS(args=given, code=page.COPY))
+        button.js_on_click(calling("copy", texts=self._page.texts, which=which, button=button, label=label))
         return button
 
 

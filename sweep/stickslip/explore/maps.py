@@ -15,26 +15,24 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
+from stickslip.config.studies import Finished, Study, section_of_call
 from stickslip.dataset import coarse
-from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import Pixel
-from stickslip.dataset.display import unit_of
-from stickslip.dataset.polylines import polylines
+from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
-from stickslip.explore.view import FULL, Sides, View, start_value
-from stickslip.plots.painting import note
-from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint
+from stickslip.explore.view import FULL, Sides, View
+from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.maps import MapStudy
 from stickslip.studies import borders
-from stickslip.studies.study import Finished, Study
 from stickslip.vocabulary.display_units import Unit, number, unit_for
-from stickslip.vocabulary.flags import FLAGS, flag_label
+from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.units import spelled
 
 Floats = NDArray[np.float64]
-LEVELS = 255  # of the colours of numbers; one more is for cells without a value
+SHADES = 256  # colours of a picture
+_LEVELS = SHADES - 1  # of the colours of numbers; the last one is for cells without a value
 HOVER = ("regime", "frequency", "stick_fraction", "velocity_amplitude", "slip_speed_max", "spring_force_max")
 _ORDER = {name: i for i, name in enumerate(VARIABLES)}
 _BLANK = "#ffffff"  # of cells without a flag
@@ -78,6 +76,10 @@ class Side:
         """The coordinate of pixel `i`: a value in SI, or the position of a listed point."""
         return i if self.kind == "listed" else float(self.values[i])
 
+    def text(self, at: float | int) -> str:
+        """Such a coordinate in words."""
+        return self.labels[int(at)] if self.kind == "listed" else self.unit.text(float(at), 4)
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -94,9 +96,9 @@ class Column:
 class Picture:
     """A map as it is drawn.
 
-    shades : (rows, columns), numbers of colours in `palette`. legend : names and colours of flags. ticks : of the scale
-    of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not one cell. cells : the
-    dataset behind it. regions : names of flags, and where in the picture they are written: x and y.
+    shades : (rows, columns), numbers of colours in `palette`, which has `SHADES`. legend : names and colours of flags.
+    ticks : of the scale of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not
+    one cell. cells : the dataset behind it. regions : names of flags, and where they are written: x and y.
     """
 
     y: Side
@@ -111,11 +113,6 @@ class Picture:
     columns: tuple[Column, ...]
     cells: xr.Dataset
     regions: tuple[tuple[str, float, float], ...] = ()
-
-    @property
-    def size(self) -> int:
-        """Number of pixels."""
-        return self.shades.size
 
     @cached_property
     def by_name(self) -> dict[str, Column]:
@@ -157,7 +154,7 @@ def read(source: Source, view: View) -> xr.Dataset:
         if name not in view.plane:
             at[dim] = view.points.get(name, 0)
             if name not in view.points and MapAxis(ds, dim).is_numeric:
-                value = view.values.get(name, start_value(source, name))
+                value = view.values.get(name, source.typical[name])
                 at[dim] = int(np.abs(ds[dim].values - value).argmin())
     return ds.isel(at).transpose(dims[view.y], dims[view.x], ...)
 
@@ -186,8 +183,8 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     columns = tuple(_column(ds[name], pixel) for name in names)
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return Picture(
-        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit), note(pixel, is_flag) or "",
-        columns, ds, regions(variable, shades, y, x) if is_flag else (),
+        y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit),
+        coarse.pixel_note(pixel, is_flag), columns, ds, regions(variable, shades, y, x) if is_flag else (),
     )  # fmt: skip
 
 
@@ -204,7 +201,7 @@ def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[
         away = distance_transform_edt(inside, sampling=(_SHAPE, 1.0))[1:-1, 1:-1]
         i, j = np.unravel_index(int(away.argmax()), away.shape)
         if away[i, j] >= _WIDE * _PLACES:
-            name = flag_label(list(FLAGS[variable])[code]).partition(" (")[0].replace("_", "-")
+            name = regime_label(list(FLAGS[variable])[code]).partition(" (")[0]
             named.append((name, float(x.centres[columns[j]]), float(y.centres[rows[i]])))
     return tuple(named)
 
@@ -245,13 +242,13 @@ def _shaded(
         painted = paint(variable, known, reduced.present)
         colours = [to_hex(painted.colours(painted.norm(code))) for code in range(2 * len(FLAG_COLOURS[variable]))]
         shades = np.ma.filled(values.astype(np.uint8), len(colours))
-        return shades, (*colours, _BLANK), painted, known
+        return shades, (*colours, *[_BLANK] * (SHADES - len(colours))), painted, known
     values = coarse.numbers(array, pixel).values
     painted = paint(variable, values)
     finite = np.isfinite(values)
     shares = np.asarray(painted.norm(np.where(finite, values, float(painted.norm.vmin or 0.0))), np.float64)
-    shades = np.where(finite, np.clip(shares * (LEVELS - 1), 0, LEVELS - 1).round(), LEVELS)
-    colours = [to_hex(painted.colours(i / (LEVELS - 1))) for i in range(LEVELS)]
+    shades = np.where(finite, np.clip(shares * (_LEVELS - 1), 0, _LEVELS - 1).round(), _LEVELS)
+    colours = [to_hex(painted.colours(i / (_LEVELS - 1))) for i in range(_LEVELS)]
     return shades.astype(np.uint8), (*colours, UNDEFINED_COLOUR), painted, values
 
 
@@ -275,7 +272,7 @@ def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
 def _column(array: xr.DataArray, pixel: Pixel) -> Column:
     name = str(array.name)
     if name in FLAGS:
-        labels = tuple(flag_label(flag).replace("_", " ") for flag in FLAGS[name])
+        labels = tuple(map(regime_label, FLAGS[name]))
         codes = np.ma.filled(coarse.flags(array, pixel).values.astype(np.float32), np.nan)
         return Column(name, name, Unit(), codes, labels)
     values = coarse.numbers(array, pixel).values
@@ -307,7 +304,8 @@ def _label(array: xr.DataArray) -> str:
 Line = tuple[NDArray[np.float64], NDArray[np.float64]]
 # To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
 # a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
-_BORDER_POINTS, _SCAN, _TOLERANCE, _STEPS = 128, 64, 1e-5, 10_000
+_BORDER_POINTS, _STEPS = 128, 10_000
+_LIMITS = {"scan": 64, "tolerance": 1e-5}
 
 
 def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
@@ -315,26 +313,27 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
 
     In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
     """
-    y, x = config.axes
-    limits, options = borders.Limits(_SCAN, _TOLERANCE), options_of(config)
+    options = options_of(config)
     options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
-    ranges = [axis for axis in (x, y) if isinstance(axis, Range)]
+    ranges = [axis for axis in config.axes if isinstance(axis, Range)]
     if not ranges:
         return []
     study: Study
     if len(ranges) == 2:
-        plane = borders.plane_over(config, (y.name, x.name), {}, _BORDER_POINTS, options)
-        study = borders.ContourStudy(*plane, limits, options)
+        plane = borders.plane_over(config, (ranges[0].name, ranges[1].name), {}, _BORDER_POINTS, options)
+        study = borders.ContourStudy(*plane, section_of_call(borders.Contours, **_LIMITS), options)
     else:
-        lines = borders.lines_along(config, ranges[0].name, None, _SCAN, options)
-        study = borders.BorderStudy(*lines, limits, options)
+        section = section_of_call(borders.Border, along=ranges[0].name, **_LIMITS)
+        lines = borders.lines_along(config, section.along, None, section.scan, options)
+        study = borders.BorderStudy(*lines, section, options)
     finished = study.compute(range(prod(study.shape)), stop)
     if not finished.complete:
         return None
-    ds = study.dataset([finished.results], {})
-    if len(ranges) == 2:
-        return [(shown.x.places(line.x), shown.y.places(line.y)) for line in polylines(ds)]
-    return _strokes(ds, shown, ranges[0].name == shown.x.name)
+    if len(ranges) == 1:
+        return _strokes(study.dataset([finished.results], {}), shown, ranges[0].name == shown.x.name)
+    ends = np.cumsum(finished.results["node_count"])[:-1]
+    columns = (shown.x.places(finished.results["x"]), shown.y.places(finished.results["y"]))
+    return [(x, y) for x, y in zip(*(np.split(column, ends) for column in columns), strict=True) if x.size]
 
 
 def _strokes(ds: xr.Dataset, shown: Picture, along_x: bool) -> list[Line]:

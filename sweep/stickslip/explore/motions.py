@@ -80,6 +80,12 @@ class CellMotions:
         return (self.stick,) if self.sliding is None else (self.stick, self.sliding)
 
 
+def motions_by_line(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> dict[str, Motion]:
+    """The motions that are drawn, by the names of their lines: both of a cell, and those from stick of pinned ones."""
+    own = {} if current is None else dict(zip(("stick", "sliding"), current.motions, strict=False))
+    return own | {name: replace(motions.stick, label=name) for name, motions in pinned.items()}
+
+
 def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     """Both motions of a cell (parameters in SI by name). Raises TypeError or ValueError for what is no cell."""
     options = replace(options, early_stop=True, threads=1)

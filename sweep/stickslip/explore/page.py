@@ -1,95 +1,169 @@
-"""The page: its figures, words and buttons, the template around them, and the little that runs in the browser."""
+"""The page: its map, the four figures of a cell and the words around them, drawn by Bokeh; `page.js` is its browser."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from importlib.resources import files
+from math import isfinite
 from typing import Any
 
+import numpy as np
 from bokeh.document import Document
 from bokeh.events import MouseLeave, MouseMove
-from bokeh.models import ColumnDataSource, CustomJS, Div, UIElement
-
-from stickslip.dataset.axis import spoken
-from stickslip.explore.figures import LINES, CellFigures, MapFigure, motions_by_line
-from stickslip.explore.html import legend_html, numbers_html
-from stickslip.explore.maps import Picture
-from stickslip.explore.motions import CellMotions, Motion
-from stickslip.explore.source import Source
-from stickslip.plots.palette import FLAG_COLOURS
-from stickslip.vocabulary.display_units import Unit
-
-# Under the pointer: the cell in words. `columns` has the numbers of all pixels, its tag says what they are.
-READOUT = """
-const box = document.getElementById("readout")
-const meta = columns.tags[0]
-if (box == null || meta == null) return
-const pixel = (side, place) => {
-  const i = Math.floor((place - side.low)/(side.high - side.low)*side.n)
-  return i >= 0 && i < side.n ? i : null
-}
-const digits = (value) => String(Number(value.toPrecision(4)))
-const words = (side, i) => {
-  if (side.labels.length > 0) return side.labels[i]
-  const place = side.low + (i + 0.5)*(side.high - side.low)/side.n
-  return `${digits(side.log ? 10**place : place)} ${side.unit}`
-}
-const [i, j] = [pixel(meta.x, cb_obj.x), pixel(meta.y, cb_obj.y)]
-if (i == null || j == null) { box.style.display = "none"; return }
-const rows = [[meta.x.label, words(meta.x, i)], [meta.y.label, words(meta.y, j)]]
-for (const column of meta.columns) {
-  const value = columns.data[column.name][j*meta.x.n + i]
-  if (!Number.isFinite(value)) continue
-  if (column.names.length > 0) rows.push([column.label, column.names[value]])
-  else rows.push([column.label, `${digits(value)} ${column.unit}`])
-}
-const cell = (kind, text) => { const one = document.createElement(kind); one.textContent = text; return one }
-const table = document.createElement("table")
-for (const [name, text] of rows) {
-  const row = document.createElement("tr")
-  row.append(cell("th", name), cell("td", text))
-  table.append(row)
-}
-box.replaceChildren(table)
-box.style.display = "block"
-const room = box.parentElement.getBoundingClientRect()
-const right = cb_obj.sx + 18 + box.offsetWidth < room.width
-box.style.left = `${right ? cb_obj.sx + 18 : Math.max(0, cb_obj.sx - 12 - box.offsetWidth)}px`
-box.style.top = `${Math.max(0, Math.min(cb_obj.sy + 12, room.height - box.offsetHeight))}px`
-"""
-HIDE_READOUT = """
-const box = document.getElementById("readout")
-if (box != null) box.style.display = "none"
-"""
-# A text that the server has put together, as a file of the person who asked for it.
-DOWNLOAD = """
-const [name] = box.data.name, [text] = box.data.text
-if (name == null) return
-const link = document.createElement("a")
-link.href = URL.createObjectURL(new Blob([text], {type: "text/plain;charset=utf-8"}))
-link.download = name
-link.click()
-setTimeout(() => URL.revokeObjectURL(link.href), 10000)
-"""
-# One sound at a time.
-PLAY = """
-const [wav] = wave.data.wav
-if (wav == null) return
-window.stickslip_sound?.pause()
-window.stickslip_sound = new Audio(`data:audio/wav;base64,${wav}`)
-window.stickslip_sound.play().catch((error) => console.warn(`no sound: ${error}`))
-"""
-COPY = """
-const text = texts.tags[0]?.[which] ?? ""
-navigator.clipboard.writeText(text).then(
-  () => { button.label = "copied"; setTimeout(() => { button.label = label }, 1200) },
-  () => { button.label = "not allowed by the browser"; setTimeout(() => { button.label = label }, 2000) },
+from bokeh.models import (
+    BasicTicker,
+    BasicTickFormatter,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTicker,
+    CustomJSTickFormatter,
+    Div,
+    FixedTicker,
+    LinearColorMapper,
+    PlainText,
+    Plot,
+    Range1d,
+    Span,
+    UIElement,
 )
-"""
+from bokeh.models.axes import Axis
+from bokeh.plotting import figure
+
+from stickslip.explore.html import LINES, STYLE, legend_html, numbers_html, part
+from stickslip.explore.maps import SHADES, Line, Picture, Side
+from stickslip.explore.motions import CellMotions, Motion, motions_by_line
+from stickslip.explore.source import Source
+from stickslip.plots.palette import BLACK, GREEN, GREY, PURPLE, VERMILLION
+from stickslip.vocabulary.display_units import Unit, spoken, unit_for
+
+TOOLS = "box_zoom,pan,wheel_zoom,reset,save"
+WIDGETS = ":host { font-size: 13px; --font-size: 13px; } .bk-slider-title, label { color: #1b1b1b; }"
+_MOST_LABELS = 16
+_LONGEST = 40  # letters of all labels along x, beyond which they are written at a slant
+_TICKS = 5  # along x: there is room for no more in a narrow window
+_MARKS = {"cell": "white", "A": GREEN, "B": PURPLE}
+_FIGURES = {"displacement": ("t", "x"), "velocity": ("t", "v"), "phase": ("x", "v"), "friction": ("w", "mu")}
+_COLUMNS = {"x": "displacement", "v": "velocity", "w": "relative_speed", "mu": "friction_coefficient"}  # of samples
+_BESIDE = {"cycle": "xv", "curve": ("w", "mu"), "steady": "xv", "blank": "xy"}  # columns of what surrounds the motions
+_NAMES = {"cycle": "unstable_cycle", "curve": "friction_curve", "steady": "steady_sliding", "blank": "blank"}
 
 
-def meta_of(shown: Any) -> dict[str, Any]:
-    """The data of a picture that `READOUT` reads."""
+def calling(function: str, **models: Any) -> CustomJS:
+    """A callback that runs in the browser: a function of `page.js`, given these models by name, and the event."""
+    return CustomJS(args=models, code=f"stickslip.{function}({{{', '.join(models)}}}, cb_obj)")
+
+
+def place_format(log: bool, unit: str, least: float) -> CustomJSTickFormatter:
+    """Places on a slider as values in their unit. least : what is closer to zero is zero."""
+    return CustomJSTickFormatter(
+        code="return stickslip.place_label(tick, log, unit, least)", args={"log": log, "unit": unit, "least": least}
+    )
+
+
+def _figure(name: str, **more: Any) -> figure:
+    """A figure without the logo and with what all of them have in common."""
+    plot = figure(tools=TOOLS, name=name, sizing_mode="stretch_both", **more)
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    plot.min_border_right = 12
+    plot.xgrid.grid_line_color = plot.ygrid.grid_line_color = "#e8e8e8"
+    for axis in plot.axis:
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_font_size = "12px"
+        axis.axis_label_standoff = 4
+        axis.major_label_text_font_size = "11px"
+    return plot
+
+
+def _source(name: str, *columns: str) -> ColumnDataSource:
+    return ColumnDataSource({column: [] for column in columns}, name=name)
+
+
+# --- the map ----------------------------------------------------------------------------------------------------------
+
+
+class MapFigure:
+    """The map: shades, exact borders, cells that were chosen; the numbers of all pixels, for the pointer."""
+
+    def __init__(self) -> None:
+        self.plot = plot = _figure(
+            "map", active_drag="box_zoom", x_range=Range1d(0, 1), y_range=Range1d(0, 1), min_height=280
+        )
+        plot.grid.visible = False
+        self.cells = _source("map_cells", "image", "x", "y", "dw", "dh")
+        self.lines = _source("map_borders", "xs", "ys")
+        self.marks = _source("map_marks", "x", "y", "name", "colour")
+        self.regions = _source("map_regions", "x", "y", "name")
+        self.columns = _source("map_columns")
+        self.mapper = LinearColorMapper(palette=["#ffffff"] * SHADES, low=-0.5, high=SHADES - 0.5)
+        plot.image("image", x="x", y="y", dw="dw", dh="dh", source=self.cells, color_mapper=self.mapper)
+        for colour, width in (("black", 3.4), ("white", 1.7)):
+            plot.multi_line("xs", "ys", source=self.lines, line_color=colour, line_width=width, line_join="round")
+        plot.text("x", "y", "name", source=self.regions, text_align="center", text_baseline="middle",
+                  text_font_size="12px", text_color="black", background_fill_color="white",
+                  background_fill_alpha=0.55, padding=2, border_radius=3)  # fmt: skip
+        plot.scatter("x", "y", source=self.marks, size=13, marker="circle", fill_color="colour", line_color="black",
+                     line_width=1.8)  # fmt: skip
+        plot.text("x", "y", "name", source=self.marks, x_offset=9, y_offset=-7, text_color="black",
+                  text_font_size="13px", text_font_style="bold", background_fill_color="white",
+                  background_fill_alpha=0.75)  # fmt: skip
+        plot.js_on_event(MouseMove, calling("read_out", columns=self.columns))
+        plot.js_on_event(MouseLeave, calling("hide_readout"))
+        self._sides: tuple[Any, ...] = ()
+
+    def show(self, shown: Picture) -> None:
+        """Draw a picture. What is in sight stays so as long as the sides are the same."""
+        described = (shown.x.name, shown.x.kind, shown.x.unit, shown.y.name, shown.y.kind, shown.y.unit)
+        if described != self._sides:
+            document = self.plot.document
+            with nullcontext() if document is None else document.models.freeze():  # else it counts them at each change
+                _lay_out(self.plot, shown.x, "x")
+                _lay_out(self.plot, shown.y, "y")
+                for in_sight, (low, high) in ((self.plot.x_range, shown.x.ends), (self.plot.y_range, shown.y.ends)):
+                    in_sight.update(start=low, end=high, reset_start=low, reset_end=high)
+            self._sides = described
+        if (palette := list(shown.palette)) != self.mapper.palette:
+            self.mapper.palette = palette
+        (left, right), (low, high) = shown.x.ends, shown.y.ends
+        self.cells.data = {
+            "image": [shown.shades], "x": [left], "y": [low], "dw": [right - left], "dh": [high - low],
+        }  # fmt: skip
+        self.regions.data = regions_of(shown)
+        self.columns.data, self.columns.tags = columns_of(shown), [meta_of(shown)]
+
+    def draw_borders(self, lines: Sequence[Line]) -> None:
+        """Draw exact borders over it."""
+        self.lines.data = lines_of(lines)
+
+    def mark(self, places: Mapping[str, tuple[float, float]]) -> None:
+        """Mark cells by the names of `_MARKS`."""
+        names = [name for name in _MARKS if name in places]
+        self.marks.data = {
+            "x": [places[name][0] for name in names],
+            "y": [places[name][1] for name in names],
+            "name": ["" if name == "cell" else name for name in names],
+            "colour": [_MARKS[name] for name in names],
+        }
+
+
+def lines_of(lines: Sequence[Line]) -> dict[str, Any]:
+    """Lines as columns of a source."""
+    return {"xs": [x for x, _ in lines], "ys": [y for _, y in lines]}
+
+
+def regions_of(shown: Picture) -> dict[str, Any]:
+    """The names of flags in a picture as columns of a source."""
+    return {key: [region[i] for region in shown.regions] for i, key in enumerate(("name", "x", "y"))}
+
+
+def columns_of(shown: Picture) -> dict[str, Any]:
+    """The numbers of all pixels as columns of a source."""
+    return {column.name: column.values.ravel() for column in shown.columns}
+
+
+def meta_of(shown: Picture) -> dict[str, Any]:
+    """Meaning of the columns of a picture, for the words under the pointer."""
     sides = {
         which: {
             "label": spoken(side.name), "low": side.ends[0], "high": side.ends[1], "n": len(side.centres),
@@ -103,36 +177,118 @@ def meta_of(shown: Any) -> dict[str, Any]:
     return {**sides, "columns": columns}
 
 
-_LINES_CSS = "\n".join(
-    f".line.{name} {{ border-top: {width + 1}px {'dashed' if dash != 'solid' else 'solid'} {colour}; }}"
-    for name, (colour, dash, width) in LINES.items()
-)
-_REGIMES_CSS = "\n".join(
-    f".regime.{name} {{ border-color: {colour}; }}" for name, colour in FLAG_COLOURS["regime"].items()
-)
-WIDGETS = ":host { font-size: 13px; --font-size: 13px; } .bk-slider-title, label { color: #1b1b1b; }"
-_WORDS = f"""
-:host {{ font: 13px/1.45 system-ui, sans-serif; color: #1b1b1b; width: 100%; }}
-.legend {{ display: flex; flex-wrap: wrap; gap: 2px 14px; align-items: center; padding: 2px 4px; }}
-.legend i {{ display: inline-block; width: 13px; height: 13px; border: 1px solid #333; margin-right: 4px;
-  vertical-align: -2px; }}
-.note, .hint {{ color: #5a5a5a; }} .hint {{ margin: 4px 0; }}
-.scale {{ flex: 1 1 260px; max-width: 460px; }} .scale .bar {{ height: 12px; border: 1px solid #333; }}
-.ticks {{ display: flex; justify-content: space-between; font-size: 11px; white-space: nowrap; }}
-.numbers {{ border-collapse: collapse; margin-top: 4px; font-variant-numeric: tabular-nums; }}
-.numbers th {{ text-align: left; font-weight: 400; color: #444; padding: 1px 14px 1px 0; }}
-.numbers td {{ text-align: right; padding: 1px 0 1px 18px; white-space: nowrap; }}
-.numbers tr:first-child th {{ color: #1b1b1b; font-weight: 600; text-align: right; padding: 1px 0 3px 18px; }}
-.numbers tr {{ border-bottom: 1px solid #ececec; }}
-.line {{ display: inline-block; width: 26px; margin-right: 6px; vertical-align: middle; }}
-{_LINES_CSS}
-.regime {{ border-bottom: 3px solid; padding: 0 2px; }}
-{_REGIMES_CSS}
-.error {{ color: #9c1c00; white-space: pre-wrap; font-family: ui-monospace, monospace; font-size: 12px; }}
-pre {{ white-space: pre-wrap; overflow-wrap: anywhere; background: #f5f5f5; padding: 6px 8px; margin: 4px 0;
-  font: 12px/1.4 ui-monospace, monospace; max-height: 260px; overflow: auto; }}
-summary {{ cursor: pointer; }}
-"""
+def _lay_out(plot: Plot, side: Side, which: str) -> None:
+    """Give a side of a map its title and ticks; `which` is "x" or "y"."""
+    (axis,) = plot.below if which == "x" else plot.left
+    assert isinstance(axis, Axis)
+    axis.axis_label = PlainText(text=side.title)  # a string would be searched for formulas
+    axis.major_label_overrides = {}
+    axis.major_label_orientation = "horizontal"
+    axis.ticker, axis.formatter = BasicTicker(), BasicTickFormatter()
+    if side.kind == "listed":
+        shown = range(0, len(side.labels), -(-len(side.labels) // _MOST_LABELS))
+        axis.ticker = FixedTicker(ticks=[*shown])
+        axis.major_label_overrides = {i: PlainText(text=side.labels[i]) for i in shown}
+        if which == "x" and sum(len(side.labels[i]) for i in shown) > _LONGEST:
+            axis.major_label_orientation = 0.6
+    elif side.kind == "log":
+        axis.ticker = CustomJSTicker(
+            major_code="return stickslip.log_ticks(cb_data)", minor_code="return stickslip.log_minor_ticks(cb_data)"
+        )
+        axis.formatter = CustomJSTickFormatter(code="return stickslip.log_label(tick)")
+
+
+# --- a cell -----------------------------------------------------------------------------------------------------------
+
+
+class CellFigures:
+    """Displacement and velocity over time, the phase portrait, and friction over relative speed."""
+
+    def __init__(self) -> None:
+        plots = {name: _figure(name, min_height=150) for name in _FIGURES}
+        plots["velocity"].x_range = plots["displacement"].x_range
+        self.plots = plots
+        blank = cell_data(None, {})
+        self.sources = {name: ColumnDataSource(data, name=_NAMES.get(name, f"motion_{name}"))
+                        for name, data in blank["data"].items()}  # fmt: skip
+        for plot in plots.values():  # what has no data has no range, of which the browser complains
+            plot.xaxis.ticker.desired_num_ticks = _TICKS
+            plot.scatter("x", "y", source=self.sources["blank"], fill_alpha=0.0, line_alpha=0.0)
+        plots["friction"].line("w", "mu", source=self.sources["curve"], line_color=GREY, line_width=5)
+        for name in reversed(LINES):  # the motion from stick on top
+            colour, dash, width = LINES[name]
+            for plot, columns in zip(plots.values(), _FIGURES.values(), strict=True):
+                plot.line(*columns, source=self.sources[name], line_color=colour, line_dash=dash, line_width=width)
+        phase = plots["phase"]
+        phase.line("x", "v", source=self.sources["cycle"], line_color=BLACK, line_dash="dotted", line_width=2.2)
+        phase.scatter("x", "v", source=self.sources["steady"], size=8, marker="x", color=BLACK, line_width=2)
+        self.belt = []
+        for name in ("velocity", "phase"):
+            self.belt.append(Span(dimension="width", line_color=VERMILLION, line_dash="dashed", visible=False))
+            plots[name].add_layout(self.belt[-1])
+
+    def show(self, current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> None:
+        """Draw the motions of the cell that was clicked, and over them those from stick of the pinned ones."""
+        drawn = cell_data(current, motions_by_line(current, pinned))
+        for name, plot in self.plots.items():
+            plot.xaxis.axis_label, plot.yaxis.axis_label = drawn["titles"][name]
+        for name, data in drawn["data"].items():
+            if name != "blank" or data != self.sources[name].data:
+                self.sources[name].data = data
+        for line in self.belt:
+            line.visible = current is not None
+            line.location = drawn["belt"]
+
+
+def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dict[str, Any]:
+    """Data of the figures of a cell: `data` of all sources, `titles` of the axes by figure, the place of the `belt`.
+
+    motions : by the names of `LINES`. current : the cell whose surroundings are drawn with them.
+    """
+    units = _units([motion for motion in motions.values() if motion.samples])
+
+    def scaled(**columns: Any) -> dict[str, Any]:
+        return {column: values / units[column].size for column, values in columns.items()}
+
+    data: dict[str, dict[str, Any]] = {name: {c: [] for c in ("t", *_COLUMNS)} for name in LINES}
+    for name, motion in motions.items():
+        if motion.samples:
+            data[name] = scaled(t=motion.time, **{c: motion.samples[name] for c, name in _COLUMNS.items()})
+    data |= {name: {column: [] for column in columns} for name, columns in _BESIDE.items()}
+    if not motions:
+        data["blank"] = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
+    if current is not None:
+        (w, mu), belt = current.curve, current.cell["belt_speed"]
+        if belt < 0 or any((one.samples["relative_speed"] < 0).any() for one in current.motions if one.samples):
+            w, mu = np.concatenate([-w[::-1], [np.nan], w]), np.concatenate([-mu[::-1], [np.nan], mu])
+        data["curve"] = scaled(w=w, mu=mu)
+        if (loop := current.cycle) is not None:
+            data["cycle"] = scaled(x=loop.displacement, v=loop.velocity)
+        if isfinite(current.steady):
+            data["steady"] = {"x": [current.steady / units["x"].size], "v": [0.0]}
+    named = {"t": "time from break-away"} | {c: name.replace("_", " ") for c, name in _COLUMNS.items()}
+    titles = {c: f"{text} ({units[c].name})" if units[c].name else text for c, text in named.items()}
+    return {
+        "data": data, "titles": {name: [titles[x], titles[y]] for name, (x, y) in _FIGURES.items()},
+        "belt": 0.0 if current is None else current.cell["belt_speed"] / units["v"].size,
+    }  # fmt: skip
+
+
+def _units(motions: Sequence[Motion]) -> dict[str, Unit]:
+    """The units that suit what is drawn, by column."""
+
+    def largest(name: str) -> list[float]:
+        return [float(np.abs(motion.samples[name]).max()) for motion in motions]
+
+    time = unit_for("s", [float(np.ptp(motion.time)) for motion in motions])
+    speed = unit_for("m s-1", [*largest("velocity"), *largest("relative_speed")])
+    return {
+        "t": time if time.size <= 1.0 else Unit("s"), "x": unit_for("m", largest("displacement")),
+        "v": speed, "w": speed, "mu": Unit(),
+    }  # fmt: skip
+
+
+# --- all of it --------------------------------------------------------------------------------------------------------
 
 
 class Page:
@@ -141,21 +297,19 @@ class Page:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.map, self.cell = MapFigure(), CellFigures()
-        self.columns = ColumnDataSource({}, name="map_columns")
         self.legend, self.status = words("legend"), words("status")
-        self.cell_words, self.numbers = words("cell_words"), words("numbers", numbers_html([]))
-        self.map.plot.js_on_event(MouseMove, CustomJS(args={"columns": self.columns}, code=READOUT))
-        self.map.plot.js_on_event(MouseLeave, CustomJS(code=HIDE_READOUT))
+        self.cell_words, self.numbers = words("cell_words"), words("numbers", numbers_html({}))
+        self.reproduce, self.texts = words("reproduce"), ColumnDataSource({}, name="texts")
+        self.texts.tags = [{"command": "", "yaml": ""}]
 
     @property
     def roots(self) -> list[UIElement]:
         """The models that are embedded in the template, by their names."""
-        return [self.map.plot, *self.cell.plots, self.legend, self.status, self.cell_words, self.numbers]
+        return [self.map.plot, *self.cell.plots.values(), self.legend, self.status, self.cell_words, self.numbers]
 
     def show_map(self, shown: Picture) -> None:
         """Draw a picture, with its legend and the numbers under the pointer."""
         self.map.show(shown)
-        self.columns.data, self.columns.tags = columns_data(shown), [meta_of(shown)]
         self.legend.text = legend_html(shown)
 
     def show_cell(
@@ -164,36 +318,37 @@ class Page:
         """Draw the motions of the clicked cell and of the pinned ones, and say their numbers, in units by variable."""
         self.cell.show(current, pinned)
         self.cell_words.text = text
-        self.numbers.text = numbers_html(columns_of(current, pinned), units)
+        self.numbers.text = numbers_html(motions_by_line(current, pinned), units)
 
+    @property
+    def yaml(self) -> str:
+        """The YAML that is shown."""
+        return str(self.texts.tags[0]["yaml"])
 
-def columns_data(shown: Picture) -> dict[str, Any]:
-    """The numbers of all pixels as columns of a source."""
-    return {column.name: column.values.ravel() for column in shown.columns}
+    def show_texts(self, **texts: str) -> None:
+        """Show the command or the YAML that reproduces what is seen."""
+        shown = self.texts.tags[0] | texts
+        self.texts.tags = [shown]
+        self.reproduce.text = (part("command", shown["command"]) if shown["command"] else "") + part(
+            "yaml", shown["yaml"]
+        )
 
-
-def columns_of(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> list[tuple[str, str, Motion]]:
-    """The motions whose numbers stand side by side: names of their lines, headings, and they themselves."""
-    return [
-        (line, line if line in pinned else motion.label, motion)
-        for line, motion in motions_by_line(current, pinned).items()
-    ]
+    def fill(self, document: Document, roots: Sequence[UIElement], notes: Sequence[str]) -> None:
+        """Give a document these roots, and what the template around them (`page.html`) has to know."""
+        with document.models.freeze():  # each root would have all models counted again
+            for root in roots:
+                document.add_root(root)
+        title = self.source.config.title
+        document.template, script = (
+            files("stickslip.explore").joinpath(name).read_text(encoding="utf-8") for name in ("page.html", "page.js")
+        )
+        document.title = f"{title} - stickslip"
+        document.template_variables.update(
+            heading=title or "Stick-slip explorer", source=self.source.name, notes="; ".join(notes), script=script,
+            names=[str(root.name) for root in roots],
+        )  # fmt: skip
 
 
 def words(name: str, text: str = "") -> Div:
     """A place for words. What stands between dollars in them is no formula: MathJax would make links of `\\href`."""
-    return Div(text=text, name=name, disable_math=True, sizing_mode="stretch_width", stylesheets=[_WORDS])
-
-
-def fill(document: Document, page: Page, roots: Sequence[UIElement], notes: Sequence[str]) -> None:
-    """Give a document its roots, and what the template around them (`page.html`) has to know."""
-    with document.models.freeze():  # each root would have all models counted again
-        for root in roots:
-            document.add_root(root)
-    source = page.source
-    document.template = files("stickslip.explore").joinpath("page.html").read_text(encoding="utf-8")
-    document.title = f"{source.config.title} - stickslip"
-    document.template_variables.update(
-        heading=source.config.title or "Stick-slip explorer", source=source.name, notes="; ".join(notes),
-        names=[str(root.name) for root in roots],
-    )  # fmt: skip
+    return Div(text=text, name=name, disable_math=True, sizing_mode="stretch_width", stylesheets=[STYLE])

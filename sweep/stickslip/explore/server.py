@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import secrets
 import socket
 from collections.abc import Callable
@@ -38,7 +37,8 @@ class Explorer:
 
     def __init__(self, source: Source, port: int = 0, token: str | None = None) -> None:
         self._source = source
-        self._socket = _listening(port)
+        self._socket = socket.create_server((HOST, port), backlog=128)
+        self._socket.setblocking(False)
         self.port = int(self._socket.getsockname()[1])
         self.token = token or secrets.token_urlsafe(_TOKEN_BYTES)
         self._sessions: list[Session] = []
@@ -99,18 +99,3 @@ class Explorer:
             self._sessions.remove(session)
 
         document.on_session_destroyed(forget)
-
-
-def _listening(port: int) -> socket.socket:
-    """A socket at the port of this machine, for a loop."""
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        if os.name != "nt":  # where it would let two processes have one port
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((HOST, port))
-        listener.listen(128)
-        listener.setblocking(False)
-    except OSError:
-        listener.close()
-        raise
-    return listener

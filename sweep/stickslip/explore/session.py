@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 import shlex
-import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import prod
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any, Generic, TypeVar
 
 import xarray as xr
@@ -17,21 +17,21 @@ from bokeh.document import Document
 from bokeh.events import Tap
 
 from stickslip.config.model import Config
-from stickslip.config.select import cell_of
 from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip.explore import maps
 from stickslip.explore.controls import Actions, Controls, sound_of
 from stickslip.explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
 from stickslip.explore.maps import Line, Picture, border_lines
-from stickslip.explore.motions import CellMotions, motions_of
-from stickslip.explore.page import Page, columns_of, fill
+from stickslip.explore.motions import CellMotions, motions_by_line, motions_of
+from stickslip.explore.page import Page
 from stickslip.explore.source import Source
 from stickslip.explore.view import (
     COARSE,
     FULL,
+    At,
     View,
-    cell_config,
+    cell_of_view,
     config_of,
     first_view,
     is_as_opened,
@@ -49,49 +49,32 @@ class LatestOnly(Generic[Job]):
     """
 
     def __init__(self, work: Callable[[Job, StopFlag], None], name: str) -> None:
-        self._work, self._waiting = work, list[Job]()
-        self._changed, self._closed = threading.Condition(), False
-        self._stop = stop_flag()
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._work, self._thread = work, ThreadPoolExecutor(1, name)
+        self._last, self._stop = Future[None](), stop_flag()
 
     def ask(self, job: Job) -> None:
         """Have this done, and nothing else any more."""
-        with self._changed:
-            self._waiting = [job]
-            self._stop[0] = 1
-            self._changed.notify()
-
-    def pause(self, seconds: float) -> None:
-        """For the job that runs: wait, no longer than until the next one is asked for."""
-        with self._changed:
-            self._changed.wait_for(lambda: bool(self._waiting) or self._closed, seconds)
+        self._last.cancel()
+        self._stop[0], self._stop = 1, stop_flag()
+        self._last = self._thread.submit(self._work, job, self._stop)
 
     def close(self) -> None:
         """End the thread, which leaves within milliseconds."""
-        with self._changed:
-            self._closed, self._waiting = True, []
-            self._stop[0] = 1
-            self._changed.notify()
-        if threading.current_thread() is not self._thread:
-            self._thread.join(timeout=2.0)
+        self._stop[0] = 1
+        self._thread.shutdown(cancel_futures=True)
 
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                while not self._waiting and not self._closed:
-                    self._changed.wait()
-                if self._closed:
-                    return
-                job, self._stop = self._waiting.pop(), stop_flag()
-                stop = self._stop
-            self._work(job, stop)
+
+def pause(seconds: float, stop: StopFlag) -> None:
+    """Wait, no longer than until a flag is raised."""
+    end = perf_counter() + seconds
+    while not stop[0] and perf_counter() < end:
+        sleep(_A_LITTLE)
 
 
 _LOG = logging.getLogger(__name__)
 _BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
+_A_LITTLE = 0.005  # s
 _COMING = "exact borders ..."
-At = Mapping[str, float | int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,13 +122,13 @@ class Session:
             picked=lambda name, point: self._see(points={**self._state.view.points, name: point}),
             varied=lambda variable: self._see(variable=variable),
         )  # fmt: skip
-        self.actions = Actions(pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
+        self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
         self.page.map.plot.on_event(Tap, self._clicked)
         self._maps: LatestOnly[View] = LatestOnly(self._compute_map, "map")
         self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
         self._sounds: LatestOnly[tuple[str, SelectedCell, float, bool]] = LatestOnly(self._compute_sound, "sound")
         self.controls.show(self._state.view)
-        fill(document, self.page, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
+        self.page.fill(document, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
         self._maps.ask(self._state.view)
 
     def close(self) -> None:
@@ -164,7 +147,7 @@ class Session:
             self._cells.ask((state.view, state.at, state.shown))
 
     def _sided(self, y: str, x: str) -> None:
-        self._see_other_sides(with_plane(self._source, self._state.view, y, x))
+        self._see_other_sides(with_plane(self._state.view, y, x))
 
     def _reset(self) -> None:
         self._see_other_sides(replace(first_view(self._source), variable=self._state.view.variable))
@@ -174,7 +157,7 @@ class Session:
         self._state.at = self._state.cell = None
         self._draw_borders([], None)
         self._show_cell()
-        self.actions.show(command="")
+        self.page.show_texts(command="")
         self._see(**vars(view))
         self.controls.show(view)
 
@@ -204,7 +187,7 @@ class Session:
     def _text(self, name: str) -> str:
         """The content of a file to download; nothing where there is none yet."""
         if name == "view.yaml":
-            return self.actions.yaml
+            return self.page.yaml
         shown = self._state.shown
         if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
             file = shlex.quote(self._source.name)
@@ -212,8 +195,8 @@ class Session:
             return ""
         if name == "map.csv":
             return "" if shown is None else map_csv(shown)
-        columns = columns_of(*self._state.motions)
-        return motions_csv([(head, motion) for _, head, motion in columns]) if columns else ""
+        motions = motions_by_line(*self._state.motions)
+        return motions_csv(motions.values()) if motions else ""
 
     # --- work beside the loop -----------------------------------------------------------------------------------------
 
@@ -226,7 +209,7 @@ class Session:
                 small, full = config_of(self._source, view, COARSE), config_of(self._source, view, FULL)
                 if _size(small) < _size(full):
                     self._show_dataset(view, stop, lambda: maps.computed(small, stop), f"{_size(small):,} cells")
-                    self._maps.pause(_BREATH)
+                    pause(_BREATH, stop)
                 shown = self._show_dataset(view, stop, lambda: maps.computed(full, stop), f"{_size(full):,} cells")
             if shown is not None:
                 config, began = config_of(self._source, view, FULL), perf_counter()
@@ -250,7 +233,7 @@ class Session:
     def _compute_cell(self, job: tuple[View, At, Picture], stop: StopFlag) -> None:
         view, at, shown = job
         with self._reporting_errors(stop):
-            motions = motions_of(cell_of(cell_config(self._source, view, at)), self._source.options)
+            motions = motions_of(cell_of_view(self._source, view, at), self._source.options)
             command = simulate_command(self._source, view, at, motions)
             self._schedule(stop, self._show_selected, SelectedCell(at, place_words(shown, at), motions, command))
 
@@ -300,12 +283,12 @@ class Session:
         self._draw_borders(lines, view)
         self._state.timings["borders"] = text
         self._show_timings()
-        self.actions.show(yaml=yaml)
+        self.page.show_texts(yaml=yaml)
 
     def _show_selected(self, cell: SelectedCell) -> None:
         self._state.at, self._state.cell = cell.at, cell
         self._show_cell()
-        self.actions.show(command=cell.command)
+        self.page.show_texts(command=cell.command)
 
     def _show_cell(self) -> None:
         state = self._state

@@ -17,7 +17,6 @@ from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
 from stickslip.config.select import recipe_of
-from stickslip.config.studies import STUDIES
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
 from stickslip.files import reading
@@ -65,6 +64,12 @@ class Source:
         return {name: fixed[name] for name in QUANTITIES if name in fixed}
 
     @cached_property
+    def typical(self) -> dict[str, float]:
+        """Values of all quantities, in SI: what does not vary, and the middles of the axes, of lists without words."""
+        numbers = {one.name: one.points()[~np.isnan(one.points())] for axis in self.config.axes for one in axis.members}
+        return self.fixed | {name: float(v[v.size // 2]) if v.size else np.nan for name, v in numbers.items()}
+
+    @cached_property
     def options(self) -> Options:
         """Options of the integration: until the regime is decided."""
         return replace(options_of(self.config), early_stop=True)
@@ -95,16 +100,15 @@ def _of_config(file: str, config: Config) -> Source:
     if config.drive is not None or config.sensor is not None:
         raise _no_map(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
     notes, medians = [], dict[str, float]()
-    studies = [study for study in STUDIES if getattr(config, study, None) is not None]
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
         medians = {name: float(drawn[name][0]) for name in uncertain.names}
         config = config.at(**medians)
         words = (f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
         notes.append(f"what is uncertain has its median here: {', '.join(words)}")
-    if others := [study for study in studies if study != "uncertain"]:
-        notes.append(f"not shown here: what the section {', '.join(others)} asks for")
-    return Source(file, config.model_copy(update=dict.fromkeys(studies)), tuple(notes), assumed=medians)
+    if config.study is not None:
+        notes.append(f"not shown here: what the section {config.study.key} asks for")
+    return Source(file, config.plain_map(), tuple(notes), assumed=medians)
 
 
 def _no_map(name: str, message: str, hint: str) -> ConfigError:

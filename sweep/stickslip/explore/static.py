@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import product
 from math import prod
@@ -13,24 +13,32 @@ import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.events import Tap
-from bokeh.models import Column, ColumnDataSource, CustomJS, Select
+from bokeh.models import Column, ColumnDataSource, Select
 from bokeh.resources import INLINE
 from numpy.typing import NDArray
 
+from stickslip import pages
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
-from stickslip.config.select import cell_of
-from stickslip.dataset.axis import spoken
 from stickslip.engine import stop_flag
 from stickslip.explore import maps
-from stickslip.explore.figures import axis_words, cell_data, lines_of, motions_by_line, regions_of, units_of
 from stickslip.explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
-from stickslip.explore.maps import Line, Picture, border_lines
-from stickslip.explore.motions import Motion, motions_of
-from stickslip.explore.page import WIDGETS, Page, columns_data, columns_of, fill, meta_of, words
+from stickslip.explore.maps import Picture, border_lines
+from stickslip.explore.motions import Motion, motions_by_line, motions_of
+from stickslip.explore.page import (
+    WIDGETS,
+    Page,
+    calling,
+    cell_data,
+    columns_of,
+    lines_of,
+    meta_of,
+    regions_of,
+    words,
+)
 from stickslip.explore.source import Source
-from stickslip.explore.view import Sides, View, cell_config, config_of, first_view, is_listed, labels_of
-from stickslip.files.atomic import replaced
+from stickslip.explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
+from stickslip.vocabulary.display_units import spoken
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
 CELLS: Sides = (10, 14)  # whose motions are in it
@@ -41,74 +49,6 @@ _DRAWN = ("displacement", "velocity", "friction_coefficient")
 _SOURCES = ("stick", "sliding", "cycle", "curve", "steady", "blank")
 _NEAREST = "the nearest cell whose motion is in this page"
 
-_PAINT = """
-const sheet = sheets.tags[Number(point.value)], one = sheet.pictures[variable.value]
-mapper.palette = one.palette
-cells.data = {...cells.data, image: [one.shades]}
-regions.data = one.regions
-legend.text = one.legend
-"""
-_DRAW = """
-let nearest = null, least = Infinity
-for (const one of sheet.cells) {
-  const away = ((one.x - at.x)/wide)**2 + ((one.y - at.y)/high)**2
-  if (away < least) { least = away; nearest = one }
-}
-for (const [name, source] of Object.entries(sources)) source.data = nearest.data[name]
-marks.data = {x: [nearest.x], y: [nearest.y], name: [""], colour: ["white"]}
-for (const [plot, [x, y]] of Object.entries(nearest.axes)) {
-  plots[plot].below[0].axis_label = x
-  plots[plot].left[0].axis_label = y
-}
-for (const line of belt) { line.location = nearest.belt; line.visible = true }
-cell_words.text = nearest.words
-numbers.text = nearest.numbers
-"""
-_SIZE = """
-const meta = columns.tags[0]
-const [wide, high] = [meta.x.high - meta.x.low, meta.y.high - meta.y.low]
-"""
-_CLICK = f"""{_SIZE}
-const sheet = sheets.tags[Number(point.value)], at = cb_obj
-if (at.x < meta.x.low || at.x > meta.x.high || at.y < meta.y.low || at.y > meta.y.high) return
-{_DRAW}"""
-_TURN = f"""{_PAINT}
-columns.data = sheet.columns
-columns.tags = [sheet.meta]
-lines.data = sheet.lines
-if (marks.data.x.length == 0) return
-{_SIZE}
-const at = {{x: marks.data.x[0], y: marks.data.y[0]}}
-{_DRAW}"""
-
-
-@dataclass(frozen=True, eq=False)
-class _Sheet:
-    """The map at one point of what is no side of it: its pictures by variable, its borders, cells with motions."""
-
-    label: str
-    pictures: dict[str, Picture]
-    lines: list[Line]
-    cells: list[dict[str, Any]]
-
-    @property
-    def first(self) -> Picture:
-        """The regimes."""
-        return self.pictures["regime"]
-
-    def data(self, page: Page) -> dict[str, Any]:
-        """The sheet, for the scripts."""
-        pictures = {
-            name: {
-                "shades": one.shades, "legend": legend_html(one), "palette": page.map.palette_of(one),
-                "regions": regions_of(one),
-            } for name, one in self.pictures.items()
-        }  # fmt: skip
-        return {
-            "pictures": pictures, "cells": self.cells, "lines": lines_of(self.lines),
-            "columns": columns_data(self.first), "meta": meta_of(self.first),
-        }  # fmt: skip
-
 
 def write_page(source: Source, target: Path) -> Path:
     """Write the page into a file that ends in .html, or into a folder, under the name of what is explored; its path."""
@@ -116,23 +56,23 @@ def write_page(source: Source, target: Path) -> Path:
         target = target / f"{Path(source.name.rstrip('/')).stem}.html"
     text = page_html(source)
     target.parent.mkdir(parents=True, exist_ok=True)
-    with replaced(target) as partial:
-        partial.write_text(text, encoding="utf-8")
-    return target
+    return pages.write_page(target, text)
 
 
 def page_html(source: Source) -> str:
     """The page as one HTML document, scripts included."""
     page, (title, points) = Page(source), _points(source)
-    sheets = [_sheet(source, label, view, len(points)) for label, view in points]
-    first = sheets[0]
-    page.show_map(first.first)
-    page.map.draw_borders(first.lines)
-    rows, columns = first.first.shades.shape
-    about = part("about", __version__, len(sheets), f"{rows} x {columns}", len(first.cells), source.name)
+    sheets = [_sheet(source, view, len(points)) for _, view in points]
+    pictures, data = sheets[0]
+    first = pictures["regime"]
+    page.show_map(first)
+    page.map.lines.data = data["lines"]
+    about = part("about", __version__, len(sheets), " x ".join(map(str, first.shades.shape)), len(data["cells"]),
+                 source.name)  # fmt: skip
     below = words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
     document = Document()
-    fill(document, page, [_controls(page, title, sheets), *page.roots, below], (*source.notes, *left_out(source)))
+    controls = _controls(page, title, [label for label, _ in points], pictures, [data for _, data in sheets])
+    page.fill(document, [controls, *page.roots, below], (*source.notes, *left_out(source)))
     return str(
         file_html(document, INLINE, document.title, template=document.template,
                   template_variables=document.template_variables)
@@ -177,19 +117,28 @@ def _points(source: Source) -> tuple[str, list[tuple[str, View]]]:
     return ", ".join(spoken(axis.name) for axis in offered), points
 
 
-def _sheet(source: Source, label: str, view: View, count: int) -> _Sheet:
-    """The map of a view, one of `count`: with many of them each has fewer pixels and fewer motions."""
+def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, Picture], dict[str, Any]]:
+    """The map of a view, one of `count`: its pictures by variable, and with its borders and cells, for `page.js`.
+
+    With many maps each has fewer pixels and fewer motions.
+    """
     most, cells = (_share(sides, room / count) for sides, room in ((MOST, 2.0), (CELLS, 1.3)))
+    config = config_of(source, view, most)
     if source.computed is not None and {*view.plane, *view.values} <= set(source.axes):
         dataset: Any = maps.read(source, view)
     else:
-        dataset = maps.computed(config_of(source, view, most), stop_flag())
-    pictures = {
-        name: maps.picture(dataset, replace(view, variable=name), most) for name, _ in maps.variables(dataset)
-    }  # fmt: skip
+        dataset = maps.computed(config, stop_flag())
+    pictures = {name: maps.picture(dataset, replace(view, variable=name), most) for name, _ in maps.variables(dataset)}
     first = pictures["regime"]
-    lines = border_lines(config_of(source, view, most), first, stop_flag()) or []
-    return _Sheet(label, pictures, lines, [_cell(source, view, first, i, j) for i, j in _places(first, cells)])
+    return pictures, {
+        "pictures": {
+            name: {"shades": one.shades, "legend": legend_html(one), "palette": one.palette, "regions": regions_of(one)}
+            for name, one in pictures.items()
+        },
+        "columns": columns_of(first), "meta": meta_of(first),
+        "lines": lines_of(border_lines(config, first, stop_flag()) or []),
+        "cells": [_cell(source, view, first, i, j) for i, j in _places(first, cells)],
+    }  # fmt: skip
 
 
 def _share(sides: Sides, share: float) -> Sides:
@@ -208,20 +157,17 @@ def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
 
 
 def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[str, Any]:
-    """The words and curves of the cell of a pixel, for the scripts."""
+    """The words and curves of the cell of a pixel, for `page.js`."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
-    motions = motions_of(cell_of(cell_config(source, view, at)), source.options)
-    drawn = {line: _thinned(motion) for line, motion in motions_by_line(motions, {}).items()}
-    units = units_of([motion for motion in drawn.values() if motion.samples])
-    data = cell_data(motions, drawn, units)
-    light = {name: {key: np.asarray(v, np.float32) for key, v in data[name].items()} for name in _SOURCES}
+    motions = motions_of(cell_of_view(source, view, at), source.options)
+    by_line = motions_by_line(motions, {})
+    drawn = cell_data(motions, {line: _thinned(motion) for line, motion in by_line.items()})
+    light = {name: {key: np.asarray(v, np.float32) for key, v in drawn["data"][name].items()} for name in _SOURCES}
     command = part("command", simulate_command(source, view, at, motions))
-    return {
+    return drawn | {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), "data": light,
-        "axes": {name: list(titles) for name, titles in axis_words(units).items()},
-        "belt": motions.cell["belt_speed"] / units.speed.size,
-        "words": f"{cell_html(motions, place_words(shown, at), at)}<br>{part('note', _NEAREST)}",
-        "numbers": numbers_html(columns_of(motions, {}), shown.units) + command,
+        "words": cell_html(motions, place_words(shown, at), at, _NEAREST),
+        "numbers": numbers_html(by_line, shown.units) + command,
     }  # fmt: skip
 
 
@@ -263,23 +209,24 @@ def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, in
     return -float(away[at]), first + at, first, last
 
 
-def _controls(page: Page, title: str, sheets: list[_Sheet]) -> Column:
+def _controls(
+    page: Page, title: str, labels: list[str], pictures: dict[str, Picture], sheets: list[dict[str, Any]]
+) -> Column:
     """The choice of the variable, and of the point; and the clicks, which draw the nearest cell that has a motion."""
     wide: dict[str, Any] = {"stylesheets": [WIDGETS], "sizing_mode": "stretch_width"}
-    named = [(name, one.title) for name, one in sheets[0].pictures.items()]
-    variable = Select(title="colours show", options=named, value="regime", name="variable", **wide)
-    labels = [(str(i), sheet.label) for i, sheet in enumerate(sheets)]
-    point = Select(title=title, options=labels, value="0", name="point", visible=len(sheets) > 1, **wide)
-    data = ColumnDataSource({}, name="sheets", tags=[sheet.data(page) for sheet in sheets])
+    variable = Select(title="colours show", options=[(name, one.title) for name, one in pictures.items()],
+                      value="regime", name="variable", **wide)  # fmt: skip
+    point = Select(title=title, options=[(str(i), label) for i, label in enumerate(labels)], value="0", name="point",
+                   visible=len(labels) > 1, **wide)  # fmt: skip
     given = {
-        "sheets": data, "variable": variable, "point": point,
-        "mapper": page.map.mapper, "cells": page.map.cells, "regions": page.map.regions, "legend": page.legend,
-        "lines": page.map.lines, "columns": page.columns, "marks": page.map.marks, "belt": page.cell.belt,
+        "sheets": ColumnDataSource({}, name="sheets", tags=sheets),
+        "variable": variable, "point": point, "mapper": page.map.mapper, "cells": page.map.cells,
+        "regions": page.map.regions, "legend": page.legend, "lines": page.map.lines, "columns": page.map.columns,
+        "marks": page.map.marks, "belt": page.cell.belt, "plots": page.cell.plots,
         "sources": {name: page.cell.sources[name] for name in _SOURCES},
-        "plots": {str(plot.name): plot for plot in page.cell.plots}, "cell_words": page.cell_words,
-        "numbers": page.numbers,
+        "cell_words": page.cell_words, "numbers": page.numbers,
     }  # fmt: skip
-    variable.js_on_change("value", CustomJS(args=given, code=_PAINT))
-    point.js_on_change("value", CustomJS(args=given, code=_TURN))
-    page.map.plot.js_on_event(Tap, CustomJS(args=given, code=_CLICK))
+    variable.js_on_change("value", calling("paint", **given))
+    point.js_on_change("value", calling("turn", **given))
+    page.map.plot.js_on_event(Tap, calling("click", **given))
     return Column(children=[point, variable], name="controls", sizing_mode="stretch_width")

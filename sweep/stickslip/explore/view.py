@@ -1,24 +1,29 @@
-"""The view: two sides of a map, everything else at a value or on a slider, and the configuration that says so."""
+"""The view: two sides of a map, everything else at a value or on a slider; its configuration, its cells."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import isnan, sqrt
+from functools import reduce
+from math import isnan, log10, sqrt
+from operator import getitem
 from typing import Any
 
 import numpy as np
 
-from stickslip.config.model import Axis, Config, Group, Range, Values
-from stickslip.config.reader import make_config
-from stickslip.config.select import point_text, value_text
+from stickslip.config.model import Axis, Config, Group, Range
+from stickslip.config.select import point_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.source import Source
+from stickslip.studies.borders.lines import broken_rules
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.display_units import Unit, unit_for
 from stickslip.vocabulary.models import Model, Slider, laws_with, model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 
 Sides = tuple[int, int]  # most points along y and x
+At = Mapping[str, float | int]  # a value of each side, or a position where its points are listed
 COARSE: Sides = (30, 40)
 FULL: Sides = (300, 400)  # as many as a map on the screen has pixels, about
 _POINTS = 160  # of a side that is no axis of the configuration
@@ -64,7 +69,7 @@ def sides(source: Source) -> list[str]:
     return [*axes, *(name for name in others if name not in axes)]
 
 
-def with_plane(source: Source, view: View, y: str, x: str) -> View:
+def with_plane(view: View, y: str, x: str) -> View:
     """The view over other sides; of what becomes a side the value is forgotten, and a side is no side of itself."""
     if y == x:
         y, x = (view.x, x) if x != view.x else (y, view.y)
@@ -73,25 +78,42 @@ def with_plane(source: Source, view: View, y: str, x: str) -> View:
     return replace(view, y=y, x=x, values=values, points=points)
 
 
-# --- configurations ---------------------------------------------------------------------------------------------------
+def is_as_opened(source: Source, view: View) -> bool:
+    """True if a view shows what the file says, over two axes of its own."""
+    return not view.values and all(name in source.axes for name in view.plane)
+
+
+# --- its configuration, its cells -------------------------------------------------------------------------------------
 
 
 def config_of(source: Source, view: View, most: Sides = FULL) -> Config:
     """The configuration of a view, its axes of at most so many points. Raises ConfigError for what is not possible."""
-    data = _data(source, view, {})
-    data["axes"] = {name: _axis(source, name, n) for name, n in zip(view.plane, most, strict=True)}
-    return make_config(data, "this view").shown_in(source.written_in)
+    fixed = source.bare.at(**_quantities(source, _chosen(source, view, {})))
+    config = fixed.without(*(name for name in view.plane if name in QUANTITIES)).model_copy(
+        update={"axes": tuple(_side(source, name, n) for name, n in zip(view.plane, most, strict=True))}
+    )
+    if broken := [*broken_rules(config, {})]:
+        plain: Any = config.resolved()
+        got = [one.got or reduce(getitem, one.path, plain) for one in broken]
+        raise ConfigError("this view", [
+            Problem(one.path, f"got {value}, expected {one.expected}", hint=one.hint)
+            for one, value in zip(broken, got, strict=True)
+        ])  # fmt: skip
+    return config.shown_in(source.written_in)
 
 
-def cell_config(source: Source, view: View, at: Mapping[str, float | int]) -> Config:
-    """The configuration of one cell of a view: at a value of each side, or at a position where its points are listed.
+def cell_of_view(source: Source, view: View, at: At) -> dict[str, float]:
+    """The parameters of one cell of a view, in SI. Raises ConfigError for what is not possible."""
+    quantities = source.fixed | _quantities(source, _chosen(source, view, at))
+    cell = parameters_of({name: np.array([value]) for name, value in quantities.items()})
+    try:
+        cells = as_cells({name: values.item() for name, values in cell.items()}, source.options.law)
+    except ValueError as error:
+        raise ConfigError("this cell", [Problem((), str(error))]) from None
+    return {name: values.item() for name, values in cells.items()}
 
-    Raises ConfigError.
-    """
-    return make_config(_data(source, view, at), "this cell")
 
-
-def settings(source: Source, view: View, at: Mapping[str, float | int], digits: int | None = None) -> list[str]:
+def settings(source: Source, view: View, at: At, digits: int | None = None) -> list[str]:
     """One cell of a view as NAME=VALUE, as the command line takes it: all that varies, and what was changed.
 
     digits : of numbers; None for all of them, so that it is that cell to the last bit.
@@ -100,61 +122,48 @@ def settings(source: Source, view: View, at: Mapping[str, float | int], digits: 
     def text(name: str, value: float | int) -> str:
         if is_listed_in(source, name):
             return point_text(source.axes[name], int(value))
-        return value_text(name, value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
+        return QUANTITIES[name].setting(value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
 
     return [f"{name}={text(name, value)}" for name, value in _chosen(source, view, at).items()]
 
 
-def start_value(source: Source, name: str) -> float:
-    """The value of a quantity that nobody changed."""
-    return source.fixed[name] if name in source.fixed else slider_of(source, name).start
-
-
-def is_as_opened(source: Source, view: View) -> bool:
-    """True if a view shows what the file says, over two axes of its own."""
-    return not view.values and all(name in source.axes for name in view.plane)
-
-
-def _chosen(source: Source, view: View, at: Mapping[str, float | int]) -> dict[str, float | int]:
+def _chosen(source: Source, view: View, at: At) -> dict[str, float | int]:
     """By axis or quantity its value, or the position of its point: of all that varies, and of what was changed.
 
     at : of both sides; without it they are left out.
     """
     chosen: dict[str, float | int] = {
-        name: view.points.get(name, 0) if is_listed(axis) else start_value(source, name)
+        name: view.points.get(name, 0) if is_listed(axis) else source.typical[name]
         for name, axis in source.axes.items()
     }
-    chosen |= source.assumed
-    chosen |= view.values
-    chosen |= at
+    chosen |= {**source.assumed, **view.values, **at}
     return {name: value for name, value in chosen.items() if name in at or name not in view.plane}
 
 
-def _data(source: Source, view: View, at: Mapping[str, float | int]) -> dict[str, Any]:
-    """The configuration as plain data without axes; its sides are left open unless `at` has them."""
+def _quantities(source: Source, chosen: At) -> dict[str, float]:
+    """The values of what is chosen, of a point of listed values those of all that varies along them."""
     values: dict[str, float] = {}
-    for name, value in _chosen(source, view, at).items():
+    for name, value in chosen.items():
         if is_listed_in(source, name):
             values |= {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
         else:
             values[name] = float(value)
-    sides = [name for name in view.plane if name in QUANTITIES and name not in at]
-    return source.bare.at(**values).without(*sides).resolved() | {"axes": {}}
+    return values
 
 
-def _axis(source: Source, name: str, most: int) -> dict[str, Any]:
-    """A side as plain data, of at most so many points."""
+def _side(source: Source, name: str, most: int) -> Axis:
+    """The axis along a side, of at most so many points."""
     axis = source.axes.get(name)
     if axis is None:
         slider = slider_of(source, name)
-        spacing = "log" if slider.is_log else "linear"
-        return {"start": slider.low, "stop": slider.high, "num": min(_POINTS, most), "spacing": spacing}
+        spacing, num = "log" if slider.is_log else "linear", min(_POINTS, most)
+        return Range(name=name, spacing=spacing, start=slider.low, stop=slider.high, num=num)
     if isinstance(axis, Range):
-        return axis.resolved() | {"num": min(axis.num, most)}
+        return axis.model_copy(update={"num": min(axis.num, most)})
     if axis.size > FULL[0]:
         message = f"{axis.size} listed points; at most {FULL[0]} fit on a side of the map"
         raise ConfigError(source.name, [Problem(("axes", name), message, hint="give the axis start, stop and num")])
-    return axis.resolved()
+    return axis
 
 
 # --- listed axes ------------------------------------------------------------------------------------------------------
@@ -174,12 +183,9 @@ def labels_of(source: Source, axis: Axis) -> tuple[str, ...]:
     """The points of an axis in words."""
     if isinstance(axis, Group):
         return axis.labels or tuple(map(str, range(axis.size)))
-    row = QUANTITIES[axis.name]
-    if isinstance(axis, Range):
-        unit = unit_for(row.units, axis.points(), source.written_in.get(axis.name))
-        return tuple(unit.text(value, _DIGITS) for value in axis.points())
-    unit = unit_for(row.units, axis.points())
-    return tuple(str(row.written(value)) if isnan(value) else unit.text(value, _DIGITS) for value in axis.values)
+    row, points = QUANTITIES[axis.name], axis.points()
+    unit = unit_for(row.units, points, source.written_in.get(axis.name) if isinstance(axis, Range) else None)
+    return tuple(str(row.written(value)) if isnan(value) else unit.text(value, _DIGITS) for value in points)
 
 
 # --- sliders ----------------------------------------------------------------------------------------------------------
@@ -214,29 +220,27 @@ class SliderRange:
         return unit_for(QUANTITIES[self.name].units, centre, self.written)
 
     def place(self, value: float) -> float:
-        """The place of a value on the scale of the slider."""
-        return float(np.log10(value)) if self.is_log else value
+        """The place of a value on the scale of the slider, in its unit."""
+        return log10(value / self.unit.size) if self.is_log else float(self.unit.of(value))
 
     def value(self, place: float) -> float:
         """The value at such a place, to a few digits, as a person would write it."""
-        return _rounded(10.0**place if self.is_log else place)
+        return float(self.unit.to_si(_rounded(10.0**place if self.is_log else place)))
 
 
 def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[SliderRange]:
     """The sliders beside a map, those of people's everyday first. without : the sides of the map."""
-    cell = typical_cell(source)
-    ranges = {name: axis for name, axis in source.axes.items() if isinstance(axis, Range) and name not in without}
+    ranges = {name: axis for name, axis in source.axes.items() if isinstance(axis, Range)}
     names = [name for name in QUANTITIES if (name in source.fixed or name in ranges) and name not in without]
     law = source.config.friction.law
     names = [name for name in names if law in laws_with(name)]
+    ends = _ends(source.typical, model_of(law))
     for name in sorted(names, key=lambda name: name in _RARE):
-        written = source.written_in.get(name)
+        value, written = source.typical[name], source.written_in.get(name)
         if axis := ranges.get(name):
-            centre = middle(axis)
-            yield SliderRange(name, centre, axis.start, axis.stop, axis.spacing == "log", centre, False, written)
+            yield SliderRange(name, value, axis.start, axis.stop, axis.spacing == "log", value, False, written)
         else:
-            value = source.fixed[name]
-            yield SliderRange(name, value, *_range(name, value, _ends(cell, model_of(law))), name in _RARE, written)
+            yield SliderRange(name, value, *_range(name, value, ends.get(name)), name in _RARE, written)
 
 
 def slider_of(source: Source, name: str) -> SliderRange:
@@ -244,25 +248,11 @@ def slider_of(source: Source, name: str) -> SliderRange:
     return {slider.name: slider for slider in sliders_of(source)}[name]
 
 
-def typical_cell(source: Source) -> dict[str, float]:
-    """A cell in the middle of the configuration, as it is given."""
-    cell = dict(source.fixed)
-    for axis in source.axes.values():
-        cell |= {member.name: middle(member) for member in axis.members}
-    return cell
-
-
-def middle(axis: Range | Values) -> float:
-    """The point in the middle of an axis; of a list with words, a number."""
-    points = axis.points()
-    numbers = points[~np.isnan(points)]
-    return float(numbers[len(numbers) // 2]) if numbers.size else float("nan")
-
-
-def _range(name: str, value: float, sliders: Mapping[str, Slider]) -> tuple[float, float, bool, float]:
+def _range(name: str, value: float, ends: Slider | None) -> tuple[float, float, bool, float]:
     """Of the slider of a fixed quantity: its ends, whether ratios count, and what it shows until it is switched on."""
-    if ends := sliders.get(name):
+    if ends:
         low, high, otherwise = ends
+        high = high if high > low else low + 1.0  # without friction, say
         if isnan(value):
             return low, high, False, otherwise
         return min(low, value), max(high, 2.0 * value if value > high else high), False, value

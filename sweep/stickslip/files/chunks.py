@@ -1,11 +1,12 @@
 """A result file, in which all but its chunks is written: chunks compressed by threads and put where they belong.
 
 The file and all it says of itself are made by xarray with netCDF4 or Zarr; only chunks are put in here, as the file
-declares them. A chunk that is packed already (`packing.py`) goes in as it is.
+declares them. A chunk that is packed already (`netcdf.py`) goes in as it is.
 """
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -18,11 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.files import process
 from stickslip.files.seal import content_of
 
 Packed = Any  # bytes, or an array or view of them
 Origin = tuple[int, ...]
+Rest = Callable[[], None] | None  # of storing a chunk
 Contents = dict[tuple[str, Origin], bytes]  # what identifies chunks (`seal.content_of`), by variable and number
 
 
@@ -31,7 +32,7 @@ class Layout:
     """A variable as the file declares it.
 
     fill : one value, for what lies outside of the array in its last chunks. pack : the bytes of the values of a chunk.
-    packing : the name of that in `packing.py`, None for what is not there. target : the variable, for who stores.
+    packing : the name of that in `netcdf.py`, None for what is not there. target : the variable, for who stores.
     """
 
     dtype: np.dtype[Any]
@@ -57,10 +58,10 @@ class Chunks(ABC):
     """
 
     def __init__(self, threads: int | None = None) -> None:
-        self._threads = threads or process.processors()
+        self._threads = threads or os.cpu_count() or 1
         self._layouts: dict[str, Layout] = {}
         self._contents: Contents = {}
-        self._waiting: deque[Future[Callable[[], None]]] = deque()
+        self._waiting: deque[Future[Rest]] = deque()
         self._pool = ThreadPoolExecutor(self._threads)
 
     def __enter__(self) -> Chunks:
@@ -99,32 +100,33 @@ class Chunks(ABC):
         self.layout(name)
         return _Target(name, self.fill)
 
-    def fill(self, name: str, origin: Origin, values: NDArray[Any]) -> Callable[[], None]:
-        """Store the values of a chunk, by any thread; what is left to be done is as for `_place`."""
+    def fill(self, name: str, origin: Origin, values: NDArray[Any]) -> Rest:
+        """Store the values of a chunk, by any thread; returns what `_place` does."""
         layout = self._layouts[name]
         return self._put(name, origin, layout.ready(values), content_of(np.asarray(values, layout.dtype)))
 
-    def _put(self, name: str, origin: Origin, data: Packed, content: bytes) -> Callable[[], None]:
+    def _put(self, name: str, origin: Origin, data: Packed, content: bytes) -> Rest:
         layout = self._layouts[name]
         number = tuple(first // length for first, length in zip(origin, layout.chunks, strict=True))
         self._contents[name, number] = content
         return self._place(layout, origin, data)
 
-    def _submit(self, store: Callable[..., Callable[[], None]], *chunk: Any) -> None:
+    def _submit(self, store: Callable[..., Rest], *chunk: Any) -> None:
         self._waiting.append(self._pool.submit(store, *chunk))
         if len(self._waiting) > 2 * self._threads:
             self._finish_first()
 
     def _finish_first(self) -> None:
-        self._waiting.popleft().result()()
+        if store := self._waiting.popleft().result():
+            store()
 
     @abstractmethod
     def _declared(self, name: str) -> Layout:
         """The layout that the file declares."""
 
     @abstractmethod
-    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
-        """Store a chunk, by any thread; what is left to be done in the order in which chunks were given."""
+    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Rest:
+        """Store a chunk, by any thread. Returns what is to be done in the order in which chunks were given, if any."""
 
     @abstractmethod
     def _mark(self, contents: Contents) -> None:
@@ -140,10 +142,11 @@ class _Target:
     """A variable as `dask.array.store` fills it, from threads of its own: a chunk at a time."""
 
     name: str
-    fill: Callable[[str, Origin, NDArray[Any]], Callable[[], None]]
+    fill: Callable[[str, Origin, NDArray[Any]], Rest]
 
     def __setitem__(self, region: tuple[slice, ...], values: NDArray[Any]) -> None:
-        self.fill(self.name, tuple(side.start for side in region), values)()
+        if store := self.fill(self.name, tuple(side.start for side in region), values):
+            store()
 
 
 def _cut(values: NDArray[Any], chunks: tuple[int, ...]) -> Iterator[tuple[Origin, NDArray[Any]]]:

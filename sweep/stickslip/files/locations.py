@@ -1,16 +1,18 @@
-"""Places of results: a path of this machine, or a URL that fsspec opens.
+"""Places of results and of working stores: a path of this machine, or a URL that fsspec opens.
 
-Services that keep objects write each whole or not at all, but have no rename (`atomic.py`); they copy by themselves. So
-a new store is written beside its place, under `.NAME.new`. Once it is whole, its objects are copied to its place: the
-root, without which nobody sees a store there, is removed first and written last. Whoever is killed in between leaves
-the new one whole, and `finish` goes on from there. One process at a time writes (`runs/workdir/lock.py`).
+A folder holds bytes under names, each written whole or not at all, and safe from a power failure once `write` returns.
+Whatever the system complains about comes out as a StoreError with path, reason and remedy; a name that is not there as
+FileNotFoundError.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import shutil
+import uuid
 from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -20,6 +22,9 @@ from urllib.parse import unquote, urlsplit
 from stickslip.errors import StoreError
 
 ROOT = "zarr.json"  # what makes a place a Zarr store
+TEMPORARY = ".tmp"  # suffix of what is not written yet
+Move = Callable[[Path, Path], None]
+Check = Callable[[], None]
 _SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) if hasattr(errno, "EDQUOT") else (errno.ENOSPC, errno.EFBIG)
 _ACCESS = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
 
@@ -81,20 +86,105 @@ def location(place: str | os.PathLike[str]) -> Location:
     return Url(text.rstrip("/")) if "://" in text else Path(os.path.expanduser(text))
 
 
-# --- behind URLs ------------------------------------------------------------------------------------------------------
+# --- folders ----------------------------------------------------------------------------------------------------------
+
+
+class LocalFolder:
+    """A folder of this machine, or of a file system mounted on it. absolute : the place as other processes find it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.where, self.absolute = path, str(path), str(path.absolute())
+
+    def names(self) -> list[str]:
+        """Names that exist."""
+        with explained(self.where, "read"):
+            try:
+                return sorted(os.listdir(self.path))
+            except FileNotFoundError:
+                return []
+
+    def read(self, name: str) -> bytes:
+        """The bytes under a name."""
+        with explained(str(self.path / name), "read"):
+            return (self.path / name).read_bytes()
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write to a temporary name, flush, rename, flush the folder."""
+        self._place(name, data, os.replace)
+
+    def create(self, name: str, data: bytes) -> None:
+        """As `write`, by a link, which never replaces."""
+        self._place(name, data, _link)
+
+    def remove(self, name: str) -> None:
+        """Remove a name."""
+        with explained(str(self.path / name), "removed"), suppress(FileNotFoundError):
+            os.unlink(self.path / name)
+
+    def rmdir(self) -> None:
+        """Remove the folder."""
+        with suppress(OSError):
+            self.path.rmdir()
+
+    def size(self) -> int:
+        """Bytes of all names."""
+        total = 0
+        for name in self.names():
+            with suppress(OSError):  # it may be renamed or removed just now
+                total += os.stat(self.path / name).st_size
+        return total
+
+    def _place(self, name: str, data: bytes, move: Move) -> None:
+        temporary = self.path / f".{name}.{uuid.uuid4().hex}{TEMPORARY}"
+        with explained(str(self.path / name), "written"):
+            self._make()
+            with placed(temporary, self.path / name, move):
+                temporary.write_bytes(data)
+
+    def _make(self) -> None:
+        try:
+            self.path.mkdir()
+        except FileExistsError:
+            if not self.path.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
+        except FileNotFoundError:
+            try:
+                self.path.mkdir(parents=True, exist_ok=True)
+            except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
+                raise OSError(errno.EPERM, error.strerror or "no such folder") from None
+        else:
+            flush(self.path.absolute().parent)
+
+
+def _link(temporary: Path, name: Path) -> None:
+    """Give a file a name that is free. Raises FileExistsError."""
+    try:
+        os.link(temporary, name)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links: the name is taken first, its content follows at once
+        os.close(os.open(name, os.O_CREAT | os.O_EXCL))
+        os.replace(temporary, name)
+    else:
+        os.unlink(temporary)
 
 
 class RemoteFolder:
     """A folder behind a URL. Services that keep objects write each whole or not at all, which is all that is needed."""
 
     def __init__(self, url: str) -> None:
-        self.where = url.rstrip("/")
-        self._fs, self._root = _file_system(self.where)
+        import fsspec
 
-    @property
-    def absolute(self) -> str:
-        """The URL."""
-        return self.where
+        self.where = self.absolute = url.rstrip("/")
+        try:
+            self._fs, root = fsspec.core.url_to_fs(self.where)
+        except ImportError as error:
+            kind = url.partition("://")[0]
+            known = "pip install 'stickslip[s3]'" if kind in ("s3", "s3a") else str(error)
+            raise StoreError(f"{self.where}: needs an optional package\nhint: {known}") from error
+        except Exception as error:  # an unknown kind of URL, missing credentials, ...
+            raise failure(self.where, "opened", error) from error
+        self._root = root.rstrip("/")
 
     def names(self) -> list[str]:
         """Names that exist."""
@@ -191,19 +281,66 @@ class RemoteFolder:
         return f"{self._root}/{name}"
 
 
-def _file_system(url: str) -> tuple[Any, str]:
-    """The file system behind a URL, and the path in it."""
-    import fsspec
+Folder = LocalFolder | RemoteFolder
 
+
+def folder_at(place: str | os.PathLike[str]) -> Folder:
+    """The folder at a path or URL; nothing is created. Raises StoreError for a URL that cannot be opened."""
+    where = location(place)
+    return LocalFolder(where) if isinstance(where, Path) else where.folder()
+
+
+# --- on the disk ------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None) -> Iterator[None]:
+    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
+
+    check : called right before that; what it raises is such an error.
+    """
     try:
-        fs, root = fsspec.core.url_to_fs(url)
-    except ImportError as error:
-        kind = url.partition("://")[0]
-        known = "pip install 'stickslip[s3]'" if kind in ("s3", "s3a") else str(error)
-        raise StoreError(f"{url}: needs an optional package\nhint: {known}") from error
-    except Exception as error:  # an unknown kind of URL, missing credentials, ...
-        raise failure(url, "opened", error) from error
-    return fs, root.rstrip("/")
+        yield
+        _flush_all(temporary)
+        if check:
+            check()
+        move(temporary, target)
+        flush(target.parent)
+    except BaseException:
+        remove(temporary)
+        raise
+
+
+def flush(path: Path) -> None:
+    """Have the operating system put a file, or the names in a folder, on the disk."""
+    is_folder = path.is_dir()
+    try:
+        descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)  # Windows flushes only what may be written
+    except OSError:
+        if is_folder:  # and does not open folders
+            return
+        raise
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _flush_all(path: Path) -> None:
+    """Put a file, or every file below a folder, on the disk, several at a time: each waits for the disk."""
+    if not path.is_dir():
+        return flush(path)
+    with ThreadPoolExecutor(8) as pool:
+        for _ in pool.map(flush, [Path(parent) / name for parent, _, names in os.walk(path) for name in names]):
+            pass
+
+
+def remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    with suppress(OSError):
+        path.unlink()
 
 
 @contextmanager
@@ -227,77 +364,3 @@ def failure(where: str, action: str, error: BaseException) -> StoreError:
     elif number in _ACCESS:
         hint = "\nhint: choose another folder for the output, or for the store"
     return StoreError(f"{where}: cannot be {action} ({reason}){hint}")
-
-
-# --- stores replaced --------------------------------------------------------------------------------------------------
-
-
-@contextmanager
-def replaced_store(target: Url) -> Iterator[Callable[[str, bytes], None]]:
-    """A function that puts the bytes of a new store, inside `with`, its root last; at the end it replaces `target`.
-
-    Whatever goes wrong leaves `target` alone, but for what goes wrong while objects are copied. Raises StoreError.
-    """
-    _check_ours(target)
-    if is_unfinished(target):
-        finish(target)
-    new = _beside(target)
-    _clear(new)
-    keys = set[str]()
-
-    def put(key: str, data: bytes) -> None:
-        new.write(key, bytes(data))
-        keys.add(key)
-
-    try:
-        yield put
-    except BaseException:
-        with suppress(StoreError):  # of what went wrong, the first is told
-            _clear(new)
-        raise
-    _swap(new, target.folder(), keys)
-
-
-def check_writable(target: Url) -> None:
-    """Raise StoreError now if `replaced_store` would fail later."""
-    _check_ours(target)
-    probe, new = "probe", _beside(target)
-    new.write(probe, b"")
-    new.remove(probe)
-
-
-def is_unfinished(target: Url) -> bool:
-    """Recognize a new store that is whole and not yet in its place: its writer was killed, or is at work."""
-    return _beside(target).has(ROOT) and not target.exists()
-
-
-def finish(target: Url) -> None:
-    """Put a new store in its place that is whole."""
-    new = _beside(target)
-    _swap(new, target.folder(), set(new.keys()))
-
-
-def _swap(new: RemoteFolder, target: RemoteFolder, keys: set[str]) -> None:
-    target.remove(ROOT)
-    new.copy(sorted(keys - {ROOT}), target)
-    if older := set(target.keys()) - keys:
-        target.remove(*older)
-    new.copy([ROOT], target)
-    _clear(new)
-
-
-def _clear(folder: RemoteFolder) -> None:
-    """Remove all objects, the root first: what is left is not whole."""
-    folder.remove(ROOT)
-    if keys := folder.keys():
-        folder.remove(*keys)
-
-
-def _check_ours(target: Url) -> None:
-    """Raise StoreError if something else than a store of ours, or a part of one, has the name of the target."""
-    if not target.exists() and target.folder().keys() and not _beside(target).has(ROOT):
-        raise StoreError(f"{target}: exists and is not a Zarr store, so it is left alone")
-
-
-def _beside(target: Url) -> RemoteFolder:
-    return target.with_name(f".{target.name}.new").folder()

@@ -4,7 +4,7 @@ Data variables come back as dask arrays with the chunks of the file; a chunk is 
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
 (`seal.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
 
-Threads: netCDF files are opened, read and closed under one lock (`netcdf_lock.py`); Zarr needs none.
+Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); Zarr needs none.
 """
 
 from __future__ import annotations
@@ -21,17 +21,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import BackendArray
-from xarray.core.indexing import (
-    ExplicitIndexer,
-    IndexingSupport,
-    LazilyIndexedArray,
-    explicit_indexing_adapter,
-)
+from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexedArray, explicit_indexing_adapter
 
 from stickslip.errors import StoreError, reason
 from stickslip.files.lazy_duck_arrays import wait_for_imports
 from stickslip.files.locations import Url, location
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.netcdf import NETCDF_LOCK
 from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
 from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
 
@@ -41,7 +36,6 @@ _LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
 _ELSEWHERE = "is not what was written there: it belongs to another place, variable or file"
 _UNSEAL = f"remove the global attribute {SEAL}"
-_UNCACHED = {"use_listings_cache": False}  # of fsspec: what is behind a URL may have been replaced
 Lazily = Callable[[xr.Variable, "_Guarded"], xr.Variable]
 
 
@@ -60,7 +54,7 @@ def look_into(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def _open(path: str | os.PathLike[str], lazily: Lazily) -> xr.Dataset:
     source = _source(path)
-    if _is_zarr(source):
+    if source.is_dir() if isinstance(source, Path) else source.rstrip("/").endswith(".zarr"):
         require_zarr(path)
         return _checked(path, source, "zarr", lazily)
     with NETCDF_LOCK:
@@ -138,19 +132,14 @@ def _source(path: str | os.PathLike[str]) -> Path | str:
     where = location(path)
     if isinstance(where, Url):
         return str(where)
+    message, hint = f"{path}: no such file", None
     if not where.exists():
-        raise StoreError(_hinted(f"{path}: no such file", neighbours(where, RESULTS)))
-    if kind := wrong_file_type(where, RESULTS):
-        raise StoreError(_hinted(f"{path}: this is {kind.name}, expected a result (.nc or .zarr)", kind.hint))
-    return where
-
-
-def _hinted(message: str, hint: str | None) -> str:
-    return f"{message}\nhint: {hint}" if hint else message
-
-
-def _is_zarr(source: Path | str) -> bool:
-    return source.is_dir() if isinstance(source, Path) else source.rstrip("/").endswith(".zarr")
+        hint = neighbours(where, RESULTS)
+    elif kind := wrong_file_type(where, RESULTS):
+        message, hint = f"{path}: this is {kind.name}, expected a result (.nc or .zarr)", kind.hint
+    else:
+        return where
+    raise StoreError(f"{message}\nhint: {hint}" if hint else message)
 
 
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
@@ -169,21 +158,23 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
 
 
 def _as_stored(source: Path | str, engine: str, group: str | None = None) -> xr.Dataset:
-    options: dict[str, Any] = {"consolidated": False} if engine == "zarr" else {"lock": NETCDF_LOCK}
-    if engine == "zarr" and isinstance(source, str):
-        options["storage_options"] = _UNCACHED
+    options = {"consolidated": False} | _remote(source) if engine == "zarr" else {"lock": NETCDF_LOCK}
     return xr.open_dataset(
         source, engine=engine, group=group, decode_times=False, decode_timedelta=False, chunks=None, cache=False,
         **options,
     )  # fmt: skip
 
 
+def _remote(source: Path | str) -> dict[str, Any]:
+    """The options of a store behind a URL, which may have been replaced since fsspec looked at it."""
+    return {"storage_options": {"use_listings_cache": False}} if isinstance(source, str) else {}
+
+
 def _in_order(ds: xr.Dataset, source: Path | str) -> xr.Dataset:
     """The variables in the order of the root, or of their names: a folder has none, and Zarr lists it at random."""
     import zarr
 
-    options: dict[str, Any] = {"storage_options": _UNCACHED} if isinstance(source, str) else {}
-    known = zarr.open_group(source, mode="r", **options).metadata.consolidated_metadata
+    known = zarr.open_group(source, mode="r", **_remote(source)).metadata.consolidated_metadata
     first = {name: i for i, name in enumerate(known.metadata if known else ())}
     names = sorted(map(str, ds.variables), key=lambda name: (first.get(name, len(first)), name))
     ordered = xr.Dataset(
@@ -270,34 +261,29 @@ def _chunks_in(
     sides = whole or tuple(slice(0, length) for length in shape)
     touched = (range(s.start // n, -(-s.stop // n)) for s, n in zip(sides, lengths, strict=True))
     for number in product(*touched):
-        yield (
-            number,
-            tuple(slice(i * n, min((i + 1) * n, end)) for i, n, end in zip(number, lengths, shape, strict=True)),
-        )
+        ends = zip(number, lengths, shape, strict=True)
+        yield number, tuple(slice(i * n, min((i + 1) * n, end)) for i, n, end in ends)
 
 
 def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily, marks: Marks | None) -> xr.Dataset:
     """The dataset with what reads values when they are needed in place of what waits in the file."""
-    guarded = {
+    waiting = {name: array.variable for name, array in ds.data_vars.items() if array.ndim}
+    return ds.assign({
         name: lazily(variable, _Guarded(variable, str(name), path, None if has_bare_values(variable) else marks))
-        for name, variable in ((name, ds.variables[name]) for name in ds.data_vars)
-        if variable.ndim
-    }
-    return ds.assign(guarded)
+        for name, variable in waiting.items()
+    })  # fmt: skip
 
 
 def _by_dask(variable: xr.Variable, guarded: _Guarded) -> xr.Variable:
     from dask.array import from_array  # here, so that nobody pays for dask who opens no file
 
-    blank = np.empty((0,) * variable.ndim, guarded.dtype)
-    lengths = _chunk_lengths(variable)
+    blank, lengths = np.empty((0,) * variable.ndim, guarded.dtype), _chunk_lengths(variable)
     array = from_array(guarded, chunks=lengths, name=False, meta=blank, lock=False, fancy=False)
     return xr.Variable(variable.dims, array, variable.attrs)
 
 
 def _by_xarray(variable: xr.Variable, guarded: _Guarded) -> xr.Variable:
-    lengths = dict(zip(variable.dims, _chunk_lengths(variable), strict=True))
-    encoding = {"preferred_chunks": lengths}
+    encoding = {"preferred_chunks": dict(zip(variable.dims, _chunk_lengths(variable), strict=True))}
     return xr.Variable(variable.dims, LazilyIndexedArray(guarded), variable.attrs, encoding)
 
 
@@ -328,13 +314,11 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     """
     import zarr
 
-    options: Any = {} if isinstance(source, Path) else {"storage_options": _UNCACHED}
-    group = zarr.open_group(source, mode="r", use_consolidated=False, **options)
-    for name in ds.variables:
-        array: Any = group[str(name)]
+    group = zarr.open_group(source, mode="r", use_consolidated=False, **_remote(source))
+    for name in map(str, ds.variables):
+        array: Any = group[name]
         if array.nchunks_initialized != array.nchunks:
-            lacking = f"{name} has {array.nchunks_initialized:,} chunks of {array.nchunks:,}"
-            return f"damaged, {lacking}\n{_REMEDY}"
+            return f"damaged, {name} has {array.nchunks_initialized:,} chunks of {array.nchunks:,}\n{_REMEDY}"
     return None
 
 

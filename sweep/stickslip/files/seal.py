@@ -66,9 +66,11 @@ class Marks:
     places: Mapping[str, NDArray[np.intp]]
     table: NDArray[np.uint64]
 
-    def note(self, name: str, number: tuple[int, ...], content: bytes) -> None:
-        """Put the mark of a chunk into the table. number : of the chunk along each dimension."""
-        self.table[self.places[name][number]] = self._mark(name, number, content)
+    def noted(self, contents: Mapping[tuple[str, tuple[int, ...]], bytes]) -> NDArray[np.uint64]:
+        """The table, with the marks of chunks put in. contents : by variable, and number along each dimension."""
+        for (name, number), content in contents.items():
+            self.table[self.places[name][number]] = self._mark(name, number, content)
+        return self.table
 
     def fit(self, name: str, number: tuple[int, ...], values: NDArray[Any]) -> bool:
         """Tell whether these values were written as this chunk of this file."""

@@ -4,7 +4,7 @@ Columns separated by commas have decimal points; those separated by semicolons o
 the file: one that mixes them is refused, because "1,234" might mean thousands. Empty lines and those that begin with #
 hold no numbers; such remarks are kept, as are lines above the heading. A first line `sep=;` names the separator.
 
-Records have ten million lines: what lies below their beginning stays bytes, of which `blocks.py` reads blocks of plain
+Records have ten million lines: what lies below their beginning stays bytes, of which `texts.py` reads blocks of plain
 numbers by pandas; any other block, and all that is wrong, is read line by line.
 """
 
@@ -15,7 +15,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
-from stickslip.files.blocks import blocks, plain_numbers
-from stickslip.files.texts import as_written, check_columns, check_points, read_text
+from stickslip.files.texts import as_written, blocks, check_columns, check_points, plain_numbers, read_text
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
@@ -93,7 +92,9 @@ def read_table(
     check_columns(path, number, len(heading))
     begins = len(text.splitlines()) + 1
     remarks += tuple(_remarks(below, begins))
-    above = tuple(_above(*row, separator) for row in rows[:at])
+    above = tuple(  # need not be proper CSV
+        tuple(Cell(text, Place(number, 1)) for text in _plain_cells(line, separator)) for number, line in rows[:at]
+    )
     return Table(name, remarks, heading, lines, separator, above, below, begins)
 
 
@@ -144,21 +145,15 @@ def _plain_cells(line: str, mark: str) -> list[str]:
     return texts
 
 
-def _above(number: int, line: str, separator: str) -> tuple[Cell, ...]:
-    """The cells of a line above the heading, which need not be proper CSV."""
-    return tuple(Cell(text, Place(number, 1)) for text in _plain_cells(line, separator))
-
-
 def _is_number(text: str) -> bool:
     return bool(NUMBER.fullmatch(text.strip().replace(",", ".")))
 
 
 def _separator(heading: str, row: str) -> str:
     """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
-    counts = {mark: tuple(len(list(_parts(line, mark))) for line in (heading, row)) for mark in _SEPARATORS}
+    counts = {mark: [len(list(_parts(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
     used = [mark for mark, (cells, _) in counts.items() if cells > 1]
-    alike = [mark for mark in used if len(set(counts[mark])) == 1]
-    return next(iter([*alike, *used]), ",")
+    return next((mark for mark in used if counts[mark][0] == counts[mark][1]), used[0] if used else ",")
 
 
 def _within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iterator[tuple[int, str]]:
@@ -346,7 +341,12 @@ def mixed_marks(text: str, comma: bool) -> str:
 def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem]:
     """Everything that keeps the table from being numbers, up to a limit."""
     problems: list[Problem] = []
-    for number, line in _wrong_lines(table, columns, comma):
+    unread = (
+        _rows(table, block, begins)
+        for begins, block in blocks(table.rest, table.begins)
+        if plain_numbers(block, table.separator, len(table.heading), columns, comma) is None
+    )
+    for number, line in chain(table.lines, chain.from_iterable(unread)):
         if len(problems) >= MOST_PROBLEMS:
             break
         row = _cells(table.name, number, line, table.separator)
@@ -357,14 +357,6 @@ def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem
             if (problem := _not_a_number(row[column], comma, table.heading[column].text)) is not None:
                 problems.append(problem)
     return problems
-
-
-def _wrong_lines(table: Table, columns: Sequence[int], comma: bool) -> Iterator[tuple[int, str]]:
-    """The lines among which the wrong ones are: without those blocks that are read."""
-    yield from table.lines
-    for begins, block in blocks(table.rest, table.begins):
-        if plain_numbers(block, table.separator, len(table.heading), columns, comma) is None:
-            yield from _rows(table, block, begins)
 
 
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
@@ -378,8 +370,6 @@ def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
         hint = "a signal has no gaps: leave the whole line out"
     elif re.fullmatch(r"\[?[^\d\s]+\d?\]?", text) and len(text) < 12:
         hint = "units go in brackets after the names of the columns, 'time [ms]'"
-    else:
-        hint = ""
     got = f"got {text!r}" if text else "empty"
     return Problem((heading,), f"{got}, expected a number", cell.place, hint or None)
 

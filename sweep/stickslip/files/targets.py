@@ -1,22 +1,41 @@
-"""Targets of results: the file behind a name, and a check that it can be written, before an hour of computing.
+"""Targets of results: checked before an hour of computing, and replaced whole or not at all.
 
-All that writes goes through `behind` (`atomic.replaced`), all that is asked to write later through `check_target`.
+A temporary file beside the target is written, flushed and renamed over it: a crash, a full disk or a lack of permission
+leaves the old file as it was, and what is new survives a power failure. All that writes goes through `replaced`, all
+that is asked to write later through `check_target`.
+
+Services that keep objects behind URLs write each whole or not at all, but have no rename; they copy by themselves. So a
+new store is written beside its place, under `.NAME.new`. Once it is whole, its objects are copied to its place: the
+root, without which nobody sees a store there, is removed first and written last. Whoever is killed in between leaves
+the new one whole, and `finish` goes on from there. One process at a time writes (`runs/workdir/lock.py`).
 """
 
 from __future__ import annotations
 
+import glob
+import hashlib
 import os
+import re
+import socket
 import stat
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Url, check_writable, location
+from stickslip.files.locations import ROOT, Check, Move, RemoteFolder, Url, location, placed, remove
 
 _ZARR_MARKERS = (ROOT, ".zgroup")
-_LONGEST_NAME = 255  # bytes
+_LONGEST_NAME = 255  # bytes, of a file
+_LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
+NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
+
+
+# --- checked beforehand -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -42,7 +61,60 @@ KINDS = {
 }
 
 
-def behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
+def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
+    """Raises StoreError now if a file of one of these `KINDS`, or a `folder` of files, could not be written later."""
+    where = location(place)
+    possible = [KINDS[kind] for kind in kinds if kind != "folder"]
+    kind = next((kind for kind in possible if where.suffix.lower() in kind.suffixes), None)
+    if kind is None and "folder" in kinds:
+        if not isinstance(where, Path) or (where.exists() and not where.is_dir()):
+            raise StoreError(f"{place}: expected a folder, or a name for a new one")
+        return _check_place(where, is_folder=True)
+    if kind is None:
+        named = " and ".join(f"{kind.name} end in {', '.join(kind.suffixes)}" for kind in possible)
+        raise StoreError(f"{place}: {named}")
+    package, extra = kind.needs.get(where.suffix.lower(), ("", ""))
+    if package and find_spec(package) is None:
+        raise StoreError(
+            f'{place}: {kind.name} in {where.suffix} need {package}\nhint: pip install "stickslip[{extra}]", or write '
+            f"{kind.suffixes[0]}"
+        )
+    if isinstance(where, Url):
+        check_url(where)
+        return check_writable(where)
+    _check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
+
+
+def check_url(place: Url) -> None:
+    """Raises StoreError for what is no Zarr store."""
+    if place.suffix != ".zarr":
+        raise StoreError(
+            f"{place}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
+            "hint: netCDF is written to a file of this machine, which can be copied then"
+        )
+
+
+def _check_place(path: Path, *, is_zarr: bool = False, is_folder: bool = False, folder: bool = True) -> None:
+    """Raises StoreError if nothing can be written under a name; `folder` : whether the one it is in may be new."""
+    try:
+        str(path).encode()
+        if long := next((part for part in path.parts if len(os.fsencode(part)) > _LONGEST_NAME), None):
+            raise StoreError(f"{path}: a name of {len(os.fsencode(long))} bytes, expected at most {_LONGEST_NAME}")
+        there = Path(os.path.realpath(path)) if is_folder else _behind(path, zarr=is_zarr).parent
+        if not folder and not there.is_dir():
+            raise StoreError(f"{path}: no folder {path.parent}")
+        with TemporaryFile(dir=next(parent for parent in (there, *there.parents) if parent.exists())):
+            pass
+    except StoreError:
+        raise
+    except UnicodeEncodeError:
+        raise StoreError(f"{str(path)!r}: a name that is not text (UTF-8)") from None
+    except (OSError, ValueError) as error:  # the latter of a NUL
+        message = "expected a folder, or a name for a new one" if is_folder else "cannot be written"
+        raise StoreError(f"{path}: {message} ({reason(error)})") from None
+
+
+def _behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
     """The file (or Zarr store) behind a path, links followed. Raises StoreError where there is something else: a
     device, a pipe, a folder."""
     target = Path(os.path.realpath(os.path.expanduser(path)))
@@ -57,61 +129,150 @@ def behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
     return target
 
 
-def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
-    """Raises StoreError now if a file of one of these `KINDS`, or a `folder` of files, could not be written later."""
-    where = location(place)
-    possible = [KINDS[kind] for kind in kinds if kind != "folder"]
-    kind = next((kind for kind in possible if where.suffix.lower() in kind.suffixes), None)
-    if kind is None and "folder" in kinds:
-        if not isinstance(where, Path) or (where.exists() and not where.is_dir()):
-            raise StoreError(f"{place}: expected a folder, or a name for a new one")
-        return check_place(where, is_folder=True)
-    if kind is None:
-        named = " and ".join(f"{kind.name} end in {', '.join(kind.suffixes)}" for kind in possible)
-        raise StoreError(f"{place}: {named}")
-    package, extra = kind.needs.get(where.suffix.lower(), ("", ""))
-    if package and find_spec(package) is None:
-        raise StoreError(
-            f'{place}: {kind.name} in {where.suffix} need {package}\nhint: pip install "stickslip[{extra}]", or write '
-            f"{kind.suffixes[0]}"
-        )
-    if isinstance(where, Url):
-        check_url(where)
-        return check_writable(where)
-    check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
+# --- replaced ---------------------------------------------------------------------------------------------------------
 
 
-def check_url(place: Url) -> None:
-    """Raises StoreError for what is no Zarr store."""
-    if place.suffix != ".zarr":
-        raise StoreError(
-            f"{place}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
-            "hint: netCDF is written to a file of this machine, which can be copied then"
-        )
+@contextmanager
+def replaced(
+    path: str | os.PathLike[str], move: Move = os.replace, check: Check | None = None, *, zarr: bool = False
+) -> Iterator[Path]:
+    """A temporary file, to be written inside `with`, that replaces the one behind `path` at its end.
 
-
-def check_place(path: Path, *, is_zarr: bool = False, is_folder: bool = False, folder: bool = True) -> None:
-    """Raises StoreError if nothing can be written under a name; `folder` : whether the one it is in may be new."""
+    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`.
+    """
     try:
-        str(path).encode()
-        if long := next((part for part in path.parts if len(os.fsencode(part)) > _LONGEST_NAME), None):
-            raise StoreError(f"{path}: a name of {len(os.fsencode(long))} bytes, expected at most {_LONGEST_NAME}")
-        there = Path(os.path.realpath(path)) if is_folder else behind(path, zarr=is_zarr).parent
-        if not folder and not there.is_dir():
-            raise StoreError(f"{path}: no folder {path.parent}")
-        check_folder(there)
+        target = _behind(path, zarr=zarr)
+        with _neighbour(target) as temporary, placed(temporary, target, move, check):
+            yield temporary
     except StoreError:
         raise
-    except UnicodeEncodeError:
-        raise StoreError(f"{str(path)!r}: a name that is not text (UTF-8)") from None
-    except (OSError, ValueError) as error:  # the latter of a NUL
-        message = "expected a folder, or a name for a new one" if is_folder else "cannot be written"
-        raise StoreError(f"{path}: {message} ({reason(error)})") from None
+    except (OSError, RuntimeError) as error:  # netCDF4 reports a full disk as RuntimeError("NetCDF: HDF error")
+        raise StoreError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
 
 
-def check_folder(path: Path) -> None:
-    """Raises OSError if no file can be made in a folder; if it is not there, in the one that it would be made in."""
-    while not path.exists():
-        path = path.parent
-    with TemporaryFile(dir=path):
-        pass
+@contextmanager
+def _neighbour(target: Path) -> Iterator[Path]:
+    """A free name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
+
+    So are those that processes of this machine left when they were killed; what others write may still be in use. The
+    folder is created if need be.
+    """
+    raw = os.fsencode(target.name)
+    short = target.name if len(raw) <= _LONGEST_TARGET else hashlib.sha256(raw).hexdigest()[:16]
+    here = hashlib.sha256(f"{host()} {space()}".encode()).hexdigest()[:8]
+    ours = f".{short}.{here}-"
+    temporary = target.with_name(f"{ours}{os.getpid()}-{uuid.uuid4().hex[:8]}.part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        for path in target.parent.glob(f"{glob.escape(ours)}*-*.part"):
+            pid = path.name.removeprefix(ours).partition("-")[0]
+            if pid.isdigit() and not is_alive(int(pid)):
+                remove(path)
+        yield temporary
+    finally:
+        remove(temporary)
+
+
+# --- stores behind URLs -----------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def replaced_store(target: Url) -> Iterator[Callable[[str, bytes], None]]:
+    """A function that puts the bytes of a new store, inside `with`, its root last; at the end it replaces `target`.
+
+    Whatever goes wrong leaves `target` alone, but for what goes wrong while objects are copied. Raises StoreError.
+    """
+    _check_ours(target)
+    if is_unfinished(target):
+        finish(target)
+    new = _beside(target)
+    _clear(new)
+    keys = set[str]()
+
+    def put(key: str, data: bytes) -> None:
+        new.write(key, bytes(data))
+        keys.add(key)
+
+    try:
+        yield put
+    except BaseException:
+        with suppress(StoreError):  # of what went wrong, the first is told
+            _clear(new)
+        raise
+    _swap(new, target.folder(), keys)
+
+
+def check_writable(target: Url) -> None:
+    """Raise StoreError now if `replaced_store` would fail later."""
+    _check_ours(target)
+    probe, new = "probe", _beside(target)
+    new.write(probe, b"")
+    new.remove(probe)
+
+
+def is_unfinished(target: Url) -> bool:
+    """Recognize a new store that is whole and not yet in its place: its writer was killed, or is at work."""
+    return _beside(target).has(ROOT) and not target.exists()
+
+
+def finish(target: Url) -> None:
+    """Put a new store in its place that is whole."""
+    new = _beside(target)
+    _swap(new, target.folder(), set(new.keys()))
+
+
+def _swap(new: RemoteFolder, target: RemoteFolder, keys: set[str]) -> None:
+    target.remove(ROOT)
+    new.copy(sorted(keys - {ROOT}), target)
+    if older := set(target.keys()) - keys:
+        target.remove(*older)
+    new.copy([ROOT], target)
+    _clear(new)
+
+
+def _clear(folder: RemoteFolder) -> None:
+    """Remove all objects, the root first: what is left is not whole."""
+    folder.remove(ROOT)
+    if keys := folder.keys():
+        folder.remove(*keys)
+
+
+def _check_ours(target: Url) -> None:
+    """Raise StoreError if something else than a store of ours, or a part of one, has the name of the target."""
+    if not target.exists() and target.folder().keys() and not _beside(target).has(ROOT):
+        raise StoreError(f"{target}: exists and is not a Zarr store, so it is left alone")
+
+
+def _beside(target: Url) -> RemoteFolder:
+    return target.with_name(f".{target.name}.new").folder()
+
+
+# --- by whom ----------------------------------------------------------------------------------------------------------
+
+
+def host() -> str:
+    """Name of this machine."""
+    return socket.gethostname()
+
+
+def space() -> str:
+    """Within which process numbers mean something: containers may share the name of their host."""
+    try:
+        return os.readlink("/proc/self/ns/pid")
+    except OSError:
+        return ""
+
+
+def is_alive(pid: int) -> bool:
+    """Tell whether a process of this machine runs; True where that cannot be asked without harm (Windows)."""
+    if os.name == "nt":
+        return True
+    if pid <= 0:  # to the system a group of processes
+        return False
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True

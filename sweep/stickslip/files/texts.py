@@ -4,6 +4,10 @@ What is too large is refused before it costs memory or minutes. Texts that a spr
 opens a table are made inert, and read back: what counts as such is the list of OWASP on CSV injection, a text that
 begins with = + - @, also in their wide forms, or with a tab or the end of a line. A program that splits at another
 separator sees the text behind it as a cell as well.
+
+Long tables come in blocks of lines, of which plain ones, numbers and separators alone, are read by pandas. Whatever
+might be read otherwise than line by line is not: quotation marks, remarks, empty lines, other characters than ASCII,
+lines of another number of cells. Numbers are the nearest doubles, as Python reads them.
 """
 
 from __future__ import annotations
@@ -12,11 +16,15 @@ import codecs
 import csv
 import re
 import stat
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from importlib import import_module
-from io import StringIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem, reason
 from stickslip.files.sniff import TABLES, neighbours, wrong_file_type
@@ -28,6 +36,10 @@ MOST_PACKED = 200  # how many times smaller parts may be packed; those of sheets
 LONGEST_LINE = 100_000  # bytes
 MOST_COLUMNS = 1_000  # a sheet of Excel may have 16,384, a table of materials or signals some ten
 MOST_POINTS = 100_000  # lines of a table of points, which are fitted one by one; a record is averaged to points
+_BLOCK = 8 << 20  # bytes, more than the longest line has
+_DIGITS = b"0123456789+-.,;eE \t\n"
+_LETTERS = bytes(set(range(32, 127)) - set(b'"#'))
+_LINE, _COMMA_MARK = ord("\n"), ","
 _ZIP = b"PK\3\4"  # how a workbook begins
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _BEGINNING = 1 << 20  # bytes, in which remarks and the heading lie; twice as much is read line by line
@@ -90,6 +102,57 @@ def _decoded(data: bytes) -> str:
         except UnicodeDecodeError:
             pass
     return data.decode("latin-1")  # which knows every byte
+
+
+# --- blocks -----------------------------------------------------------------------------------------------------------
+
+
+def blocks(rest: bytes, begins: int) -> Iterator[tuple[int, bytes]]:
+    """A text in blocks of whole lines, each with the number of its first one; `begins` is that of the text."""
+    start = 0
+    while start < len(rest):
+        end = len(rest) if len(rest) - start <= _BLOCK else rest.rfind(b"\n", start, start + _BLOCK) + 1
+        yield begins, (block := rest[start:end])
+        begins, start = begins + block.count(b"\n"), end
+
+
+def plain_numbers(
+    block: bytes, separator: str, width: int, columns: Sequence[int], comma: bool
+) -> NDArray[np.float64] | None:
+    """The columns at the positions `columns` of a block, (columns, lines); None if it is not plain, or no numbers.
+
+    comma : whether they have decimal commas.
+    """
+    other = block.translate(None, _DIGITS)
+    if other.translate(None, _LETTERS) or not _has_cells(block, separator, width):
+        return None
+    import pandas as pd
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # pandas 3 reads so without being told to
+            frame = pd.read_csv(
+                BytesIO(block), sep=separator, header=None, names=range(width), usecols=sorted(set(columns)),
+                index_col=False, dtype=np.float64, na_filter=False, decimal=_COMMA_MARK if comma else ".",
+                skip_blank_lines=False, engine="c", float_precision="round_trip",
+            )  # fmt: skip
+    except ValueError:  # also those of pandas
+        return None
+    array = np.stack([frame[column].to_numpy() for column in columns])
+    if not np.isfinite(array).all():
+        return None
+    is_logical = other and ((array == 0) | (array == 1)).all(axis=1).any()  # pandas takes a column of "true" as ones
+    return None if is_logical else array
+
+
+def _has_cells(block: bytes, separator: str, width: int) -> bool:
+    """Tell whether every line has so many cells."""
+    text = np.frombuffer(block, np.uint8)
+    ends = np.flatnonzero(text == _LINE)
+    if not ends.size or ends[-1] != text.size - 1:
+        ends = np.append(ends, text.size)
+    before = np.searchsorted(np.flatnonzero(text == ord(separator)), ends)
+    return bool((np.diff(before, prepend=0) == width - 1).all()) and (width > 1 or bool((np.diff(ends) > 1).all()))
 
 
 # --- workbooks --------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Datasets on disk: netCDF, or Zarr where that optional package is installed.
 
-Writing is all or nothing (`atomic.py`; behind a URL, where only Zarr is written, `locations.py`); netCDF4 opened for
+Writing is all or nothing (`targets.py`; behind a URL only Zarr is written); netCDF4 opened for
 writing would truncate the target first. These files are results, not checkpoints.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
@@ -27,13 +27,12 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
-from stickslip.files.atomic import Move, replaced
 from stickslip.files.chunks import Chunks, Packed
-from stickslip.files.locations import Location, Url, location, replaced_store
-from stickslip.files.netcdf_lock import NETCDF_LOCK
+from stickslip.files.locations import Check, Location, Url, location
+from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
-from stickslip.files.targets import check_url
+from stickslip.files.targets import check_url, replaced, replaced_store
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
@@ -43,7 +42,6 @@ __all__ = ["StoreError", "open", "write"]
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _MARKS = "digests that bind each chunk to its place, variable and file"
 Fill = Callable[[Any], None]
-Check = Callable[[], None]
 Encoding = dict[str, dict[str, Any]]
 
 
@@ -65,44 +63,30 @@ def write(
     """
     place = location(path)
     if place.suffix == ".zarr":
-        _write_zarr(ds, path, fill, chunks, check)
+        require_zarr(path)
+        from stickslip.files.zarr_chunks import NewZarr
+
+        with replaced_store(place) if isinstance(place, Url) else _replaced_folder(place, check) as put:
+            store = NewZarr(put, waits=isinstance(place, Url))
+            _create(ds, chunks, store, fill)
+            store.finish(map(str, ds.variables))
         return place
     if isinstance(place, Url):
         check_url(place)
     if place.suffix != ".nc":
         raise StoreError(f"{place}: unknown kind of file, expected a name that ends in .nc or .zarr")
-    with replaced(path, _checked(os.replace, check)) as temporary:
+    with replaced(path, check=check) as temporary:
         _create(ds, chunks, temporary, fill)
     return Path(os.path.expanduser(path))
 
 
-def _write_zarr(
-    ds: xr.Dataset, path: str | os.PathLike[str], fill: Fill | None, chunks: tuple[int, ...] | None, check: Check | None
-) -> None:
-    """Write a Zarr store, a folder or what is behind a URL.
+@contextmanager
+def _replaced_folder(path: Path, check: Check | None) -> Iterator[Callable[[str, Packed], None]]:
+    """A function that puts bytes under the keys of a new store, a folder, which replaces that at `path` in the end.
 
     Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
     """
-    require_zarr(path)
-    from stickslip.files.zarr_chunks import NewZarr
-
-    with _replaced_store(path, check) as put:
-        store = NewZarr(put, waits=isinstance(location(path), Url))
-        _create(ds, chunks, store, fill)
-        store.finish(map(str, ds.variables))
-
-
-@contextmanager
-def _replaced_store(
-    path: str | os.PathLike[str], check: Check | None = None
-) -> Iterator[Callable[[str, Packed], None]]:
-    """A function that puts bytes under the keys of a new store, which replaces that at `path` in the end."""
-    where = location(path)
-    if isinstance(where, Url):
-        with replaced_store(where) as put:
-            yield put
-        return
-    with replaced(where, _checked(_replace_folder, check), zarr=True) as temporary:
+    with replaced(path, _replace_folder, check, zarr=True) as temporary:
 
         def write(key: str, data: Packed) -> None:
             file = temporary / key
@@ -146,7 +130,10 @@ def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, new: NewZarr
     from xarray.backends import ZarrStore
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-    store = ZarrStore.open_group(new.metadata, mode="w-", consolidated=False, zarr_format=3, write_empty=True)
+    # Chunks of dask need not be those of the store: `_Later` cuts them.
+    store = ZarrStore.open_group(
+        new.metadata, mode="w-", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False
+    )
     ds.dump_to_store(store, writer=later, encoding=encoding)
     store.close()
 
@@ -182,17 +169,6 @@ class _Later(ArrayWriter):
                 store(whole, targets, lock=False, scheduler="threads")
 
 
-def _checked(move: Move, check: Check | None) -> Move:
-    """The move, after the check."""
-
-    def checked(temporary: Path, target: Path) -> None:
-        if check:
-            check()
-        move(temporary, target)
-
-    return checked
-
-
 def _replace_folder(temporary: Path, target: Path) -> None:
     """Rename a folder over another one, which no system does in one go."""
     if not target.exists():
@@ -222,13 +198,11 @@ def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
 
 def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
     """The chunks of a netCDF file, or of a Zarr store, that has been written but for them."""
-    if not isinstance(file, Path):
-        from stickslip.files.zarr_chunks import ZarrChunks
+    if isinstance(file, Path):
+        return NetcdfChunks(file, threads)
+    from stickslip.files.zarr_chunks import ZarrChunks
 
-        return ZarrChunks(file, threads)
-    from stickslip.files.netcdf_chunks import NetcdfChunks  # here: not all that write know h5py, which takes its time
-
-    return NetcdfChunks(file, threads)
+    return ZarrChunks(file, threads)
 
 
 # --- how values are laid out ------------------------------------------------------------------------------------------
@@ -252,7 +226,7 @@ def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding
     labels = {str(dim): {"dtype": "S1", "char_dim_name": f"{dim}_letters"} for dim in ds.dims if _is_text(ds, dim)}
     for name, options in encoding.items():
         if shape := ds[name].shape:
-            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `packing.py`
+            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `netcdf.py`
             options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
     return encoding | labels
 

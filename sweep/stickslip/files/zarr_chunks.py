@@ -6,6 +6,7 @@ Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from stickslip.files import process
 from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
 from stickslip.files.locations import ROOT
 from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
@@ -52,19 +52,19 @@ class NewZarr:
         """Put what is left. names : of the arrays, in the order in which libraries are to list them."""
         self._mark()
         self._consolidate(names)
+        root = self._metadata.pop(ROOT)
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            for _ in pool.map(self._put_metadata, [key for key in self._metadata if key != ROOT]):
+            for _ in pool.map(self.put, self._metadata, [data.to_bytes() for data in self._metadata.values()]):
                 pass
-        self._put_metadata(ROOT)
+        self.put(ROOT, root.to_bytes())
 
     def _mark(self) -> None:
         """Add the table that binds chunks to their places."""
         group: Any = zarr.open_group(self.metadata, mode="r+")
         arrays = {name: a for name, a in group.arrays() if a.ndim and a.dtype.kind in "fiu"}
         marks = marks_of(group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in arrays.items()})
-        for (name, number), content in self.contents.items():
-            marks.note(name, number, content)
-        group.create_group(GROUP).create_array(TABLE, data=marks.table, dimension_names=("chunk",))
+        table = marks.noted(self.contents)
+        group.create_group(GROUP).create_array(TABLE, data=table, dimension_names=("chunk",))
 
     def _consolidate(self, names: Iterable[str]) -> None:
         """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
@@ -79,15 +79,12 @@ class NewZarr:
     def _json(self, key: str) -> Any:
         return json.loads(self._metadata[key].to_bytes())
 
-    def _put_metadata(self, key: str) -> None:
-        self.put(key, self._metadata[key].to_bytes())
-
 
 class ZarrChunks(Chunks):
     """The chunks of a store that is being written, put by the threads that compress."""
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
-        super().__init__(max(threads or process.processors(), _AT_ONCE) if store.waits else threads)
+        super().__init__(max(threads or os.cpu_count() or 1, _AT_ONCE) if store.waits else threads)
         self._group, self._store = zarr.open_group(store.metadata, mode="r"), store
 
     def _declared(self, name: str) -> Layout:
@@ -96,10 +93,9 @@ class ZarrChunks(Chunks):
         fill = np.asarray(array.fill_value, array.dtype)
         return Layout(array.dtype, array.chunks, fill, _packed, None, name)
 
-    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
+    def _place(self, layout: Layout, origin: Origin, data: Packed) -> None:
         numbers = (str(first // length) for first, length in zip(origin, layout.chunks, strict=True))
         self._store.put("/".join((layout.target, "c", *numbers)), data)
-        return _nothing
 
     def _mark(self, contents: Contents) -> None:
         self._store.contents.update(contents)
@@ -113,7 +109,3 @@ def _packed(values: NDArray[Any]) -> bytes:
     shuffle = blosc.SHUFFLE if values.dtype.itemsize > 1 else blosc.BITSHUFFLE
     data = bytes(blosc.compress(values, b"zstd", LEVEL, shuffle))
     return data + int(google_crc32c.value(data)).to_bytes(4, "little")
-
-
-def _nothing() -> None:
-    """All is done."""

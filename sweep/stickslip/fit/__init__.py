@@ -4,12 +4,11 @@ Every fit comes with 95 % confidence intervals and with `quality`, a plain sente
 """
 
 from stickslip.fit.ageing import AgeingFit, Rank, Ranking, fit_ageing, rank
-from stickslip.fit.columns import Wanted
-from stickslip.fit.curve import CurveFit, draw_curves, fit_curve
+from stickslip.fit.curve import CurveFit, Drawn, draw_curves
 from stickslip.fit.files import MaterialFit, fit_ageing_file, fit_file, fit_materials, join_repeats
-from stickslip.fit.models import Drawn
+from stickslip.fit.fitting import RepeatedFit, fit_curve, fit_repeats
 from stickslip.fit.points import read_materials, read_points
-from stickslip.fit.repeats import RepeatedFit, fit_repeats
+from stickslip.fit.roles import Wanted
 from stickslip.fit.steps import StepPoints, read_steps, step_points, write_points
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.fit.profile import Cone, Model, Region, bottom
+from stickslip.fit.quality import say
 from stickslip.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 from stickslip.theory import static_friction
 
@@ -164,42 +165,29 @@ def _fit_at(model: Model, t: Floats, t0: float, region: Region | None) -> Ageing
         region=region,
     )
     fit = replace(fit, interval={"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits})
-    reservations = _reservations(fit)
-    praise = f"Static friction grows by {beta:.3g} per decade of waiting time; residual rms {fit.residual_rms:.2g}."
+    reservations = [*_reservations(fit)]
+    good = say("grows", beta=fit.beta, rms=fit.residual_rms)
     remark = _assumption(fit, float(t[t > 0].min())) if assumed else ""
-    return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or praise} {remark}".strip())
+    return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or good} {remark}".strip())
 
 
-def _reservations(fit: AgeingFit) -> list[str]:
-    sentences = []
-    low, high = fit.interval["beta"]
+def _reservations(fit: AgeingFit) -> Iterator[str]:
+    (low, high), (least, most) = fit.interval["beta"], fit.interval["t0"]
     if high < 0:
-        sentences.append("Static friction falls with waiting time: this is not ageing.")
+        yield say("no ageing")
     elif not low > 0:
-        sentences.append(
-            f"The points show no ageing: the slope may be anything from {low:.2g} to {high:.2g} per decade."
-        )
+        yield say("any slope", low=low, high=high)
     elif fit.r_squared < 0.5:
-        sentences.append(f"The growth explains only {100 * fit.r_squared:.0f} % of the variance of the points.")
-    least, most = fit.interval["t0"]
+        yield say("growth explains little", share=100 * fit.r_squared)
     if fit.t0_assumed and least > 0 and math.isinf(most):
-        sentences.append(
-            f"As far as measured, static friction grows in proportion to time (t0 above {least:.2g} s): "
-            "beta and t0 cannot be distinguished. Measure at longer waiting times."
-        )
-    return sentences
+        yield say("proportional", least=least)
 
 
 def _assumption(fit: AgeingFit, shortest: float) -> str:
     """The t0 that was taken, where the points do not determine it."""
     low, high = fit.interval["t0"]
-    if low > 0:
-        return f"t0 is taken as {fit.t0:.3g} s."
     others = "any" if math.isinf(high) else f"any below {high:.2g} s"
-    return (
-        f"The waiting times, of {shortest:.3g} s and more, do not determine t0 ({others} fits as well): taken as "
-        f"{fit.t0:.3g} s."
-    )
+    return say("t0 taken" if low > 0 else "t0 open", t0=fit.t0, shortest=shortest, others=others)
 
 
 # --- lubricants in order ----------------------------------------------------------------------------------------------

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem
 from stickslip.fit.ageing import AgeingFit, fit_ageing
-from stickslip.fit.columns import Wanted
-from stickslip.fit.curve import CurveFit, fit_curve
-from stickslip.fit.points import Columns, kind_of, only, read_materials
-from stickslip.fit.repeats import fit_repeats
+from stickslip.fit.curve import CurveFit
+from stickslip.fit.fitting import fit_curve, fit_repeats
+from stickslip.fit.points import Columns, kind_of, only, read_materials, read_points
+from stickslip.fit.roles import Wanted
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
@@ -39,6 +41,11 @@ class MaterialFit:
     ageing: AgeingFit | None = None
     repeats: tuple[MaterialFit, ...] = field(default=(), repr=False)
 
+    @property
+    def parts(self) -> tuple[MaterialFit, ...]:
+        """The repeats, or the material itself."""
+        return self.repeats or (self,)
+
 
 def fit_file(path: Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
     """The curve through the points of a CSV file.
@@ -59,27 +66,26 @@ def fit_file(path: Path, unit: str | None = None, wanted: Wanted | None = None) 
     ConfigError
         For points that will not do, also for a table of several materials.
     """
-    wanted = wanted or Wanted(unit or "")
-    return _curve(path, "", only(path, read_materials(path, CURVE_COLUMNS, wanted)))
+    return _curve(path, "", only(path, read_materials(path, CURVE_COLUMNS, wanted or Wanted(unit or ""))))
 
 
 def fit_ageing_file(path: Path, unit: str | None = None) -> AgeingFit:
     """Ageing from the waiting times and friction coefficients of a CSV file; `unit` is that of the times."""
-    return _ageing(path, "", only(path, read_materials(path, AGEING_COLUMNS, Wanted(unit or ""))))
+    return _fitted(path, "", read_points(path, AGEING_COLUMNS, unit), fit_ageing)
 
 
 def fit_materials(
-    paths: Sequence[Path],
+    materials: Sequence[Path] | Mapping[str, tuple[ArrayLike, ArrayLike] | CurveFit],
     wanted: Wanted | None = None,
     columns: Sequence[Parameter] | None = None,
     same: Sequence[str] = (),
     law: str = "stribeck",
 ) -> list[MaterialFit]:
-    """A fit for each material of some files, in their order: a wide table has several.
+    """A fit for each material, in their order: a wide table has several.
 
     Parameters
     ----------
-    paths : of CSV or .xlsx files
+    materials : CSV or .xlsx files; or by name, points (slip speeds in m/s, friction coefficients) or a fit of them
     wanted : which columns to take, and in which units, where the headings do not say
     columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has
     same : as for `join_repeats`
@@ -93,23 +99,38 @@ def fit_materials(
     Raises
     ------
     ConfigError
+        For files that will not do.
+    ValueError
         For points that will not do.
     """
+    if isinstance(materials, Mapping):
+        return join_repeats([_named(name, points, law) for name, points in materials.items()], same)
     wanted = wanted or Wanted()
-    materials: list[tuple[str, str, Path, Columns]] = []
-    for file, path in zip(names_of(paths), paths, strict=True):
+    rows: list[tuple[str, str, Path, Columns]] = []
+    for file, path in zip(names_of(materials), materials, strict=True):
         read = read_materials(path, columns or kind_of(path, wanted), wanted)
-        materials += [(label, file, path, points) for label, points in read.items()]
-    labels = Counter(label or file for label, file, *_ in materials)
+        rows += [(label, file, path, points) for label, points in read.items()]
+    labels = Counter(label or file for label, file, *_ in rows)
     names = _numbered([f"{file}: {label}" if label and labels[label] > 1 else label or file
-                       for label, file, *_ in materials])  # fmt: skip
+                       for label, file, *_ in rows])  # fmt: skip
     fits = [
-        MaterialFit(name, path, points, ageing=_ageing(path, label, points))
+        MaterialFit(name, path, points, ageing=_fitted(path, label, points, fit_ageing))
         if "time" in points
         else MaterialFit(name, path, points, _curve(path, label, points, law))
-        for name, (label, _, path, points) in zip(names, materials, strict=True)
+        for name, (label, _, path, points) in zip(names, rows, strict=True)
     ]
     return join_repeats(fits, same)
+
+
+def _named(name: str, points: tuple[ArrayLike, ArrayLike] | CurveFit, law: str) -> MaterialFit:
+    """A material of points, or of a curve whose points nobody knows."""
+    if isinstance(points, CurveFit):
+        return MaterialFit(name, Path(name), Columns(), points)
+    speed, mu = (np.asarray(values, np.float64) for values in points)
+    try:
+        return MaterialFit(name, Path(name), Columns({"speed": speed, "mu": mu}), fit_curve(speed, mu, law=law))
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
 
 
 def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[MaterialFit]:
@@ -131,20 +152,19 @@ def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[Mater
     ConfigError
         If a pattern matches fewer than two, or one that another has; for ageing, and where `fit_repeats` does.
     """
-    patterns = [next((p for p in same if fnmatchcase(one.name.casefold(), p.casefold())), None) for one in fits]
-    joined: dict[str, MaterialFit] = {}
+    taken: set[int] = set()
+    joined: dict[int, MaterialFit] = {}
     for pattern in dict.fromkeys(same):
         group = [i for i, one in enumerate(fits) if fnmatchcase(one.name.casefold(), pattern.casefold())]
-        if len(group) < 2 or any(patterns[i] != pattern for i in group):
+        if len(group) < 2 or taken & {*group}:
             matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
             message = f"matches {matched or 'none'}, expected two or more of {', '.join(one.name for one in fits)}"
             raise ConfigError(f"same {pattern!r}", [Problem((), message)])
-        joined[pattern] = _joined(pattern, [fits[i] for i in group])
-    rest = [joined.pop(pattern, None) if pattern else one for one, pattern in zip(fits, patterns, strict=True)]
-    materials = [one for one in rest if one is not None]
-    return [
-        replace(one, name=name) for one, name in zip(materials, _numbered([m.name for m in materials]), strict=True)
-    ]
+        taken |= {*group}
+        joined[group[0]] = _joined(pattern, [fits[i] for i in group])
+    materials = [joined.get(i, one) for i, one in enumerate(fits) if i in joined or i not in taken]
+    names = _numbered([one.name for one in materials])
+    return [replace(one, name=name) for one, name in zip(materials, names, strict=True)]
 
 
 def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
@@ -166,15 +186,12 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
 
 
 def _curve(path: Path, label: str, points: Columns, law: str = "stribeck") -> CurveFit:
-    try:
-        return _cautious(fit_curve(**points, unit=points.units.get("speed") or "m/s", law=law), points)
-    except ValueError as error:
-        raise ConfigError(str(path), [Problem((label,) if label else (), str(error))]) from None
+    return _fitted(path, label, points, partial(fit_curve, unit=points.units.get("speed") or "m/s", law=law))
 
 
-def _ageing(path: Path, label: str, points: Columns) -> AgeingFit:
+def _fitted(path: Path, label: str, points: Columns, fit: Callable[..., Fit]) -> Fit:
     try:
-        return _cautious(fit_ageing(points["time"], points["mu"]), points)
+        return _cautious(fit(**points), points)
     except ValueError as error:
         raise ConfigError(str(path), [Problem((label,) if label else (), str(error))]) from None
 

@@ -1,12 +1,11 @@
-"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), measured points, and the curves that they allow.
+"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), and measured points with the best curve of each form.
 
-A form says which coefficients are free, and of what sign. Intervals, bands and draws come from one likelihood.
+A form says which coefficients are free, and of what sign.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -16,17 +15,16 @@ from scipy import stats  # type: ignore[import-untyped]
 from scipy.optimize import nnls  # type: ignore[import-untyped]
 
 from stickslip.fit.profile import Cone, Model, Region, bottom
-from stickslip.fit.uncertainty import CONFIDENCE, Flags, Floats, Interval, Residuals, covariance, rms, student
+from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, Residuals, rms, student
 from stickslip.theory.curve import SHAPES
+from stickslip.vocabulary.models import CURVE
 
-COEFFICIENTS = ("a1", "a2", "a3", "a4")
 _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residuals do no harm; are none
 _CERTAIN = 0.99  # confidence with which a branch must be seen
 _TREND = 0.05  # chance of as many falls among points without a trend
 _UNEVEN = 6.63  # by which the deviance falls where the scatter differs along the speed: chi-squared, 1 %
-_LEAST = 2  # points to spare for an interval, where the scatter is not given
+LEAST = 2  # points to spare for an interval, where the scatter is not given
 _FEW, _WIDER = 3, 0.975  # with so few points to spare a branch that is seen was often seen by luck: 97.5 % cover 95 %
-_BATCHES = 200  # of draws, until enough of them lie within the bounds
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,12 @@ class Form:
     parts: tuple[tuple[int, int, int], ...]
     free: tuple[tuple[int, int, int], ...] = ()
     assumed: tuple[str, ...] = ()
-    nonnegative: tuple[str, ...] = COEFFICIENTS
+    nonnegative: tuple[str, ...] = CURVE
+
+    @property
+    def whole(self) -> Form:
+        """The form without what it fixes."""
+        return self if self is STRENGTHENING else WEAKENING
 
     @cached_property
     def cone(self) -> Cone:
@@ -78,6 +81,7 @@ class MeasuredPoints:
     law: str
     slope: float = 0.0
     _fits: dict[Form, Floats] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _regions: dict[Form, Region] = field(default_factory=dict, repr=False, compare=False)  # of any slope
 
     @cached_property
     def order(self) -> Floats:
@@ -93,12 +97,12 @@ class MeasuredPoints:
     @cached_property
     def place(self) -> Floats:
         """The speeds in units of the largest."""
-        return np.asarray(self.speed / self.speed.max())
+        return np.asarray(self.speed / self.units[3])
 
     @cached_property
     def target(self) -> Floats:
         """The friction in units of the largest."""
-        return np.asarray(self.mu / self.mu.max())
+        return np.asarray(self.mu / self.units[0])
 
     @cached_property
     def weight(self) -> Floats:
@@ -115,12 +119,9 @@ class MeasuredPoints:
     def model(self) -> Model:
         """Linear in a1, a2 and a3 for a given a4."""
         lines = np.column_stack([np.ones_like(self.place), self.place])
-        return Model(self.target, self.weight, lines, lambda a4: self.shape(self.place / a4[:, None]), self.limits)
-
-    @property
-    def shape(self) -> Callable[[Floats], Floats]:
-        """That of the law."""
-        return SHAPES[self.law]
+        return Model(
+            self.target, self.weight, lines, lambda a4: SHAPES[self.law](self.place / a4[:, None]), self.limits
+        )
 
     def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
         """The points, some left out."""
@@ -132,6 +133,26 @@ class MeasuredPoints:
     def freedom(self, form: Form) -> int:
         """Points to spare."""
         return self.speed.size - 4 + len(form.assumed)
+
+    def region(self, form: Form) -> Region:
+        """The range of scales that the points allow of a form, whatever the slope: it is searched."""
+        if form not in self._regions:
+            known, spare = self.deviation is not None, self.freedom(form)
+            few = not known and 0 < spare <= _FEW
+            spare = spare if known or spare >= LEAST else 0  # one tells nothing of the scatter
+            self._regions[form] = Region(
+                replace(self, slope=0.0).model, form.cone, math.inf if known and spare > 0 else float(spare),
+                None if known else self.order, 1 if form is WEAKENING else None,
+                student(spare, _WIDER if few else CONFIDENCE) if spare > 0 and not known else None,
+            )  # fmt: skip
+        return self._regions[form]
+
+    def uneven(self, chosen: Chosen) -> float | None:
+        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even, or is given."""
+        if self.deviation is not None or self.residuals(chosen) is None:
+            return None
+        slope, deviance = self.region(chosen.form.whole).slope
+        return slope if deviance > _UNEVEN and self.freedom(WEAKENING) > _FEW else None
 
     # --- curves -------------------------------------------------------------------------------------------------------
 
@@ -173,7 +194,7 @@ class MeasuredPoints:
 
     def curve(self, a: Floats) -> Floats:
         """Friction at the points."""
-        return np.asarray(a[0] + a[1] * self.place + a[2] * self.shape(self.place / a[3]))
+        return np.asarray(a[0] + a[1] * self.place + a[2] * SHAPES[self.law](self.place / a[3]))
 
     def left(self, a: Floats) -> float:
         """The weighted sum of squares that a curve leaves."""
@@ -189,30 +210,30 @@ class MeasuredPoints:
 
     def residuals(self, chosen: Chosen) -> Residuals | None:
         """The residuals of a curve, weighted; None where they are rounding, or no points are to spare."""
-        apart = self.curve(chosen.best) - self.mu / self.units[0]
+        apart = self.curve(chosen.best) - self.target
         span = float(np.ptp(self.mu)) / self.units[0]
         if self.freedom(chosen.form) < 1 or rms(apart) <= max(_VISIBLE * span, _ROUNDING):
             return None
-        free = [name not in chosen.form.assumed for name in COEFFICIENTS]
+        free = [name not in chosen.form.assumed for name in CURVE]
         return Residuals(apart * self.weight, self.jacobian(chosen.best)[:, free], self.speed)
 
     def jacobian(self, a: Floats) -> Floats:
         """Derivatives of the curve with respect to a1 to a4, weighted; points by coefficients."""
         step = 1e-6
         ends = a[3] * np.array([1.0 - step, 1.0 + step])
-        below, above = self.shape(self.place / ends[:, None])
+        below, above = SHAPES[self.law](self.place / ends[:, None])
         scale = a[2] * (above - below) / np.ptp(ends)
-        columns = [np.ones_like(self.place), self.place, self.shape(self.place / a[3]), scale]
+        columns = [np.ones_like(self.place), self.place, SHAPES[self.law](self.place / a[3]), scale]
         return np.asarray(np.column_stack(columns) * self.weight[:, None])
 
     def steepened(self, a: Floats) -> Floats:
         """Derivative by d, about 1, of a curve of the shape with (w/a4)^d for w/a4, weighted."""
-        z, step = self.place / a[3], 1e-4
-        return np.asarray((self.shape(z ** (1.0 + step)) - self.shape(z)) * self.weight / step)
+        z, step, shape = self.place / a[3], 1e-4, SHAPES[self.law]
+        return np.asarray((shape(z ** (1.0 + step)) - shape(z)) * self.weight / step)
 
     def _rate(self, a: Floats) -> float:
         slowest, step = float(self.place.min()), 1e-6 * a[3]
-        weakening = self.shape(np.array([slowest, slowest + step]) / a[3])
+        weakening = SHAPES[self.law](np.array([slowest, slowest + step]) / a[3])
         return float(a[1] + a[2] * (weakening[1] - weakening[0]) / step)
 
     def _straight(self, falling: bool) -> tuple[Floats, float]:
@@ -220,123 +241,3 @@ class MeasuredPoints:
         columns = [np.ones_like(self.place), self.place, *([-self.place] if falling else [])]
         line, norm = nnls(np.column_stack(columns) * self.weight[:, None], self.target * self.weight)
         return line, float(norm)
-
-
-# --- what the points allow --------------------------------------------------------------------------------------------
-
-
-class Drawn(NamedTuple):
-    """Curves drawn. coefficients : a1 to a4 by name, each (count,). kept : share of the draws within the bounds."""
-
-    coefficients: dict[str, Floats]
-    kept: float
-
-    @property
-    def falling(self) -> Flags:
-        """Curves that fall for ever, since a2 < 0."""
-        return np.asarray(self.coefficients["a2"] < 0)
-
-
-def drawn_in_batches(batch: Callable[[], Floats], count: int) -> Drawn | None:
-    """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
-    inside: list[Floats] = []
-    for batches in range(1, _BATCHES + 1):
-        inside.append(batch())
-        if (enough := sum(map(len, inside))) >= count:
-            values = np.concatenate(inside)[:count].T
-            return Drawn(dict(zip(COEFFICIENTS, values, strict=True)), enough / (batches * count))
-    return None
-
-
-class Allowed:
-    """The curves that points allow, in SI: 95 % intervals by profile likelihood, and draws of the same likelihood."""
-
-    def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
-        self._points, self._chosen = points, chosen
-        form = self._form = chosen.form if chosen.form is STRENGTHENING else WEAKENING
-        known, spare = points.deviation is not None, points.freedom(form)
-        few = not known and 0 < spare <= _FEW
-        spare = spare if known or spare >= _LEAST else 0  # one tells nothing of the scatter
-        self.region = Region(
-            replace(points, slope=0.0).model, form.cone, math.inf if known and spare > 0 else float(spare),
-            None if known else points.order, 1 if form is WEAKENING else None,
-            student(spare, _WIDER if few else CONFIDENCE) if spare > 0 and not known else None,
-        )  # fmt: skip
-
-    @property
-    def uneven(self) -> float | None:
-        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even."""
-        if self._points.residuals(self._chosen) is None:
-            return None
-        slope, deviance = self.region.slope
-        return slope if deviance > _UNEVEN and self._points.freedom(WEAKENING) > _FEW else None
-
-    def intervals(self) -> Mapping[str, Interval]:
-        """Of a1 to a4 and of mu_start; an end that the points leave open is inf, or 0."""
-        form, units = self._chosen.form, self._points.units
-        names = ("a1", "a2", "a3", "mu_start")
-        if form is STRAIGHT:  # a branch that the points do not show may hide in any of them
-            return dict.fromkeys((*COEFFICIENTS, "mu_start"), (0.0, math.inf))
-        rows = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1]])
-        low, high = self.region.extent(lambda scale: np.broadcast_to(rows, (scale.size, 4, 3)))
-        best = np.append(self._chosen.best[:3], self._chosen.best[0] + self._chosen.best[2])
-        ends = {
-            name: (float(min(a, b) * unit), float(max(c, b) * unit))
-            for name, a, b, c, unit in zip(names, low, best, high, units[[0, 1, 2, 0]], strict=True)
-        }
-        slow, fast = self.region.scale
-        if slow == 0.0 and self._points.speed.min() > 0 and form is not STRENGTHENING:
-            # a branch below the slowest point may be as steep as it likes
-            ends |= {name: (ends[name][0], math.inf) for name in ("a3", "mu_start")}
-        if math.isinf(fast):  # a1 and a3 are one coefficient then, and with a2 a straight line
-            ends |= {**dict.fromkeys(("a1", "a3"), (0.0, math.inf)), "a2": (ends["a2"][0], math.inf)}
-        floor = (*form.nonnegative, "mu_start")
-        ends = {name: (max(a, 0.0) if name in floor else a, b) for name, (a, b) in ends.items()}
-        ends["a4"] = float(slow * units[3]), float(fast * units[3])
-        if form is FALLING:  # without the rise that was assumed away, the others are not known
-            ends |= dict.fromkeys(("a1", "a2", "a3"), (0.0, math.inf))
-        return ends
-
-    def friction(self, speed: Floats) -> tuple[Floats, Floats]:
-        """Lower and upper ends of the friction coefficient at slip speeds (c,) in m/s."""
-        points = self._points
-        u, size = speed / points.units[3], points.units[0]
-        if self._chosen.form is STRAIGHT:
-            low, high = self._line(np.column_stack([np.ones_like(u), u]))
-            return low * size, high * size
-
-        def rows(scale: Floats) -> Floats:
-            weakening = points.shape(u / scale[:, None])
-            return np.stack([np.ones_like(weakening), np.broadcast_to(u, weakening.shape), weakening], axis=2)
-
-        low, high = self.region.extent(rows)
-        return np.broadcast_to(low, u.shape) * size, np.broadcast_to(high, u.shape) * size
-
-    def _line(self, rows: Floats) -> tuple[Floats, Floats]:
-        """The ends of combinations (c, 2) of the two coefficients of a straight line."""
-        points, best, known = self._points, self._chosen.best, self._points.deviation is not None
-        spare = points.freedom(STRAIGHT)
-        variance = 1.0 if known else points.left(best) / spare
-        error = np.sqrt(variance * np.einsum("ci,ij,cj->c", rows, covariance(points.jacobian(best)[:, :2]), rows))
-        reach = student(math.inf if known else spare) * error
-        middle = rows @ best[:2]
-        return middle - reach, middle + reach
-
-    @property
-    def can_draw(self) -> bool:
-        """True where points are to spare, so that their scatter is known."""
-        least = 1 if self._points.deviation is not None else _LEAST
-        return self._points.freedom(self._form) >= least
-
-    def draw(self, count: int, random: np.random.Generator) -> Floats:
-        """a1 to a4 of curves, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be < 0.
-
-        Of points that show no branch: those with one they may hide, its a4 anywhere between the slowest and the
-        fastest of them.
-        """
-        form, speed = self._chosen.form, self._points.place
-        hidden = (float(speed[speed > 0].min()), 1.0) if form is STRAIGHT else None
-        values, scale = self.region.draw(count, random, hidden)
-        start, branch = values[:, 0] + values[:, 2], values[:, 2] <= 0 if form is STRENGTHENING else values[:, 2] >= 0
-        inside = (values[:, 0] >= 0) & (start >= 0) & branch
-        return np.asarray(np.column_stack([values, scale])[inside] * self._points.units)

@@ -23,33 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
-from stickslip.files.tables import (
-    DECIMAL_COMMA,
-    MOST_PROBLEMS,
-    NUMBER,
-    Cell,
-    Table,
-    cells,
-    has_decimal_commas,
-    mixed_marks,
-    read_table,
-    thousands,
-    wrong_count,
-)
-from stickslip.fit.columns import (
-    GAPS,
-    MOST_FRICTION,
-    MU,
-    WHOLE,
-    Role,
-    Search,
-    Wanted,
-    example,
-    load_above,
-    newtons,
-    titled,
-)
-from stickslip.fit.headings import PURE, heading, with_units_below
+from stickslip.files import tables
+from stickslip.files.tables import NUMBER, Cell, Table
+from stickslip.fit.columns import HeadedTable, example, load_above, newtons, titled
+from stickslip.fit.headings import PURE, heading
+from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, WHOLE, Role, Search, Wanted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
@@ -78,7 +56,7 @@ class Columns(dict[str, NDArray[np.float64]]):
     above: tuple[int, int] | None = None
 
     def caution(self) -> str:
-        """A sentence on units that were assumed; empty if none were."""
+        """A sentence on each unit that was assumed; empty if none was."""
         sentences = []
         for column in self.assumed:
             unit, values = units.spelled(column.units), self[column.name]
@@ -147,32 +125,26 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
         With everything that is wrong, by line and column.
     """
     wanted = wanted or Wanted()
-    table = _table(Path(path), columns, (columns[0].name,), wanted)
-    headings, has_units = with_units_below(table, [heading(cell.text) for cell in table.heading])
-    rows = list(cells(table))[has_units:]
-    roles, group, notes = Search(table, headings, rows, columns, wanted).roles()
+    headed = HeadedTable(_table(Path(path), columns, (columns[0].name,), wanted))
+    table, headings, rows = headed.table, headed.headings, list(tables.cells(headed.table))
+    roles, group, notes = Search(headed, rows, columns, wanted).roles()
     materials = _Reader(table, rows, roles, group).materials()
     _ask_about_load(table, wanted)
     for role in roles:
         if role.column.name == MU:
-            _check_friction(table, headings[role.position].unit, role, materials)
-    without_unit = [role.column for role in roles if role.column.units != "1" and not role.unit]
-    if without_unit:
-        _check_units_above(table, without_unit[0])
-    used = {group, *(i for role in roles for i in _positions(role))}
+            _check_friction(headed, role, materials)
+    with_unit = {role.column.name: role.unit for role in roles if role.column.units != "1" and role.unit}
+    assumed = tuple(role.column for role in roles if role.column.units != "1" and not role.unit)
+    if assumed:
+        _check_units_above(table, assumed[0])
+    used = {group, *(i for role in roles for i in role.positions)}
     for name, points in materials.items():
-        own = [role for role in roles if role.label in ("", name) or group is not None]
-        points.assumed = tuple(without_unit)
-        points.units = {r.column.name: r.unit for r in roles if r.column.units != "1" and r.unit}
-        points.read = {r.column.name: headings[r.position].text for r in own}
-        points.ignored = tuple(h.text for i, h in enumerate(headings) if i not in used and h.text)
-        points.notes = notes
+        own = (role for role in roles if role.label in ("", name) or group is not None)
+        points.assumed, points.units, points.notes = assumed, with_unit, notes
+        points.read = {role.column.name: headings[role.position].text for role in own}
+        points.ignored = tuple(one.text for i, one in enumerate(headings) if i not in used and one.text)
         points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
     return materials
-
-
-def _positions(role: Role) -> tuple[int, ...]:
-    return (role.position, role.load[0]) if isinstance(role.load, tuple) else (role.position,)
 
 
 def _table(path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wanted: Wanted) -> Table:
@@ -194,10 +166,10 @@ def _table(path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wan
         plain = (text.replace(",", ".").strip("[]() ") for text in texts)
         return not any(NUMBER.fullmatch(text) or text in PURE[1:] or is_column_unit(text) for text in plain)
 
-    table = read_table(path, example(columns), "points", may_be_headings)
+    table = tables.read_table(path, example(columns), "points", may_be_headings)
     if may_be_headings([cell.text for cell in table.heading]):
         return table
-    return read_table(path, example(columns), "points", are_words)
+    return tables.read_table(path, example(columns), "points", are_words)
 
 
 def _check_units_above(table: Table, column: Parameter) -> None:
@@ -217,14 +189,15 @@ def _ask_about_load(table: Table, wanted: Wanted) -> None:
                 warnings.warn(f"{table.name}:{above[1]}: {question}", UnitWarning, stacklevel=2)
 
 
-def _check_friction(table: Table, unit: str, role: Role, materials: dict[str, Columns]) -> None:
+def _check_friction(headed: HeadedTable, role: Role, materials: dict[str, Columns]) -> None:
     """Raises ConfigError where numbers are too large for friction coefficients, as those in percent are."""
     most = max((float(points[MU].max()) for name, points in materials.items() if role.label in ("", name)), default=0.0)
-    if most > (MOST_FRICTION if unit == "" or role.unit else _MOST_EVER):
-        cell = table.heading[role.position]
+    is_bare = headed.headings[role.position].unit == ""
+    if most > (MOST_FRICTION if is_bare or role.unit else _MOST_EVER):
+        cell = headed.table.heading[role.position]
         message = f"got {cell.text!r} up to {most:.4g}, expected friction coefficients"
         hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
-        raise ConfigError(table.name, [Problem((MU,), message, cell.place, hint)])
+        raise ConfigError(headed.table.name, [Problem((MU,), message, cell.place, hint)])
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
@@ -236,9 +209,9 @@ class _Reader:
     def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: list[Role], group: int | None) -> None:
         self._table, self._rows, self._roles, self._group = table, rows, roles, group
         texts = [[cell.text for cell in row] for row in rows]
-        used = [i for role in roles for i in _positions(role)]
-        self._comma = has_decimal_commas(table, texts, used)
-        self._thousands = {i for i in used if thousands([row[i] for row in texts if i < len(row)], self._comma)}
+        used = [i for role in roles for i in role.positions]
+        self._comma = tables.has_decimal_commas(table, texts, used)
+        self._thousands = {i for i in used if tables.thousands([row[i] for row in texts if i < len(row)], self._comma)}
         self._problems: list[Problem] = []
 
     def materials(self) -> dict[str, Columns]:
@@ -247,10 +220,10 @@ class _Reader:
         sigmas = {role.label: role for role in others if role.column.name != MU}
         materials: dict[str, dict[str, list[float]]] = {}
         for row in self._rows:
-            if len(self._problems) >= MOST_PROBLEMS:
+            if len(self._problems) >= tables.MOST_PROBLEMS:
                 break
             if len(row) != len(self._table.heading):
-                self._problems.append(wrong_count(self._table, row))
+                self._problems.append(tables.wrong_count(self._table, row))
                 continue
             numbers = {along.position: self._number(along, row)}
             group = "" if self._group is None else row[self._group].text
@@ -268,7 +241,8 @@ class _Reader:
         if self._problems:
             raise ConfigError(self._table.name, self._problems)
         return {
-            name: Columns({key: np.array(column) for key, column in one.items()}) for name, one in materials.items()
+            name: Columns({key: np.array(column) for key, column in points.items()})
+            for name, points in materials.items()
         }
 
     def _number(self, role: Role, row: Sequence[Cell]) -> float:
@@ -291,9 +265,9 @@ class _Reader:
 def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
     """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
     plain = text.replace(",", ".") if comma else text
-    if not NUMBER.fullmatch(plain) or mixed_marks(text, comma):
-        hint = mixed_marks(text, comma) or None
-        if DECIMAL_COMMA.fullmatch(text):
+    if not NUMBER.fullmatch(plain) or tables.mixed_marks(text, comma):
+        hint = tables.mixed_marks(text, comma) or None
+        if tables.DECIMAL_COMMA.fullmatch(text):
             hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
         elif text.lower() in GAPS:
             hint = "leave out points that were not measured"

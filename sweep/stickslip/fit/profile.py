@@ -193,7 +193,7 @@ class Region:
         self._deviance = np.array(
             [self._raised(weighting, left) for weighting, left in zip(self._all, least, strict=True)]
         )
-        self._nodes = self._scales(reach if reach else student(freedom)) if freedom > 0 else []
+        self._reach = reach or student(freedom)
 
     def _weighting(self, model: Model, order: Floats | None, slope: float) -> Weighting:
         weighted = model if order is None else replace(model, weight=np.exp(-slope * order))
@@ -211,11 +211,12 @@ class Region:
     def _raised(self, weighting: Weighting, left: float) -> float:
         return left if self._known else weighting.offset + self._freedom * math.log(left)
 
-    def _scales(self, reach: float) -> list[tuple[Weighting, float, Interval]]:
+    @cached_property
+    def _nodes(self) -> list[tuple[Weighting, float, Interval]]:
         """The weightings that are allowed, with the sum of squares up to which coefficients are within `reach` standard
         errors, and the scales that leave less."""
-        nodes, lowest = [], float(self._deviance.min())
-        for weighting, deviance in zip(self._all, self._deviance, strict=True):
+        nodes, lowest, reach = [], float(self._deviance.min()), self._reach
+        for weighting, deviance in zip(self._all, self._deviance, strict=True) if self._freedom > 0 else ():
             if self._known:
                 allowed = lowest + reach**2
             else:

@@ -7,37 +7,30 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stickslip.fit.ageing import AgeingFit, rank
-from stickslip.fit.curve import CurveFit
 from stickslip.fit.files import MaterialFit
 from stickslip.fit.steps import StepPoints
 from stickslip.vocabulary.models import CURVE, FITTED
 from stickslip.vocabulary.suggest import listed
 
 _UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
-
-
-def _fit_of(material: MaterialFit) -> tuple[CurveFit | AgeingFit, tuple[str, ...]]:
-    if material.curve:
-        return material.curve, FITTED
-    assert material.ageing is not None
-    return material.ageing, ("mu0", "beta", "t0")
+_AGEING = ("mu0", "beta", "t0")
 
 
 def describe(material: MaterialFit) -> str:
     """Numbers with their 95 % intervals, and the quality of the fit."""
-    fit, names = _fit_of(material)
+    curve, fit = material.curve, material.curve or material.ageing
+    assert fit is not None
     rows = []
-    if material.curve and material.curve.law != "stribeck":
-        law, lower = material.curve.law, material.curve.preferred
-        rows.append(f"  law: {law} (AICc lower than that of stribeck by {lower:.2g})")
-    for name in names:
+    if curve and curve.law != "stribeck":
+        rows.append(f"  law: {curve.law} (AICc lower than that of stribeck by {curve.preferred:.2g})")
+    for name in FITTED if curve else _AGEING:
         low, high = fit.interval[name]
         known = f"95 %: {low:.4g} to {high:.4g}" if math.isfinite(low) else f"95 %: {high:.4g} or less"
         if math.isinf(high):
             known = f"95 %: {low:.4g} or more" if low > 0 else "not determined"
-        if material.curve and name in material.curve.assumed:
+        if curve and name in curve.assumed:
             known = "assumed"
-        elif material.curve and name in material.curve.at_bound:
+        elif curve and name in curve.at_bound:
             known += ", at its bound"
         rows.append(f"  {name:9}{getattr(fit, name):10.4g} {_UNITS.get(name, ''):11} {known}")
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
@@ -90,24 +83,22 @@ def columns_of(material: MaterialFit) -> dict[str, Any]:
 def is_plain(material: MaterialFit) -> bool:
     """True where the columns are plainly called what they were taken for, and nothing was left out."""
     points = material.points
-    return not (points.ignored or points.notes or points.above) and all(
-        text.lower().startswith(name) for name, text in points.read.items()
-    )
+    are_named_so = all(text.lower().startswith(name) for name, text in points.read.items())
+    return are_named_so and not (points.ignored or points.notes or points.above)
 
 
 def as_plain(material: MaterialFit) -> dict[str, Any]:
     """A fit as plain data, for programs."""
-    fit, names = _fit_of(material)
-    data: dict[str, Any] = {
+    fit, names = material.curve or material.ageing, FITTED if material.curve else _AGEING
+    assert fit is not None
+    own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
+    shared = ("standard_error", "covariance", "residual_rms", "r_squared", "points", "good", "quality")
+    return {
         "name": material.name, "file": str(material.path), "kind": "curve" if material.curve else "ageing",
         "coefficients": {name: getattr(fit, name) for name in names},
         "interval": {name: list(fit.interval[name]) for name in names},
-        "standard_error": dict(fit.standard_error), "covariance": fit.covariance, "confidence": 0.95,
-        "residual_rms": fit.residual_rms, "r_squared": fit.r_squared, "points": fit.points,
-        "good": fit.good, "quality": fit.quality, **columns_of(material),
+        "confidence": 0.95, **{name: getattr(fit, name) for name in (*shared, *own)}, **columns_of(material),
     }  # fmt: skip
-    own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
-    return data | {name: getattr(fit, name) for name in own}
 
 
 # --- YAML -------------------------------------------------------------------------------------------------------------

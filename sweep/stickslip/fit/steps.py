@@ -22,13 +22,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.atomic import replaced
-from stickslip.files.tables import numbers, read_table
-from stickslip.fit.headings import PERCENT, PURE, heading, plain
+from stickslip.errors import ConfigError, QuantityError
+from stickslip.files.tables import read_table
+from stickslip.files.targets import replaced
+from stickslip.fit.columns import HeadedTable, factor
+from stickslip.fit.headings import Heading, heading, plain
 from stickslip.fit.uncertainty import Floats
-from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.suggest import listed
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
@@ -254,12 +253,12 @@ def read_steps(
     ConfigError
         For files that cannot be understood, by line and column.
     """
-    record = _Columns(path, ("time", "speed", "rotation", "mu", "force", "load"), _RECORD)
+    record = _Signals(path, ("time", "speed", "rotation", "mu", "force", "load"), _RECORD)
     time, steps = record["time"], None
     speed = record.speed(radius) if plan is None else np.full(time.shape, np.nan)
     loads = record.get("load", np.full(time.shape, np.nan if load is None else load))
     if plan is not None:
-        planned = _Columns(plan, ("begin", "end", "speed", "rotation", "load"), _PLAN)
+        planned = _Signals(plan, ("begin", "end", "speed", "rotation", "load"), _PLAN)
         begins, ends, speeds = planned["begin"], planned["end"], planned.speed(radius)
         if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
             raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
@@ -293,31 +292,21 @@ def write_points(points: StepPoints, path: Path) -> None:
         )
 
 
-class _Columns(dict[str, Floats]):
+class _Signals(dict[str, Floats]):
     """The columns of a table by their names, in SI. Raises ConfigError, also for one that is missing."""
 
     def __init__(self, path: Path, known: tuple[str, ...], example: str) -> None:
-        self._table = table = read_table(
-            path, example, is_heading=lambda names: sum(_kind(n) in known for n in names) > 1
+        table = read_table(
+            path, example, is_heading=lambda texts: sum(_name(heading(t, _KINDS)) in known for t in texts) > 1
         )
-        columns: dict[str, tuple[int, float]] = {}
-        problems = []
-        for position, cell in enumerate(table.heading):
-            if (name := _kind(cell.text)) not in known:
-                continue
-            try:
-                if name in columns:
-                    raise QuantityError("it once", "remove one of the two columns")
-                columns[name] = position, _factor(name, cell.text)
-            except QuantityError as error:
-                problems.append(Problem((), f"got {cell.text!r}, expected {error.expected}", cell.place, error.hint))
-        if problems:
-            raise ConfigError(table.name, problems)
-        values = numbers(table, [position for position, _ in columns.values()])
-        super().__init__({name: values[position] * factor for name, (position, factor) in columns.items()})
+        self._table = HeadedTable(table, _KINDS)
+        columns = self._table.find(
+            lambda column: name if (name := _name(column)) in known else None, _factor, "remove one of the two columns"
+        )
+        super().__init__(self._table.values(columns))
 
     def __missing__(self, name: str) -> Floats:
-        headings = listed([repr(cell.text) for cell in self._table.heading], "and")
+        headings = listed([repr(column.text) for column in self._table.headings], "and")
         raise self.error(f"no column of {name} among {headings}", f"for instance '{_RECORD}'")
 
     def speed(self, radius: float | None) -> Floats:
@@ -330,36 +319,27 @@ class _Columns(dict[str, Floats]):
 
     def error(self, message: str, hint: str | None = None) -> ConfigError:
         """That the table as a whole will not do."""
-        return ConfigError(self._table.name, [Problem((), message, hint=hint)])
+        return self._table.error(message, hint, at_heading=False)
 
 
-def _kind(text: str) -> str:
-    """The name of the column with a heading, a key of `_UNITS` or `rotation`; another where it is none."""
-    parts = heading(text, _KINDS)
-    if own := next((name for name, words in _WORDS.items() if plain(parts.name) in words), ""):
+def _name(column: Heading) -> str:
+    """The name of a column, a key of `_UNITS` or `rotation`; another where it is none."""
+    if own := next((name for name, words in _WORDS.items() if plain(column.name) in words), ""):
         return own
-    if parts.kind == "speed" and parts.unit and _turns(text):
+    if column.kind == "speed" and column.unit and _turns(column):
         return "rotation"
-    return "force" if parts.is_force() else "mu" if parts.kind == "kinetic" else parts.kind
+    return "force" if column.is_force() else "mu" if column.kind == "kinetic" else column.kind
 
 
-def _turns(text: str) -> float | None:
+def _turns(column: Heading) -> float | None:
     """rad/s of the unit of rotation in a heading, which may be all of it."""
-    parts = heading(text, _KINDS)
-    return _TURNS.get((parts.unit or parts.name).lower().replace(" ", ""))
+    return _TURNS.get((column.unit or column.name).lower().replace(" ", ""))
 
 
-def _factor(name: str, text: str) -> float:
+def _factor(name: str, column: Heading) -> float:
     """The factor from the unit of a column to SI. Raises QuantityError."""
-    unit = heading(text, _KINDS).unit
-    if name == "rotation":
-        if (turns := _turns(text)) is None:
-            raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
-        return turns
-    if name == "mu":
-        if unit not in (*PURE, *PERCENT):
-            raise QuantityError("no unit", "a friction coefficient is a pure number")
-        return 0.01 if unit in PERCENT else 1.0
-    if not unit:
-        raise QuantityError("its unit in brackets", f"for instance '{name} [{units.spelled(_UNITS[name])}]'")
-    return units.si_value(f"1 {column_unit(unit, _UNITS[name])}", _UNITS[name])
+    if name != "rotation":
+        return factor(name, column.unit, _UNITS[name], percent=True, needed=True)
+    if (turns := _turns(column)) is None:
+        raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
+    return turns

@@ -6,7 +6,6 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,15 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
+from stickslip.config.studies import section_of_call
 from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
 from stickslip.config.yaml import Document
-from stickslip.dataset.materials import Material, material_dataset
+from stickslip.dataset.materials import material_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, Problem, UnitWarning
-from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_curve, fit_materials, join_repeats
-from stickslip.fit.points import Columns
+from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
 from stickslip.materials.stick_slip_end import (
+    CHANCES,
     NOT_DETERMINED,
     QUIET,
     VIBRATES,
@@ -32,7 +32,7 @@ from stickslip.materials.stick_slip_end import (
     below,
     cells_of,
     drawn_of,
-    no_scatter,
+    names_of_scatter,
     quiet_above,
     regimes,
     scatter_of,
@@ -40,7 +40,7 @@ from stickslip.materials.stick_slip_end import (
 )
 from stickslip.materials.system import Amount, Amounts, Request, in_percent, is_plain, quantity, speeds_of, system_of
 from stickslip.progress import Watch, watched
-from stickslip.studies.borders import Limits, Scan
+from stickslip.studies.borders import Border, Scan, fine_enough
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import VIBRATING
@@ -51,6 +51,7 @@ Floats = NDArray[np.float64]
 Points = tuple[ArrayLike, ArrayLike] | CurveFit
 Materials = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, Points] | Sequence[MaterialFit]
 
+_NO_CURVES = "No curve can be drawn from what its fit leaves open."
 _SLOWER, _FASTER = 10.0, 4.0  # how far beyond what is measured, and what linear theory says, speeds are searched
 
 
@@ -133,12 +134,12 @@ def compare(
         raise ValueError(f"level: got {level!r}, expected a share above 0 and below 1, such as 0.95")
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
         raise ValueError(f"draws: got {draws!r}, expected a whole number of at least 0")
-    limits = Limits(scan, tolerance)
+    search = section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance)
     low, high = (None, None) if between is None else (quantity("belt_speed", end, "between") for end in between)
     system, over = system_of(given)
     request = Request(
         system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
-        level, draws, seed, limits, limits.applied(Options(threads=threads), None),
+        level, draws, seed, search, fine_enough(search, Options(threads=threads)),
     )  # fmt: skip
     if question := _question(fits, given | {"belt_speed": belt_speed}, request):
         warnings.warn(question, UnitWarning, stacklevel=2)
@@ -152,37 +153,37 @@ def compare(
 
 def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progress | None = None) -> xr.Dataset:
     """As `compare`, of fitted curves. progress : called with curves done, in part too, and in all."""
+    curves = _curves(fits)
     doubts = [_doubt(fit) for fit in fits]
-    drawn = {i: drawn_of(_curve(fit), request)
-             for i, fit in enumerate(fits) if _curve(fit).determined and not doubts[i]}  # fmt: skip
-    known = [i for i, curves in drawn.items() if curves or not _curve(fits[i]).has_intervals]
-    scan = _scan([fits[i] for i in known], fits, request)
-    rows = [_undetermined(fit, doubt, request) for fit, doubt in zip(fits, doubts, strict=True)]
-    keys: list[tuple[int, float]] = [(3, 0.0)] * len(fits)
-    over = {name: np.full((len(fits), len(values)), np.nan) for name, values in request.over.items()}
-    quiet: dict[int, QuietSpeeds | None] = {}
+    drawn = {i: drawn_of(curve, request) for i, curve in enumerate(curves) if curve.determined and not doubts[i]}
+    known = [i for i, some in drawn.items() if some or not curves[i].has_intervals]
+    scan = _scan([curves[i] for i in known], curves, request)
+    table, quiet = _blank(len(fits), request), dict[int, QuietSpeeds | None]()
     total = max(len(known), 1) * (1 + request.draws)
-    watch = watcher(request.limits, len(known), total, progress)
+    watch = watcher(request.search, total, progress)
     if known:
-        curves = {name: np.array([getattr(fits[i].curve, name) for i in known]) for name in CURVE}
+        coefficients = {name: np.array([getattr(curves[i], name) for i in known]) for name in CURVE}
         borders = quiet_above(
-            curves, request.system, scan, request.limits.tolerance, request.options, watch(0, len(known))
+            coefficients, request.system, scan, request.search.tolerance, request.options, watch(0, len(known))
         )
-        motion = _motion(curves, request, scan)
-        for row, i in enumerate(known):
-            moved = watch(row + 1, request.draws)
-            values, quiet[i] = scatter_of(_curve(fits[i]), drawn[i], request, scan, float(borders.speed[row]), moved)
-            rows[i] = _material(fits[i], borders, motion, values, row, request)
-            keys[i] = _rank_key(borders, row)
-        for name in over:
-            over[name][known] = _over(name, curves, request, scan)
+        values = _at_speeds([curves[i] for i in known], coefficients, borders, request, scan)
+        values |= {f"quiet_above_over_{name}": _over(name, coefficients, request, scan) for name in request.over}
+        for name, of_known in values.items():
+            table[name][known] = of_known
+        for i, border in zip(known, borders.speed.tolist(), strict=True):
+            moved = watch(len(quiet) + 1, request.draws)
+            scatter, quiet[i] = scatter_of(curves[i], drawn[i], request, scan, border, moved)
+            for name, value in scatter.items():
+                table[name][i] = value
     if progress:
         progress(total, total)
-    order = sorted(range(len(fits)), key=lambda i: (keys[i], fits[i].name))
-    _note_ranks([rows[i] for i in order], [quiet.get(i) for i in order], [keys[i] for i in order])
-    attributes = _attributes([fits[i] for i in order], request, scan)
-    table = {name: (request.over[name], values[order]) for name, values in over.items()}
-    return material_dataset([rows[i] for i in order], attributes, request.speeds.values, table)
+    order = _rank(table, quiet, [fit.name for fit in fits])
+    reasons = [doubts[i] or (_NO_CURVES if curves[i].determined and i not in known else "") for i in order]
+    fits = [fits[i] for i in order]
+    ordered = {name: values[order] for name, values in table.items()}
+    return material_dataset(
+        fits, ordered, reasons, _attributes(fits, request, scan), request.speeds.values, request.over
+    )
 
 
 # --- materials, doubts, speeds ----------------------------------------------------------------------------------------
@@ -190,13 +191,12 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
 
 def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
     if isinstance(materials, Mapping):
-        fits = [_fit(name, points) for name, points in materials.items()]
+        fits = fit_materials(materials)
     else:
         several = [materials] if isinstance(materials, str | os.PathLike) else [*materials]
         fits = [one for one in several if isinstance(one, MaterialFit)]
-        if len(fits) < len(several):
-            paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
-            fits = fit_materials(paths, wanted)
+        paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
+        fits += fit_materials(paths, wanted)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
     for fit in fits:
@@ -207,19 +207,8 @@ def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
     return fits
 
 
-def _fit(name: str, points: Points) -> MaterialFit:
-    if isinstance(points, CurveFit):
-        return MaterialFit(name, Path(name), Columns(), points)
-    speed, mu = (np.asarray(values, np.float64) for values in points)
-    try:
-        return MaterialFit(name, Path(name), Columns({"speed": speed, "mu": mu}), fit_curve(speed, mu))
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
-
-
-def _curve(fit: MaterialFit) -> CurveFit:
-    assert fit.curve is not None  # `_fits` refuses others
-    return fit.curve
+def _curves(fits: Sequence[MaterialFit]) -> list[CurveFit]:
+    return [fit.curve for fit in fits if fit.curve is not None]  # `_fits` refuses others
 
 
 def _slopes(curve: CurveFit) -> list[float]:
@@ -228,14 +217,15 @@ def _slopes(curve: CurveFit) -> list[float]:
 
 
 def _doubt(fit: MaterialFit) -> str | None:
-    return friction_question_of_fit(float(_curve(fit).predict(0.0)), fit.points.get("mu"))
+    (curve,) = _curves([fit])
+    return friction_question_of_fit(float(curve.predict(0.0)), fit.points.get("mu"))
 
 
 def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
     """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
     implausible friction."""
     doubts = {fit.name: doubt for fit in fits if (doubt := _doubt(fit))}
-    curves = [_curve(fit) for fit in fits if len(doubts) == len(fits) or fit.name not in doubts]
+    curves = _curves([fit for fit in fits if len(doubts) == len(fits) or fit.name not in doubts])
     zipped = {name: [getattr(curve, name) for curve in curves] for name in CURVE}
     speeds = request.speeds.values
     system = {**request.system, "belt_speed": speeds[-1] if speeds else float(min(one.searched[0] for one in curves))}
@@ -250,7 +240,7 @@ def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], 
     return "\n".join([*([question] if question else []), *odd]) or None
 
 
-def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], request: Request) -> Scan:
+def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Request) -> Scan:
     """The speeds looked at first. Raises ValueError."""
     speeds, system = request.speeds.values, request.system
     if request.between is not None:
@@ -259,8 +249,8 @@ def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], request: Re
             raise ValueError(f"between: got {low:g} to {high:g} m/s, expected two speeds above 0, the slower one first")
         if speeds and not low <= min(speeds) <= max(speeds) <= high:
             raise ValueError(f"between: got {low:g} to {high:g} m/s, expected it to hold the belt speed asked about")
-        return Scan(low, high, request.limits.scan, "log")
-    curves = [_curve(fit) for fit in known or fits]
+        return Scan(low, high, request.search.scan, "log")
+    curves = known or curves
     slowest = min(curve.searched[0] for curve in curves)  # a tenth of the slowest measured speed above 0
     fastest = max(curve.speeds[1] for curve in curves)
     for curve in curves:
@@ -271,63 +261,74 @@ def _scan(known: Sequence[MaterialFit], fits: Sequence[MaterialFit], request: Re
                 fastest = max(fastest, speed) if np.isfinite(speed) else fastest
     if speeds:
         slowest, fastest = min(slowest, min(speeds) / _SLOWER), max(fastest, *speeds)
-    return Scan(slowest, _FASTER * fastest, request.limits.scan, "log")
+    return Scan(slowest, _FASTER * fastest, request.search.scan, "log")
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _motion(curves: Mapping[str, Floats], request: Request, scan: Scan) -> dict[str, Floats]:
-    """The motion of each curve at the belt speeds of the request, (n, speeds); of a range at the speed where it
-    vibrates most, its slowest if it is quiet throughout; without any at the slowest speed searched."""
+def _blank(count: int, request: Request) -> dict[str, Floats]:
+    """The results of materials of which nothing is determined, by names of MATERIAL_VARIABLES: over materials, and over
+    belt speeds where there are several."""
+    at_speeds, others = {"tendency"}, {"rank", "quiet_above", "quiet_state", *names_of_scatter(request)}
+    if request.speeds.values:
+        at_speeds |= {"regime", "frequency", "stick_fraction", "margin"} | (others & {*CHANCES})
+        others |= {"worst_speed", "vibrating_share"} if request.speeds.is_range else set()
+    shape = (count, len(request.speeds.values)) if request.several_speeds else (count,)
+    table = {name: np.full(shape if name in at_speeds else count, np.nan) for name in at_speeds | others}
+    table |= {f"quiet_above_over_{name}": np.full((count, len(v)), np.nan) for name, v in request.over.items()}
+    table["quiet_state"][:] = NOT_DETERMINED
+    return table | ({"draws_used": np.zeros(count)} if request.draws else {})
+
+
+def _at_speeds(
+    curves: Sequence[CurveFit], coefficients: Mapping[str, Floats], borders: QuietSpeeds, request: Request, scan: Scan
+) -> dict[str, Floats]:
+    """The borders of curves, and their motion at the belt speeds of the request; of a range at the speed where one
+    vibrates most, its slowest if it is quiet throughout; without any the tendency at the slowest speed searched."""
     places = np.array(request.speeds.values or (scan.low,))
     if request.speeds.is_range:
         low, high = places
         places = np.array([low, *scan.places[(scan.places > low) & (scan.places < high)], high])
-    column = {name: values[:, None] for name, values in curves.items()}
+    column = {name: values[:, None] for name, values in coefficients.items()}
     results = regimes(cells_of(column, request.system, places), request.options)
-    names = ("regime", "frequency", "stick_fraction", "slip_speed_max")
+    names = ("regime", "frequency", "stick_fraction", "slip_speed_max", "velocity_amplitude")
     motion = {name: np.asarray(results[name], np.float64).reshape(-1, places.size) for name in names}
-    if not request.speeds.is_range:
-        return motion
-    amplitude = np.nan_to_num(np.asarray(results["velocity_amplitude"]).reshape(-1, places.size))
-    vibrates = np.isin(motion["regime"], VIBRATING_CODES)
-    worst = np.argmax(np.where(vibrates, 1.0 + amplitude, 0.0), axis=1)[:, None]
-    motion = {name: np.take_along_axis(values, worst, 1) for name, values in motion.items()}
-    return motion | {"worst_speed": places[worst], "vibrating_share": vibrates.mean(axis=1, keepdims=True)}
-
-
-def _rank_key(borders: QuietSpeeds, i: int) -> tuple[int, float]:
-    """The order of materials: quiet throughout first, then by speed, vibrating throughout last."""
-    group = {QUIET: 0, VIBRATES: 2}.get(int(borders.state[i]), 1)
-    return group, float(borders.speed[i]) if group == 1 else 0.0
-
-
-def _material(
-    fit: MaterialFit, borders: QuietSpeeds, motion: Mapping[str, Floats], scatter: dict[str, Any], i: int,
-    request: Request,
-) -> Material:  # fmt: skip
-    """The numbers of one material; those at belt speeds are arrays where there are several."""
+    amplitude = motion.pop("velocity_amplitude")
+    if request.speeds.is_range:
+        vibrates = np.isin(motion["regime"], VIBRATING_CODES)
+        worst = np.argmax(np.where(vibrates, 1.0 + np.nan_to_num(amplitude), 0.0), axis=1)[:, None]
+        motion = {name: np.take_along_axis(values, worst, 1) for name, values in motion.items()}
+        motion |= {"worst_speed": places[worst], "vibrating_share": vibrates.mean(axis=1, keepdims=True)}
+    rows = zip(curves, motion.pop("slip_speed_max"), strict=True)
+    tendencies = np.array([_tendency(curve, fastest, request.system["friction_scale"]) for curve, fastest in rows])
+    if request.speeds.values:
+        margin = np.array(request.speeds.values) / borders.speed[:, None]
+        motion["margin"] = np.where(borders.state[:, None] == QUIET, np.inf, margin)
+    else:
+        motion = {}
     at = slice(None) if request.several_speeds else 0
-    values: dict[str, Any] = {
-        "quiet_above": float(borders.speed[i]), "quiet_state": float(borders.state[i]),
-        "tendency": _tendency(_curve(fit), motion["slip_speed_max"][i], request.system["friction_scale"])[at],
-    }  # fmt: skip
-    if request.speeds.values:
-        values |= {name: array[i][at] for name, array in motion.items() if name != "slip_speed_max"}
-        speeds = np.array(request.speeds.values)[at]
-        values["margin"] = speeds / values["quiet_above"] if borders.state[i] != QUIET else np.full_like(speeds, np.inf)
-    return Material(fit, values | scatter)
+    values = {name: array[:, at] for name, array in {"tendency": tendencies, **motion}.items()}
+    return {"quiet_above": borders.speed, "quiet_state": np.asarray(borders.state, np.float64)} | values
 
 
-def _undetermined(fit: MaterialFit, doubt: str | None, request: Request) -> Material:
-    reason = doubt or ("" if not _curve(fit).determined else "No curve can be drawn from what its fit leaves open.")
-    at_speed = np.full(len(request.speeds.values), np.nan) if request.several_speeds else np.nan
-    values = {"rank": np.nan, "quiet_above": np.nan, "quiet_state": float(NOT_DETERMINED), "tendency": at_speed}
-    if request.speeds.values:
-        values |= dict.fromkeys(("regime", "frequency", "stick_fraction", "margin"), at_speed)
-        values |= {"worst_speed": np.nan, "vibrating_share": np.nan} if request.speeds.is_range else {}
-    return Material(fit, values | no_scatter(request), reason)
+def _rank(table: dict[str, Floats], quiet: Mapping[int, QuietSpeeds | None], names: Sequence[str]) -> list[int]:
+    """The order of materials: quiet throughout first, then by speed, vibrating throughout and not determined last.
+
+    Equal ranks, and the probability that each is better than the next, are filled in. quiet : of curves drawn, by
+    position of a material that is determined.
+    """
+    groups = [{QUIET: 0, VIBRATES: 2, NOT_DETERMINED: 3}.get(int(state), 1) for state in table["quiet_state"]]
+    keys = [(group, speed if group == 1 else 0.0) for group, speed in zip(groups, table["quiet_above"], strict=True)]
+    order = sorted(range(len(names)), key=lambda i: (keys[i], names[i]))
+    for place, i in enumerate(order):
+        if i in quiet:
+            before = order[place - 1] if place else i
+            table["rank"][i] = table["rank"][before] if place and keys[before] == keys[i] else place + 1
+            here, there = quiet[i], quiet.get(order[place + 1]) if place + 1 < len(order) else None
+            if here is not None and there is not None:
+                table["better_than_next"][i] = below(here, there)
+    return order
 
 
 def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:
@@ -345,21 +346,8 @@ def _over(name: str, curves: Mapping[str, Floats], request: Request, scan: Scan)
     values, size = np.array(request.over[name]), curves[CURVE.level].size
     repeated = {key: np.repeat(coefficients, values.size) for key, coefficients in curves.items()}
     system: dict[str, ArrayLike] = {**request.system, name: np.tile(values, size)}
-    borders = quiet_above(repeated, system, scan, request.limits.tolerance, request.options)
+    borders = quiet_above(repeated, system, scan, request.search.tolerance, request.options)
     return borders.between()[1].reshape(size, values.size)
-
-
-def _note_ranks(
-    rows: Sequence[Material], drawn: Sequence[QuietSpeeds | None], keys: Sequence[tuple[int, float]]
-) -> None:
-    """Ranks, equal for what is equal, and the probability that each is better than the next."""
-    for i, row in enumerate(rows):
-        if row.values["quiet_state"] == NOT_DETERMINED:
-            continue
-        row.values["rank"] = rows[i - 1].values["rank"] if i > 0 and keys[i] == keys[i - 1] else i + 1
-        if "quiet_above_low" in row.values:
-            here, there = drawn[i], drawn[i + 1] if i + 1 < len(rows) else None
-            row.values["better_than_next"] = np.nan if here is None or there is None else below(here, there)
 
 
 def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> dict[str, Any]:
@@ -375,7 +363,7 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
         "system": {**system, "belt_speed": speed},
         "axes": {"material": {"zip": zipped, "labels": [fit.name for fit in fits]}},
         "border": {"along": "belt_speed", "between": [scan.low, scan.high], "scan": scan.points,
-                   "tolerance": request.limits.tolerance},
+                   "tolerance": request.search.tolerance},
     }  # fmt: skip
     attributes: dict[str, Any] = {
         **provenance(make_config(data).to_yaml(), title=title, action="compare materials"),
@@ -383,7 +371,7 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
         "tendency_at": speed, "confidence": request.level, "draws": request.draws, "seed": request.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.repeats or (fit,))),
+        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.parts)),
     }  # fmt: skip
     if len(speeds) > 1:
         del attributes["tendency_at"]

@@ -4,26 +4,15 @@ picture on the first sheet, and on the second what they rest on."""
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import starmap
 
 import numpy as np
 import xarray as xr
 
+from stickslip import pages
 from stickslip.materials.table import RankColumn, RankTable
-from stickslip.pages import (
-    Column,
-    Section,
-    configuration,
-    details,
-    embedded,
-    page,
-    paragraph,
-    provenance,
-    table,
-    terms,
-    warning,
-)
+from stickslip.pages import Section
 from stickslip.plots.materials import plot_materials
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import BREAKAWAY, FITTED, FORMULA
@@ -31,6 +20,7 @@ from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _MOST_DIGITS = 6
 _ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
+_AGAIN = "Saved as a file, this configuration finds all borders of these curves (stickslip run):"
 _SMALL_PRINT = ("tendency", BREAKAWAY)  # columns of ranks that decide nothing; the latter is among the fits
 
 
@@ -43,28 +33,25 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     alt = f"Friction over slip speed of {', '.join(ranking.names)}, and the belt speeds above which they are quiet"
     ranks, fits = [column for column in ranking.columns() if column.name not in _SMALL_PRINT], _fits(ds, ranking)
     first = next((text for text in ranking.limits() if _is_about_the_best(text, ranking.names)), _ONLY_SCATTER)
-    system = paragraph(f"The system: {', '.join(f'{name} {value}' for name, value in ranking.conditions())}.")
-    formula = paragraph(f"Friction coefficient over slip speed w: {FORMULA}; in brackets the 95 % intervals.")
-    qualities = terms(zip(ranking.names, map(str, ds["fit_quality"].values), strict=True), "names")
-    files = terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
-    intro = paragraph("Saved as a file, this configuration finds all borders of these curves (stickslip run):")
-    origin = provenance(ds.attrs) + files + intro + configuration(str(ds.attrs["configuration"]))
+    conditions = ", ".join(f"{name} {value}" for name, value in ranking.conditions())
+    qualities = pages.terms(zip(ranking.names, map(str, ds["fit_quality"].values), strict=True), "names")
+    files = pages.terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
+    origin = [pages.provenance(ds.attrs), files, _paragraphs([_AGAIN]), pages.configuration(ds.attrs["configuration"])]
+    formula = f"Friction coefficient over slip speed w: {FORMULA}; in brackets the 95 % intervals."
     small = [
-        ("The fitted curves", formula + _table(fits) + qualities),
-        ("What the numbers mean", _paragraphs(ranking.method()) + terms(_meanings([*ranks, *fits]), "short")),
-        ("Where this comes from", origin),
+        ("The fitted curves", pages.paragraph(formula) + _table(fits) + qualities),
+        ("What the numbers mean", _paragraphs(ranking.method()) + pages.terms(_meanings([*ranks, *fits]), "short")),
+        ("Where this comes from", "".join(origin)),
     ]
-    remarks = [text for text in ranking.remarks() if text != first]
+    remarks = (text for text in ranking.remarks() if text != first)
+    picture = pages.embedded(plot_materials(ds, title=""), alt)
     sections = [
-        Section("Which is quiet", system + _table(ranks) + _paragraphs(remarks)),
-        *(
-            Section(f"Over {name}", _table(columns) + _paragraphs(texts))
-            for name, columns, texts in ranking.variations()
-        ),
-        Section("Friction, and where vibration ends", embedded(plot_materials(ds, title=""), alt) + details(small)),
+        Section("Which is quiet", _paragraphs([f"The system: {conditions}."]) + _table(ranks) + _paragraphs(remarks)),
+        *(Section(f"Over {name}", _table(table) + _paragraphs(texts)) for name, table, texts in ranking.variations()),
+        Section("Friction, and where vibration ends", picture + pages.details(small)),
     ]
     heading = str(ds.attrs["title"]) if title is None else title
-    return page(heading, ranking.answer(), sections, warnings=[warning(first, "What limits this")])
+    return pages.page(heading, ranking.answer(), sections, warnings=[pages.warning(first, "What limits this")])
 
 
 def _is_about_the_best(text: str, names: Sequence[str]) -> bool:
@@ -73,15 +60,14 @@ def _is_about_the_best(text: str, names: Sequence[str]) -> bool:
     return not about or names[0] in about
 
 
-def _paragraphs(texts: Sequence[str]) -> str:
-    return "".join(map(paragraph, texts))
+def _paragraphs(texts: Iterable[str]) -> str:
+    return "".join(map(pages.paragraph, texts))
 
 
 def _table(columns: list[RankColumn]) -> str:
-    rows = zip(
-        *([cell.replace("stick_slip", "stick-slip") for cell in column.cells] for column in columns), strict=True
-    )
-    return table([Column(column.name, column.unit, column.is_text) for column in columns], [list(row) for row in rows])
+    cells = ([cell.replace("stick_slip", "stick-slip") for cell in column.cells] for column in columns)
+    heads = [pages.Column(column.name, column.unit, column.is_text) for column in columns]
+    return pages.table(heads, [list(row) for row in zip(*cells, strict=True)])
 
 
 def _fits(ds: xr.Dataset, ranking: RankTable) -> list[RankColumn]:

@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.config.studies import Moved
 from stickslip.engine import Options, Progress, compute
 from stickslip.errors import Interrupted
 from stickslip.fit import CurveFit, Drawn, RepeatedFit, draw_curves
 from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
-from stickslip.studies.borders import Limits, Looked, Scan, search_lines
-from stickslip.studies.study import Meter, Moved
+from stickslip.studies.borders import Border, Looked, Scan, search_lines
+from stickslip.studies.study import Meter
 from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -42,7 +43,7 @@ _DRAWN_STEPS = 20_000  # of a cell of a drawn curve
 _LONGER = 10  # times as many of curves without a verdict by then; what has none then either widens the interval
 _TO_TELL = 100  # curves drawn to see whether there are any, where no intervals are asked for
 _NEXT = ("next_speed_1", "next_speed_2", "next_low", "next_high")
-_CHANCES = ("quiet_probability", "undecided_probability")
+CHANCES = ("quiet_probability", "undecided_probability")
 _MORE = 2  # measurements proposed
 _SLOWER = 0.2  # of the slowest speed measured: where a fall that no point shows would be looked for
 _FEWEST = 30  # curves drawn that agree with new points, from which quantiles are known well enough
@@ -124,17 +125,17 @@ def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> 
     return block.results
 
 
-def watcher(limits: Limits, first: int, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
+def watcher(search: Border, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
     """For one search of curves after the other, by number and how many they are, what counts its cells.
 
-    first : curves of search 0. curves : of all searches. progress : called with curves done, in part too, and in all.
+    curves : of all searches. progress : called with curves done, in part too, and in all.
     """
-    meter, sizes = Meter(limits.scan + int(-np.log2(limits.tolerance))), {0: first}
+    meter, sizes = Meter(search.scan + int(-np.log2(search.tolerance))), list[int]()
 
     def watch(number: int, size: int) -> Moved:
         if number:
             meter.end(number - 1, sizes[number - 1])
-        sizes[number] = size
+        sizes.append(size)
         count = meter.watch(number, size)
 
         def moved(cells: int) -> None:
@@ -189,7 +190,7 @@ def scatter_of(
 ) -> tuple[dict[str, float | Floats], QuietSpeeds | None]:
     """The interval of a border, chances and measurements to make, and the borders of the drawn curves."""
     if not request.draws or drawn is None:
-        return no_scatter(request), None
+        return {}, None
     quiet = _borders(drawn, request, scan, moved)
     least, most = quiet.between()
     tail = round((1.0 - request.level) / 2.0 * most.size)
@@ -201,21 +202,17 @@ def scatter_of(
     speeds = np.array(request.speeds.values)
     if speeds.size:
         certain, possible = (np.mean(borders[:, None] < speeds, axis=0) for borders in (most, least))
-        for name, chance in zip(_CHANCES, (certain, possible - certain), strict=True):
+        for name, chance in zip(CHANCES, (certain, possible - certain), strict=True):
             values[name] = chance if request.several_speeds else float(chance[0])
     return values | _measurements(curve, drawn, (least, most), ends, border, tail / most.size), quiet
 
 
-def no_scatter(request: Request) -> dict[str, float | Floats]:
-    """As `scatter_of`, of a material of which no curves are drawn."""
+def names_of_scatter(request: Request) -> tuple[str, ...]:
+    """The results of `scatter_of`, and the chance to be better than the next, which follows from them."""
     if not request.draws:
-        return {}
-    names = ("quiet_above_low", "quiet_above_high", "better_than_next", "draws_falling", *_NEXT)
-    values: dict[str, float | Floats] = {**dict.fromkeys(names, math.nan), "draws_used": 0.0}
-    if request.speeds.values:
-        unknown = np.full(len(request.speeds.values), np.nan)
-        values |= dict.fromkeys(_CHANCES, unknown if request.several_speeds else math.nan)
-    return values
+        return ()
+    interval = ("quiet_above_low", "quiet_above_high", "draws_used", "draws_falling", "better_than_next")
+    return (*interval, *_NEXT, *(CHANCES if request.speeds.values else ()))
 
 
 def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) -> QuietSpeeds:
@@ -225,7 +222,7 @@ def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) ->
     one whose friction would be negative within the range.
     """
     options = replace(request.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
-    tolerance = max(_DRAWN_TO, request.limits.tolerance)
+    tolerance = max(_DRAWN_TO, request.search.tolerance)
     level, slope = drawn.coefficients[CURVE.level], drawn.coefficients[CURVE.slope]
     is_damped = request.system["damping"] + request.load * slope >= 0
     lost = drawn.falling & ~(is_damped & (level + slope * scan.high >= 0))

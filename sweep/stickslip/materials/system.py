@@ -4,7 +4,7 @@ several values of one quantity, ranges."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +13,8 @@ import xarray as xr
 
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
-from stickslip.studies.borders import Limits
+from stickslip.studies.borders import Border
+from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 
 Amount = float | str
@@ -22,6 +23,7 @@ Amounts = Amount | Iterable[Amount]
 _STEPS = 5  # values that a range of the system is looked at
 _SCALE = "friction_scale"
 VARIED = ("damping", "normal_load", _SCALE)  # quantities of which several values may be given
+_ROWS = {**PARAMETERS, _SCALE: Parameter(_SCALE, "1", "scale of friction", "", above=0)}
 
 
 class Values(NamedTuple):
@@ -56,7 +58,7 @@ class Request:
     level: float
     draws: int
     seed: int
-    limits: Limits
+    search: Border
     options: Options
 
     @property
@@ -77,18 +79,14 @@ def system_of(given: Mapping[str, Amounts]) -> tuple[dict[str, float], dict[str,
     several values the least damping counts for the ranks, the largest load and the largest scale of friction: there
     vibration goes on to the highest speeds. Raises ValueError.
     """
-    system = {}
+    system: dict[str, float] = {}
     for name in ("mass", "stiffness"):
         value = given[name]
         if not isinstance(value, str | int | float | np.number) or (isinstance(value, str) and ".." in value):
             raise ValueError(f"{name}: got {value!r}, expected one value")
         system[name] = quantity(name, value)
     critical = 2.0 * math.sqrt(system["stiffness"] * system["mass"])
-    steps = {
-        "damping": values_of("damping", given["damping"], lambda value: _damping(value, critical)).steps,
-        "normal_load": values_of("normal_load", given["normal_load"]).steps,
-        _SCALE: values_of(_SCALE, given[_SCALE], _scale).steps,
-    }
+    steps = {name: values_of(name, given[name], critical).steps for name in VARIED}
     over = {name: values for name, values in steps.items() if len(values) > 1}
     return system | {name: (min if name == "damping" else max)(values) for name, values in steps.items()}, over
 
@@ -98,24 +96,20 @@ def critical_damping(ds: xr.Dataset) -> float:
     return 2.0 * math.sqrt(float(ds.attrs["system_stiffness"]) * float(ds.attrs["system_mass"]))
 
 
-def values_of(name: str, given: Amounts, read: Callable[[Amount], float] | None = None) -> Values:
+def values_of(name: str, given: Amounts, critical: float = math.nan) -> Values:
     """The values of a quantity as people give it: one, several in ascending order, or a text that is a range.
 
-    Raises TypeError or ValueError.
+    critical : damping (N s/m), of which a damping may be a share. Raises TypeError or ValueError.
     """
-    reader = read or (lambda value: quantity(name, value))
-    if not isinstance(given, str) and np.ndim(given) > 0:  # type: ignore[arg-type]
-        several = list(given)  # type: ignore[arg-type]
-        if any(isinstance(value, str) and ".." in value for value in several) and len(several) > 1:
-            raise ValueError(f"{name}: got {several!r}, expected several values or one range, not both")
-        if not several:
-            raise ValueError(f"{name}: got no value")
-        if len(several) > 1:
-            return Values(tuple(sorted({reader(value) for value in several})))
-        given = several[0]
-    if isinstance(given, str) and ".." in given:
-        return _range(name, ends_of(name, given), reader)
-    return Values((reader(given),))  # type: ignore[arg-type]
+    several = _each(given)
+    ranges = [value for value in several if isinstance(value, str) and ".." in value]
+    if not several:
+        raise ValueError(f"{name}: got no value")
+    if ranges and len(several) > 1:
+        raise ValueError(f"{name}: got {several!r}, expected several values or one range, not both")
+    if ranges:
+        return _range(name, ends_of(name, ranges[0]), name, critical)
+    return Values(tuple(sorted({_read(name, value, critical) for value in several})))
 
 
 def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | None) -> Values:
@@ -123,7 +117,7 @@ def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | N
     if belt_speed is not None and speed_range is not None:
         raise TypeError("got belt_speed and speed_range, expected one of them")
     if speed_range is not None:
-        speeds = _range("speed_range", speed_range, lambda value: quantity("belt_speed", value))
+        speeds = _range("speed_range", speed_range, "belt_speed")
     else:
         speeds = Values(()) if belt_speed is None else values_of("belt_speed", belt_speed)
     for speed in speeds.values:
@@ -132,14 +126,14 @@ def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | N
     return speeds
 
 
-def _range(name: str, ends: tuple[Amount, Amount], read: Callable[[Amount], float]) -> Values:
+def _range(called: str, ends: tuple[Amount, Amount], name: str, critical: float = math.nan) -> Values:
     """The range between two ends, the lower one first. Raises TypeError or ValueError."""
     if not isinstance(ends, tuple | list) or len(ends) != 2:
-        raise TypeError(f"{name}: got {ends!r}, expected the two ends of a range")
-    low, high = map(read, ends)
+        raise TypeError(f"{called}: got {ends!r}, expected the two ends of a range")
+    low, high = (_read(name, end, critical) for end in ends)
     if not low < high:
         hint = "; swap the ends" if low > high else ""
-        raise ValueError(f"{name}: got {ends[0]} to {ends[1]}, expected the lower end first and one above it{hint}")
+        raise ValueError(f"{called}: got {ends[0]} to {ends[1]}, expected the lower end first and one above it{hint}")
     return Values((low, high), True)
 
 
@@ -160,33 +154,36 @@ def ends_of(name: str, text: str) -> tuple[Amount, Amount]:
 def quantity(name: str, value: Amount, called: str = "") -> float:
     """A quantity in SI, from a number, also as text, or a text with a unit. Raises ValueError."""
     try:
-        return PARAMETERS[name].read(float(value) if _is_number(value) else value)
+        return _ROWS[name].read(float(value) if _is_number(value) else value)
     except QuantityError as error:
         hint = f"; {error.hint}" if error.hint else ""
         raise ValueError(f"{called or name}: got {value!r}, expected {error.expected}{hint}") from None
 
 
-def is_plain(value: object) -> bool:
-    """True where numbers were given without a unit."""
-    if isinstance(value, str):
-        return not any(character.isalpha() or character == "%" for character in value.lower().replace("e", ""))
-    if value is None or isinstance(value, int | float | np.number):
-        return value is not None
-    return any(map(is_plain, value))  # type: ignore[call-overload]
+def is_plain(given: Amounts | None) -> bool:
+    """True where a number was given without a unit."""
+    texts = (value.lower().replace("e", "") if isinstance(value, str) else "" for value in _each(given))
+    return any(not any(character.isalpha() or character == "%" for character in text) for text in texts)
 
 
 def in_percent(damping: Amounts | None) -> bool:
     """True where a damping was given in percent of critical damping."""
-    given = [damping] if damping is None or isinstance(damping, str | int | float | np.number) else list(damping)
-    return any(_share(value) is not None for value in given)
+    return any(_share(value) is not None for value in _each(damping))
 
 
-def _damping(value: Amount, critical: float) -> float:
-    """A damping in N s/m, which may be given as a share of critical damping ("3 %"). Raises ValueError."""
-    share = _share(value)
+def _each(given: Amounts | None) -> list[Amount]:
+    """The values that were given."""
+    if given is None or isinstance(given, str) or np.ndim(given) == 0:  # type: ignore[arg-type]
+        return [] if given is None else [given]  # type: ignore[list-item]
+    return [*given]  # type: ignore[misc]
+
+
+def _read(name: str, value: Amount, critical: float) -> float:
+    """A quantity in SI; damping may be a share of critical damping ("3 %"). Raises ValueError."""
+    share = _share(value) if name == "damping" else None
     if share is None:
-        return quantity("damping", value)
-    if not (_is_number(share) and 0.0 <= float(share) < math.inf):
+        return quantity(name, value)
+    if not (_is_number(share) and float(share) >= 0.0):
         raise ValueError(f"damping: got {value!r}, expected a share of critical damping such as '3 %', at least 0")
     return float(share) / 100.0 * critical
 
@@ -195,12 +192,6 @@ def _share(value: object) -> str | None:
     """The number of "3 %", as it is written; None where nothing is in percent."""
     text = value.strip().removesuffix("of critical").strip() if isinstance(value, str) else ""
     return text.removesuffix("%").strip() if text.endswith("%") else None
-
-
-def _scale(value: Amount) -> float:
-    if not (_is_number(value) and 0.0 < float(value) < math.inf):
-        raise ValueError(f"{_SCALE}: got {value!r}, expected a number above 0, without unit")
-    return float(value)
 
 
 def _is_number(value: Amount) -> bool:

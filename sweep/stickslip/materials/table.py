@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from itertools import combinations
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations, pairwise
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, VIBRATING, flag_label
 from stickslip.vocabulary.models import BREAKAWAY, CURVE
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import MATERIAL_VARIABLES
 from stickslip.vocabulary.suggest import listed
 
 _SYSTEM = ("mass", "stiffness", "damping", "normal_load")
@@ -64,7 +66,9 @@ class RankTable:
         self.speeds = speeds_of(ds)
         self.varied = [name for name in VARIED if f"quiet_above_over_{name}" in ds]
         self._is_range = "speed_range_from" in ds.attrs
-        self._states = [QUIET_STATES[int(code)] for code in ds["quiet_state"].values]
+        several = [ds.isel(belt_speed=j) for j in range(ds.sizes.get("belt_speed", 0))]
+        self._at = [_rows(at) for at in several or [ds]]  # materials at each belt speed
+        self._rows = self._at[0]
 
     def speed(self, value: float) -> str:
         """A speed (m/s) as a number in the unit of the table."""
@@ -79,72 +83,51 @@ class RankTable:
         sign, end = ("< ", least) if value == 0 else ("> ", most) if value > most else ("", value)
         return sign + self.speed(end)
 
-    def _of(self, i: int, *names: str) -> list[float]:
-        return [float(self.ds[name].values[i]) for name in names]
-
     # --- the table ----------------------------------------------------------------------------------------------------
 
     def columns(self) -> Iterator[RankColumn]:
         """The table of ranks."""
-        ds, count = self.ds, range(len(self.names))
-        ranks = ("-" if math.isnan(rank) else str(int(rank)) for rank in ds["rank"].values)
-        yield RankColumn("rank", "", False, tuple(ranks))
-        yield RankColumn("material", "", True, tuple(self.names))
-        yield RankColumn("quiet above", self.unit, False, tuple(map(self._quiet, count)))
-        if "quiet_above_low" in ds:
-            yield RankColumn(f"{self.level} interval", self.unit, True, tuple(map(self._interval, count)))
-        if "belt_speed" in ds.dims:
-            for j, speed in enumerate(self.speeds):
-                yield from self._at_speed(ds.isel(belt_speed=j), f" at {self.speed(speed)} {self.unit}")
-        elif "regime" in ds:
-            yield from self._at_speed(ds, "")
-        for name in ("tendency", BREAKAWAY):
-            if ds[name].ndim == 1:
-                cells = ("-" if math.isnan(value) else f"{float(value):.3f}" for value in ds[name].values)
-                yield RankColumn(name, "", False, tuple(cells))
-        yield RankColumn("fit", "", True, tuple(map(self._fit, count)))
+        yield self._column("rank", "", lambda row: _number(row.rank, 0))
+        yield self._column("material", None, lambda row: row.name)
+        yield self._column("quiet above", self.unit, self._quiet)
+        if "quiet_above_low" in self.ds:
+            yield self._column(f"{self.level} interval", self.unit, self._interval)._replace(is_text=True)
+        places = [f" at {self.speed(speed)} {self.unit}" for speed in self.speeds] if len(self._at) > 1 else [""]
+        for rows, place in zip(self._at, places, strict=True) if self.speeds else ():
+            ends = f"{' to '.join(map(self.speed, self.speeds))} {self.unit}"
+            yield self._column(
+                place.strip() or f"{'worst from' if self._is_range else 'at'} {ends}", None, _regime, rows
+            )
+            if not place:
+                unit = "slowest speed over border" if self._is_range else "speed over border"
+                yield self._column("margin", unit, self._margin)
+            if "quiet_probability" in self.ds:
+                yield self._column(f"P(quiet){place}", "", lambda row: _share(row.quiet_probability), rows)
+        if len(self._at) == 1:
+            yield self._column("tendency", "", lambda row: _number(row.tendency, 3))
+        yield self._column(BREAKAWAY, "", lambda row: _number(getattr(row, BREAKAWAY), 3))
+        yield self._column("fit", None, _fit)
 
-    def _at_speed(self, ds: xr.Dataset, which: str) -> Iterator[RankColumn]:
-        """Columns of a belt speed, one of several (which) or the only one, or of a range."""
-        ends = " to ".join(map(self.speed, self.speeds))
-        name = which.strip() or f"{'worst from' if self._is_range else 'at'} {ends} {self.unit}"
-        regimes = tuple(flag_label(REGIMES[int(code)]) if code else "-" for code in ds["regime"].values)
-        yield RankColumn(name, "", True, regimes)
-        if not which:
-            unit = "slowest speed over border" if self._is_range else "speed over border"
-            yield RankColumn("margin", unit, False, tuple(map(self._margin, range(len(regimes)))))
-        if "quiet_probability" in ds:
-            yield RankColumn(f"P(quiet){which}", "", False, tuple(map(_share, ds["quiet_probability"].values)))
+    def _column(self, name: str, unit: str | None, cell: Callable[[Any], str], rows: Any = None) -> RankColumn:
+        """A column of the table. unit : None for words. rows : the materials; those at the first belt speed if None."""
+        return RankColumn(name, unit or "", unit is None, tuple(map(cell, rows or self._rows)))
 
-    def _quiet(self, i: int) -> str:
-        state = self._states[i]
-        sign = _BOUNDS.get(state, ("", ""))[0]
-        return "-" if state == "not_determined" else sign + self.speed(*self._of(i, "quiet_above"))
+    def _quiet(self, row: Any) -> str:
+        sign = _BOUNDS.get(row.state, ("", ""))[0]
+        return "-" if row.state == "not_determined" else sign + self.speed(row.quiet_above)
 
-    def _interval(self, i: int) -> str:
-        low, high = self._of(i, "quiet_above_low", "quiet_above_high")
+    def _interval(self, row: Any) -> str:
+        low, high = row.quiet_above_low, row.quiet_above_high
         if math.isnan(low):
             return "not determined"
         return self.bound(low) if low == high or low == math.inf else f"{self.bound(low)} to {self.bound(high)}"
 
-    def _margin(self, i: int) -> str:
-        (value,) = self._of(i, "margin")
-        if math.isnan(value):
+    def _margin(self, row: Any) -> str:
+        if math.isnan(row.margin):
             return "-"
-        sign = {"vibrates_throughout": "< ", "unresolved": ">= "}.get(self._states[i], "")
+        sign = {"vibrates_throughout": "< ", "unresolved": ">= "}.get(row.state, "")
         bound = self.speeds[0] / float(self.ds.attrs["searched_from"])  # nothing vibrates down to there
-        return f"{sign}x {value:.3g}" if math.isfinite(value) else f"> x {bound:.3g}"
-
-    def _fit(self, i: int) -> str:
-        if self._states[i] == "not_determined":
-            return "not determined"
-        if self.ds["fit_good"].values[i]:
-            is_open = self.ds[CURVE.slope].values[i] > 0 and self.ds[f"{CURVE.slope}_low"].values[i] == 0
-            return f"{CURVE.slope} open" if is_open else "good"
-        if self.ds[CURVE.drop].values[i] == 0:
-            return "no fall"
-        names = [name for name in CURVE if math.isinf(self.ds[f"{name}_high"].values[i])]
-        return f"{listed(names, 'and')} open" if names else "doubtful"
+        return f"{sign}x {row.margin:.3g}" if math.isfinite(row.margin) else f"> x {bound:.3g}"
 
     def sheet(self) -> Sheet:
         """The table of ranks as a sheet of a workbook, conditions and remarks below it."""
@@ -198,49 +181,44 @@ class RankTable:
 
     def answer(self) -> str:
         """The decision: what is quiet at the belt speeds of the request, else from which speed on the best is."""
-        shown = [*map(self.speed, self.speeds)]
-        if "belt_speed" in self.ds.dims:
-            each = (self.ds.isel(belt_speed=j) for j in range(len(shown)))
-            return " ".join(
-                self._answer_at(ds, f"At {speed} {self.unit}") for ds, speed in zip(each, shown, strict=True)
-            )
+        shown = [f"{self.speed(speed)} {self.unit}" for speed in self.speeds]
+        if self._is_range:
+            return self._answer_at(self._rows, f"From {' to '.join(map(self.speed, self.speeds))} {self.unit}")
         if shown:
-            return self._answer_at(self.ds, f"{'From' if self._is_range else 'At'} {' to '.join(shown)} {self.unit}")
-        if math.isnan(self.ds["rank"].values[0]):
+            return " ".join(self._answer_at(rows, f"At {at}") for rows, at in zip(self._at, shown, strict=True))
+        if math.isnan(self._rows[0].rank):
             return f"The points do not tell where the vibration of {listed(self.names, 'and')} ends."
         if len(self.names) == 1:
-            return f"The border of {self.names[0]}: quiet above {self._quiet(0)} {self.unit}."
+            return f"The border of {self.names[0]}: quiet above {self._quiet(self._rows[0])} {self.unit}."
         return f"{self.names[0]} is quiet from the lowest belt speed on."
 
-    def _answer_at(self, ds: xr.Dataset, head: str) -> str:
+    def _answer_at(self, rows: Sequence[Any], head: str) -> str:
         """A sentence on a belt speed, or a range: which materials are quiet, and which are not."""
         groups: dict[tuple[str, str], list[str]] = {}
-        for i, name in enumerate(self.names):
-            chance = float(ds["quiet_probability"].values[i]) if "quiet_probability" in ds else math.nan
-            kind = self._kind(ds, i)
+        for row in rows:
+            chance, kind = row.quiet_probability, self._kind(row)
             certainty = 1.0 - chance if kind == "vibrates" else chance
             notes = [] if math.isnan(chance) else [f"P(quiet) {_share(chance)}"]
             if kind == "partly":
-                notes = [f"above {self._quiet(i)} {self.unit}"]
+                notes = [f"above {self._quiet(row)} {self.unit}"]
             elif certainty < _CERTAIN:
-                notes.append(f"P(vibrates) {_share(1.0 - chance - float(ds['undecided_probability'].values[i]))}")
+                notes.append(f"P(vibrates) {_share(1.0 - chance - row.undecided_probability)}")
             adverb = "perhaps " if certainty < 0.5 else "probably " if certainty < _CERTAIN else ""
-            groups.setdefault((kind, adverb), []).append(f"{name} ({', '.join(notes)})" if notes else name)
+            groups.setdefault((kind, adverb), []).append(f"{row.name} ({', '.join(notes)})" if notes else row.name)
         throughout = " throughout" if self._is_range else ""
         parts = [f"{listed(names, 'and')} {forms[len(names) > 1].replace('*', throughout).format(adverb)}"
                  for kind, forms in _ANSWERS.items()
                  for (other, adverb), names in groups.items() if other == kind]  # fmt: skip
         return f"{head} {'; '.join(parts)}."
 
-    def _kind(self, ds: xr.Dataset, i: int) -> str:
+    def _kind(self, row: Any) -> str:
         """The behaviour of a material at a belt speed, a key of `_ANSWERS`; a window is quiet there and not above."""
-        state, regime, beyond = self._states[i], REGIMES[int(ds["regime"].values[i])], ds["margin"].values[i] > 1
-        vibrates = regime in VIBRATING
-        if state == "not_determined" or (state == "unresolved" and not vibrates and not beyond):
+        vibrates, beyond = REGIMES[int(row.regime)] in VIBRATING, row.margin > 1
+        if row.state == "not_determined" or (row.state == "unresolved" and not vibrates and not beyond):
             return "unknown"
         if vibrates:
-            return "partly" if self._is_range and ds["vibrating_share"].values[i] < 1 else "vibrates"
-        return "quiet" if beyond and state != "vibrates_throughout" else "window"
+            return "partly" if self._is_range and row.vibrating_share < 1 else "vibrates"
+        return "quiet" if beyond and row.state != "vibrates_throughout" else "window"
 
     def method(self) -> list[str]:
         """The meaning of quiet and of the intervals."""
@@ -273,15 +251,14 @@ class RankTable:
         texts = [
             f"{listed(names, 'and')}: {reason}."
             for state, (_, reason) in _BOUNDS.items()
-            if (names := [name for name, own in zip(self.names, self._states, strict=True) if own == state])
+            if (names := [row.name for row in self._rows if row.state == state])
         ]
-        if self.ds.attrs["system_damping"] == 0:
-            texts += [
-                f"{name}: nothing takes energy out at high speed: the curve never rises and the damping is 0. Give the "
-                "damping of the system, or measure at higher speed."
-                for name, state, slope in zip(self.names, self._states, self.ds[CURVE.slope].values, strict=True)
-                if state == "vibrates_throughout" and slope == 0
-            ]
+        texts += [
+            f"{row.name}: nothing takes energy out at high speed: the curve never rises and the damping is 0. Give the "
+            "damping of the system, or measure at higher speed."
+            for row in self._rows if self.ds.attrs["system_damping"] == 0
+            and row.state == "vibrates_throughout" and getattr(row, CURVE.slope) == 0
+        ]  # fmt: skip
         texts += self.limits()
         if {"normal_load", "friction_scale"} & {*self.varied, *self.ds.attrs}:
             texts.append(
@@ -292,28 +269,24 @@ class RankTable:
 
     def limits(self) -> list[str]:
         """Sentences on what keeps the table from being certain."""
-        ds = self.ds
-
-        def shares(variable: str) -> Iterator[tuple[str, float]]:
-            values = ds[variable].values.reshape(len(self.names), -1).max(axis=1) if variable in ds else ()
-            return zip(self.names, values, strict=False)
-
+        undecided = [
+            (rows[0].name, max(row.undecided_probability for row in rows)) for rows in zip(*self._at, strict=True)
+        ]
         texts = [f"{name}: {_share(share)} of the curves drawn have no verdict at the belt speed (step limit); they "
                  "are not in P(quiet), and need not vibrate."
-                 for name, share in shares("undecided_probability") if share > 0]  # fmt: skip
-        if "damping_assumed" in ds.attrs:
+                 for name, share in undecided if share > 0]  # fmt: skip
+        if "damping_assumed" in self.ds.attrs:
             texts.append(
                 "Damping 0 N s/m was assumed for all materials; a damper lowers the borders: give --damping, in N s/m "
                 f'or in percent of critical damping ("3 %"). {_TYPICAL_DAMPING}.'
             )
-        columns = (ds[name].values for name in ("fit_good", "fit_quality", "rank"))
-        texts += [f"{name}: {'not determined, and not ranked. ' if math.isnan(rank) else ''}{quality}"
-                  for name, good, quality, rank in zip(self.names, *columns, strict=True)
-                  if not good or math.isnan(rank)]  # fmt: skip
+        texts += [f"{row.name}: {'not determined, and not ranked. ' if math.isnan(row.rank) else ''}{row.fit_quality}"
+                  for row in self._rows if not row.fit_good or math.isnan(row.rank)]  # fmt: skip
         texts += [*self._extrapolated(), *self._order()]
-        texts += [f"{name}: {_share(share)} of the curves that the points allow fall for ever ({CURVE.slope} < 0), and "
-                  "vibrate at any speed where no damper outweighs this. Measure at higher speed."
-                  for name, share in shares("draws_falling") if share >= _WORTH_SAYING]  # fmt: skip
+        texts += [f"{row.name}: {_share(row.draws_falling)} of the curves that the points allow fall for ever "
+                  f"({CURVE.slope} < 0), and vibrate at any speed where no damper outweighs this. Measure at higher "
+                  "speed."
+                  for row in self._rows if row.draws_falling >= _WORTH_SAYING]  # fmt: skip
         return texts
 
     def _extrapolated(self) -> Iterator[str]:
@@ -323,63 +296,89 @@ class RankTable:
             side, end = ("slowest", slow) if speed < slow else ("fastest", fast)
             return f"lies beyond the {side}, {self.speed(end)} {self.unit}, that was measured"
 
-        ends = float(self.ds["slowest_point"].min()), float(self.ds["fastest_point"].max())
+        ends = min(row.slowest_point for row in self._rows), max(row.fastest_point for row in self._rows)
         for speed in self.speeds:
             if not ends[0] <= speed <= ends[1]:
                 yield (
                     f"The belt speed, {self.speed(speed)} {self.unit}, {beyond(speed, *ends)} of any material: what is "
                     "told there follows from the fitted curves alone."
                 )
-        for i, name in enumerate(self.names):
-            border, slow, fast = self._of(i, "quiet_above", "slowest_point", "fastest_point")
-            if self._states[i] == "border" and not slow <= border <= fast:
-                yield f"{name}: the border {beyond(border, slow, fast)}."
+        for row in self._rows:
+            if row.state == "border" and not row.slowest_point <= row.quiet_above <= row.fastest_point:
+                yield f"{row.name}: the border {beyond(row.quiet_above, row.slowest_point, row.fastest_point)}."
 
     def _order(self) -> Iterator[str]:
-        chances = self.ds["better_than_next"].values[:-1] if "better_than_next" in self.ds else ()
-        for i, chance in enumerate(chances):
-            if not chance >= _CERTAIN and "not_determined" not in self._states[i : i + 2]:
+        for row, following in pairwise(self._rows if "better_than_next" in self.ds else ()):
+            chance = row.better_than_next
+            if not chance >= _CERTAIN and "not_determined" not in (row.state, following.state):
                 known = "cannot be told" if math.isnan(chance) else f"has a probability of {_share(chance)}"
-                yield f"That {self.names[i]} is quiet from a lower speed on than {self.names[i + 1]} {known}."
+                yield f"That {row.name} is quiet from a lower speed on than {following.name} {known}."
 
     def _measurements(self) -> Iterator[str]:
         """The points to measure next: which would narrow the interval of each material most, and to what."""
         hardly, order = [], self._least_certain() if "next_speed_1" in self.ds else []
-        for i in order:
-            first, second, slowest = self._of(i, "next_speed_1", "next_speed_2", "slowest_point")
-            ends = self._of(i, "quiet_above_low", "quiet_above_high", "next_low", "next_high")
-            low, high, least, most = ends
-            repeats = int(self.ds["repeats"].values[i]) if "repeats" in self.ds else 1
-            which = " (the least certain)" if i == order[0] and len(order) > 1 else ""
-            if math.isnan(first) and math.isnan(least):
+        for row in order:
+            which = " (the least certain)" if row is order[0] and len(order) > 1 else ""
+            if math.isnan(row.next_speed_1) and math.isnan(row.next_low):
                 if which:
-                    yield f"{self.names[i]}{which}: too few of the curves drawn have a border to tell what to measure."
+                    yield f"{row.name}{which}: too few of the curves drawn have a border to tell what to measure."
                 continue
-            if most - least > _HARDLY * (high - low) and i != order[0]:
-                hardly.append(f"{self.names[i]}: two more points would hardly narrow the interval.")
+            width = row.quiet_above_high - row.quiet_above_low
+            if row.next_high - row.next_low > _HARDLY * width and row is not order[0]:
+                hardly.append(f"{row.name}: two more points would hardly narrow the interval.")
                 continue
-            places = [*map(self.speed, (first, second))]
-            place = f"twice at {places[0]}" if places[0] == places[1] else f"at {' and '.join(places)}"
-            action = (
-                f"measure {place} {self.unit}" if repeats < 2 else f"measure another specimen, number {repeats + 1}"
-            )
-            action += " (slower than any point, since no fall was seen)" if first < slowest else ""
-            shrunk = "the interval would shrink from {}..{} to about {}..{}".format(*map(self.bound, ends))
-            effect = "its ends would stay open" if math.isnan(least) else shrunk
-            yield f"{self.names[i]}{which}: {action}: {effect}."
+            first, second = map(self.speed, (row.next_speed_1, row.next_speed_2))
+            action = f"measure {f'twice at {first}' if first == second else f'at {first} and {second}'} {self.unit}"
+            if row.repeats > 1:
+                action = f"measure another specimen, number {int(row.repeats) + 1}"
+            action += " (slower than any point, since no fall was seen)" if row.next_speed_1 < row.slowest_point else ""
+            ends = map(self.bound, (row.quiet_above_low, row.quiet_above_high, row.next_low, row.next_high))
+            shrunk = "the interval would shrink from {}..{} to about {}..{}".format(*ends)
+            effect = "its ends would stay open" if math.isnan(row.next_low) else shrunk
+            yield f"{row.name}{which}: {action}: {effect}."
         yield from hardly
 
-    def _least_certain(self) -> list[int]:
-        """Materials with an interval, the least certain first: by what the verdict at the belt speeds leaves open, then
-        by the ratio of its ends."""
-        low, high = self.ds["quiet_above_low"].values, self.ds["quiet_above_high"].values
-        chance = np.ones((low.size, 1))
-        if "quiet_probability" in self.ds:
-            chance = self.ds["quiet_probability"].values.reshape(low.size, -1)
-        doubt = np.round(np.minimum(chance, 1.0 - chance).max(axis=1), 2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.nan_to_num(np.where(high > 0, high / low, 1.0), nan=1.0)
-        return sorted(np.flatnonzero(~np.isnan(low)).tolist(), key=lambda i: (-doubt[i], -ratio[i]))
+    def _least_certain(self) -> list[Any]:
+        """Materials with an interval: by what verdicts at the belt speeds leave open, then by the ratio of its ends."""
+
+        def certainty(rows: Sequence[Any]) -> tuple[float, float]:
+            low, high = rows[0].quiet_above_low, rows[0].quiet_above_high
+            chances = [row.quiet_probability for row in rows]
+            doubt = 0.0 if any(map(math.isnan, chances)) else max(min(chance, 1.0 - chance) for chance in chances)
+            ratio = 1.0 if not high > 0 else math.inf if low == 0 else 1.0 if math.isinf(low) else high / low
+            return -round(doubt, 2), -ratio
+
+        known = [rows for rows in zip(*self._at, strict=True) if not math.isnan(rows[0].quiet_above_low)]
+        return [rows[0] for rows in sorted(known, key=certainty)]
+
+
+def _rows(ds: xr.Dataset) -> list[Any]:
+    """Materials, each with its numbers and words by name, NaN for those that the comparison lacks, and its state."""
+    count = ds.sizes["material"]
+    columns: dict[str, list[Any]] = {**dict.fromkeys(MATERIAL_VARIABLES, [math.nan] * count), "repeats": [1] * count}
+    columns |= {str(name): v.values.tolist() for name, v in ds.variables.items() if v.dims == ("material",)}
+    columns |= {"name": columns["material"], "state": [QUIET_STATES[code] for code in columns["quiet_state"]]}
+    return [SimpleNamespace(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
+
+
+def _regime(row: Any) -> str:
+    return flag_label(REGIMES[row.regime]) if row.regime else "-"
+
+
+def _fit(row: Any) -> str:
+    if row.state == "not_determined":
+        return "not determined"
+    if row.fit_good:
+        is_open = getattr(row, CURVE.slope) > 0 and getattr(row, f"{CURVE.slope}_low") == 0
+        return f"{CURVE.slope} open" if is_open else "good"
+    if getattr(row, CURVE.drop) == 0:
+        return "no fall"
+    names = [name for name in CURVE if math.isinf(getattr(row, f"{name}_high"))]
+    return f"{listed(names, 'and')} open" if names else "doubtful"
+
+
+def _number(value: float, digits: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}f}"
 
 
 def _sign(one: float, other: float) -> int:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from stickslip.config.studies import Regime, Table, study_of_result
 from stickslip.config.yaml import parse_yaml
-from stickslip.dataset.axis import MapAxis
 from stickslip.dataset.coarse import chunks
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import MapAxis
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
 from stickslip.errors import ConfigError, PlotError
-from stickslip.pages.html import (
+from stickslip.pages import (
     Cell,
     Column,
     Section,
@@ -29,21 +30,20 @@ from stickslip.pages.html import (
     terms,
     warning,
 )
-from stickslip.plots import kind_of, plot_map, plot_result
+from stickslip.plots import plot_map, plot_result, subject
 from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES
 
 _OF_MAPS = ("acceleration_level_a", "regime", "period", "damping_ratio")  # whose pictures are on the page of a map
-_KINDS = {"probability": "probability", "ramp": "ramp", "attractors": "share that settles"}  # of one picture
 _BESIDE = ("_error", "_low", "_high", "_width")
-_MOST_BORDERS = 300  # in the table of a page
+_MOST_ROWS = 300  # of the table of a study
 _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
 _COMMON = {
     "Conventions", "title", "source", "history", "references", "date_created", "software", "configuration",
-    "institution", "incomplete",
+    "institution", "incomplete", "result",
 }  # fmt: skip
 _LINEAR = "where the damping ratio of steady sliding is 0 (below it any disturbance grows) and 1 (above it none swings)"
 _STYLE = """\
@@ -62,7 +62,7 @@ class Picture(NamedTuple):
 
 
 def pictures_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) -> list[Picture]:
-    """The pictures of a result that is no set of borders over a map, or of a part that fits.
+    """The pictures of a result that is not drawn over a map, or of a part that fits.
 
     look : of maps. title : of all, unless None.
     """
@@ -73,10 +73,11 @@ def pictures_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) ->
         except PlotError as error:
             return Picture(f"{caption}: {error}")
 
-    if caption := _KINDS.get(kind_of(ds)):
-        return [picture(caption, partial(plot_result, ds, look=look, title=title))]
+    study = study_of_result(ds)
+    if study and study.caption:
+        return [picture(study.caption, partial(plot_result, ds, look=look, title=title))]
     names = [name for name in _OF_MAPS if name in ds.data_vars] or [str(name) for name in ds.data_vars][:1]
-    names += [str(name) for name in ds.data_vars if str(name).startswith("margin_")]
+    names += study.mapped(ds) if study else ()
     return [
         picture(str(ds[name].attrs.get("long_name", name)), partial(plot_map, ds, name, look=look, title=title))
         for name in names
@@ -84,12 +85,11 @@ def pictures_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) ->
 
 
 def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None = None) -> str:
-    """The page of a map, of borders, attractors or probabilities, as text.
+    """The page of a map, or of the result of a study, as text.
 
     pictures : its pictures (`pictures_of`). title : that of the dataset, unless given.
     """
-    is_ramp = "direction" in ds.dims
-    regimes = summary(ds) if "regime" in ds.data_vars and not is_ramp else None
+    study, regimes = study_of_result(ds), summary(ds) if _is_of_cells(ds) else None
     sections = []
     if pictures:
         shown = [paragraph(text) if plot is None else embedded(plot, text, caption=text) for text, plot in pictures]
@@ -99,17 +99,19 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
         rows = [(_swatch(name), f"{share.cells:,}", f"{share.fraction:.2%}") for name, share in regimes.items()]
         sections.append(Section("Shares of the regimes", table(columns, rows)))
         sections.append(Section("Cells that are not decided", _undecided(ds, regimes)))
-    if "border" in ds.data_vars and "crossing" in ds["border"].dims:
-        sections.append(Section("The borders", _borders(ds)))
+    if study and (own_table := study.table(ds)):
+        sections.append(Section(own_table.title, _table_of(own_table)))
     if own := {name: value for name, value in ds.attrs.items() if name not in _COMMON and isinstance(value, str)}:
         sections.append(Section("What was found", terms((_spoken(name), value) for name, value in own.items())))
-    again = "" if is_ramp else "; saved as a file, it gives the same result again"
+    text = str(ds.attrs.get("configuration", "not known"))
+    is_whole = study is None or f"\n{study.section.key}:" in text
+    again = "; saved as a file, it gives the same result again" if is_whole else ""
     origin = provenance(ds.attrs) + paragraph(f"The full configuration, in SI{again}:")
     sections += [
         Section("What varies, and what is held fixed", _quantities(ds)),
         Section("What the words mean", _words(ds, regimes or {})),
         Section("How exact the numbers are", terms(_accuracy(ds))),
-        Section("Where this comes from", origin + configuration(str(ds.attrs.get("configuration", "not known")))),
+        Section("Where this comes from", origin + configuration(text)),
     ]
     heading = str(ds.attrs.get("title", "")) if title is None else title
     summed = _summary(ds, regimes or {})
@@ -118,21 +120,18 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
 
 def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """`57,600 cells: spring stiffness (240) × belt speed (240). 50.0 % stick-slip, ...`."""
-    name = next((name for name in ("regime", "probability", "settling_share", "border") if name in ds), None)
-    sizes = {str(dim): ds.sizes[dim] for dim in (ds[name].dims if name else ()) if dim not in ("state", "crossing")}
+    study, own = study_of_result(ds), _own_dims(ds)
+    name = "regime" if "regime" in ds else subject(ds)
+    sizes = {str(dim): ds.sizes[dim] for dim in (ds[name].dims if name in ds else ()) if dim not in own}
     over = " × ".join(f"{_spoken(dim)} ({size:,})" for dim, size in sizes.items())
     count = int(np.prod(list(sizes.values())))
-    text = f"{count:,} {'lines' if name == 'border' else 'cells'}: {over}." if sizes else ""
-    parts = ", ".join(f"{share.fraction:.1%} {_label(regime)}" for regime, share in regimes.items())
+    text = f"{count:,} {study.places if study else 'cells'}: {over}." if sizes else ""
+    parts = ", ".join(f"{share.fraction:.1%} {regime_label(regime)}" for regime, share in regimes.items())
     return f"{text} {parts}{'.' if parts else ''}".strip()
 
 
-def _label(regime: str) -> str:
-    return regime_label(regime).replace("not_computed", "not computed")
-
-
 def _swatch(regime: str) -> Cell:
-    return Cell(_label(regime), f"regime is-{regime}")
+    return Cell(regime_label(regime), f"regime is-{regime}")
 
 
 def _spoken(name: str) -> str:
@@ -149,28 +148,24 @@ def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
     return texts
 
 
-def _borders(ds: xr.Dataset) -> str:
-    """Table of where the regime changes along each line, and between which regimes; and lines without a border."""
-    border = ds["border"].transpose(..., "crossing")
-    axes, unit = [MapAxis(ds, dim, plain=True) for dim in border.dims[:-1]], unit_of(ds["border"])
-    rows: list[list[str | Cell]] = []
-    for place in np.ndindex(border.shape[:-1]):
-        where: list[str | Cell] = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
-        line = ds.isel(dict(zip(border.dims[:-1], place, strict=True)))
-        crossings = [line.isel(crossing=int(i)) for i in np.flatnonzero(np.isfinite(line["border"].values))]
-        for crossing in crossings:
-            sides = (_swatch(REGIMES[int(crossing[name])]) for name in ("regime_below", "regime_above"))
-            width = f"{unit.of(float(crossing['border_width'])):.2g} {unit.name}"
-            rows.append([*where, unit.text(float(crossing["border"])), *sides, width])
-        if not crossings:
-            rows.append([*where, "none: one regime throughout", "", "", ""])
-        if len(rows) >= _MOST_BORDERS:
-            break
-    along = _spoken(str(ds.attrs.get("border_parameter", "border")))
-    names = [*map(_title, axes), along, "below it", "above it"]
-    columns = [*(Column(name, is_text=True) for name in names), Column("known within")]
-    short = paragraph(f"Only the first {len(rows)} are listed.") if len(rows) >= _MOST_BORDERS else ""
+def _table_of(given: Table) -> str:
+    """The table of a study, as far as a page takes it."""
+    rows = [[_swatch(cell) if isinstance(cell, Regime) else cell for cell in row]
+            for row in islice(given.rows, _MOST_ROWS)]  # fmt: skip
+    columns = [*(Column(name, is_text=True) for name in given.words), *map(Column, given.numbers)]
+    short = paragraph(f"Only the first {len(rows)} are listed.") if len(rows) == _MOST_ROWS else ""
     return table(columns, rows) + short
+
+
+def _is_of_cells(ds: xr.Dataset) -> bool:
+    """True if there is one regime per cell."""
+    return "regime" in ds.data_vars and not _own_dims(ds) & set(map(str, ds["regime"].dims))
+
+
+def _own_dims(ds: xr.Dataset) -> set[str]:
+    """The dimensions beyond those of cells."""
+    study = study_of_result(ds)
+    return study.own_dims() if study else set()
 
 
 def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
@@ -192,14 +187,9 @@ def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
 
 def _quantities(ds: xr.Dataset) -> str:
     """Axes with their ends, then what is equal in all cells, in the units in which the configuration was written."""
-    axes = [MapAxis(ds, dim, plain=True) for dim in ds.dims if dim not in ("state", "quantity", "quantile",
-            "crossing", "line", "node", "direction")]  # fmt: skip
+    axes = [MapAxis(ds, dim, plain=True) for dim in ds.dims if dim not in _own_dims(ds)]
     fixed = [(name, value.replace("$^{", "^").replace("}$", "")) for name, value in fixed_values(ds)]
-    return terms([*((_title(axis), _range(axis)) for axis in axes), *fixed], "two")
-
-
-def _title(axis: MapAxis) -> str:
-    return axis.title.partition(" (")[0]
+    return terms([*((axis.name, _range(axis)) for axis in axes), *fixed], "two")
 
 
 def _range(axis: MapAxis) -> str:
@@ -212,15 +202,16 @@ def _range(axis: MapAxis) -> str:
 
 def _words(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """Regimes that occur or may occur, and variables that do not stand beside another one (errors, bounds, ...)."""
+    study = study_of_result(ds)
     may_occur = [str(name) for name in ds["state"].values] if "state" in ds.coords else REGIMES[1:6]
-    rows = [(_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (regimes or may_occur)]
+    rows = [(regime_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (regimes or may_occur)]
     names = [
         name for name in map(str, ds.data_vars)
         if ds[name].attrs.get("long_name") and not name.endswith(_BESIDE)
         and not name.startswith(("mean_", "quantile_", "count_"))
     ]  # fmt: skip
     rows += [(_spoken(name), _meaning(ds, name)) for name in names if not regimes or name in _OF_MAPS[2:]]
-    rows += [(_spoken(name), _meaning(ds, name)) for name in names if name.startswith("margin_")]
+    rows += [(_spoken(name), _meaning(ds, name)) for name in (study.mapped(ds) if study else ())]
     if regimes and "damping_ratio" in ds.data_vars:
         rows.append(("borders (linear)", _LINEAR))
     return terms(rows)
@@ -243,7 +234,7 @@ def _accuracy(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
         counts = flag_counts(ds["status"])
         seen = sum(counts[name] for name in _OBSERVED)
         yield "proven", "all regimes" if not seen else f"all regimes but {seen:,}, which were observed"
-    if "regime" in ds.data_vars and "direction" not in ds.dims:
+    if _is_of_cells(ds):
         meaning = "a border between regimes lies within the width of a cell"
         yield "edges", f"{meaning}; stickslip border and stickslip contours find it exactly"
 

@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.yaml import parse_yaml
-from stickslip.dataset.axis import short_name
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.display import short_name, unit_of
 from stickslip.dataset.summary import summary
 from stickslip.errors import ConfigError
 from stickslip.plots.layout import NOTE_WIDTH, folded

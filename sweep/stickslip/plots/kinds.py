@@ -7,40 +7,36 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.dataset.selection import part_that_fits, selected
+from stickslip.config.studies import study_of_result
+from stickslip.dataset.selection import part_that_fits
 from stickslip.errors import PlotError
-from stickslip.plots.attractors import plot_attractors, plot_of_ramp
 from stickslip.plots.layout import Figure
 from stickslip.plots.maps import plot_map
 from stickslip.plots.materials import plot_materials
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.traces import plot_trace
-from stickslip.plots.uncertainty import plot_probability
+from stickslip.vocabulary.studies import kind_of
 
-_MARKS = {  # by a variable, a dimension or an attribute that only this kind has
-    "model_rpn": "rig tests", "probability": "probability", "direction": "ramp", "time": "trajectory",
-    "quiet_above": "comparison", "border_found": "borders", "contour_found": "contours", "settling_share": "attractors",
-}  # fmt: skip
-_NO_MAPS = {"ramp": "a ramp", "trajectory": "a trajectory", "comparison": "a comparison of materials"}
-_ABOUT = ("settling_share", "acceleration_level_a", "regime")  # what a map is about, by the first that it has
-
-
-def kind_of(ds: xr.Dataset) -> str:
-    """The kind of a result: map (of margins as well), borders, contours, attractors, probability, ramp, ..."""
-    names = {*map(str, ds.data_vars), *map(str, ds.dims), *map(str, ds.attrs)}
-    return next((kind for mark, kind in _MARKS.items() if mark in names), "map")
+_OTHERS = {"trajectory": "a trajectory", "comparison": "a comparison of materials"}  # that are neither maps nor studies
+_ABOUT = ("acceleration_level_a", "regime")  # what a map is about, by the first that it has
 
 
 def subject(ds: xr.Dataset) -> str:
-    """The variable that a map shows unless another is named."""
-    return next((name for name in _ABOUT if name in ds), "regime")
+    """The variable that a result shows unless another is named."""
+    study = study_of_result(ds)
+    return study.subject if study else next((name for name in _ABOUT if name in ds), "regime")
 
 
 def is_over_map(ds: xr.Dataset) -> bool:
     """True if a result is drawn over a map: borders of many lines, or contours."""
-    if kind_of(ds) == "borders":
-        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
-    return kind_of(ds) == "contours"
+    study = study_of_result(ds)
+    return study is not None and study.over_map and study.is_drawn(ds)
+
+
+def is_drawn(ds: xr.Dataset) -> bool:
+    """True if there is a plot of this result: borders of single lines, and one rare event, are numbers alone."""
+    study = study_of_result(ds)
+    return study.is_drawn(ds) if study else "regime" in ds and ds["regime"].ndim > 0
 
 
 def plot_result(
@@ -63,32 +59,27 @@ def plot_result(
     PlotError
         for what cannot be drawn.
     """
-    kind, places = kind_of(ds), dict(select or {})
-    if kind == "rig tests":
+    kind, study, places = kind_of(ds), study_of_result(ds), dict(select or {})
+    if kind == "rig":
         raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
                         "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
-    if kind == "probability" and variable in (None, "regime"):
-        state = places.pop("state", state)
-        return plot_probability(selected(ds, places)[0], state, title=title, look=look)
-    if kind in _NO_MAPS and (variable is None or kind == "ramp"):
-        _check_plain(look, _NO_MAPS[kind])
-        if kind == "ramp":
-            return plot_of_ramp(ds, variable, select=places, title=title)
+    if kind in _OTHERS and variable is None:
+        check_plain(look, _OTHERS[kind])
         return plot_trace(ds, title=title) if kind == "trajectory" else plot_materials(ds, title=title)
-    if kind in ("borders", "contours") and variable is None:
-        if not is_over_map(ds):
+    if study and study.over_map and variable is None:
+        if not study.is_drawn(ds):
             raise PlotError("borders of single lines, or of cells without a configuration, are numbers, no plot")
         if behind is None:
-            raise PlotError(f"{kind} are drawn over a map, which is missing\nhint: ds.stickslip.plot() computes it")
+            raise PlotError(f"{kind} is drawn over a map, which is missing\nhint: ds.stickslip.plot() computes it")
         behind, _ = part_that_fits(behind, behind["regime"].dims)
         return plot_map(behind, select=places, borders=borders, lines=ds, title=title, look=look)
-    variable = variable or subject(ds)
-    if variable == "settling_share" and variable in ds and len(set(ds[variable].dims) - set(places)) == 1:
-        _check_plain(look, "no map: lines over one parameter")
-        return plot_attractors(ds, select=places, title=title)
-    return plot_map(ds, variable, select=places, borders=borders, lines=lines, title=title, look=look)
+    figure: Figure | None = study.figure(ds, variable, places, title, look, state) if study else None
+    if figure is not None:
+        return figure
+    return plot_map(ds, variable or subject(ds), select=places, borders=borders, lines=lines, title=title, look=look)
 
 
-def _check_plain(look: Look, what: str) -> None:
+def check_plain(look: Look, what: str) -> None:
+    """Raise PlotError if a look of maps is asked of something else."""
     if look.log or look.limits or look.marks:
         raise PlotError(f"scales, limits and marks are for maps, and this is {what}")

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import chain, count
+from pathlib import Path
 from textwrap import fill
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as PlainFigure
-from matplotlib.legend import Legend
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
-from stickslip.files.atomic import replaced
-from stickslip.files.targets import check_target
+from stickslip.files.targets import NO_FILE_NAME, check_target, replaced
 from stickslip.plots import marks
+from stickslip.plots.options import inches
 
 DPI = 150  # of pictures unless asked for
+_NOTEBOOK_DPI = 100
 TITLE_WIDTH = 70  # letters in a line above a plot
 NOTE_WIDTH = 110  # in small print
 _PANEL_TITLE = 10.0  # points; titles of panels are not larger
@@ -37,35 +38,11 @@ _LEGEND_SIZES = (8.3, 7.0, 6.0, 5.0)  # points
 _HANDLE, _LETTER = 4.0, 0.55  # widths beside the words of a legend, and of a letter, in sizes of its letters
 ROW = "name of a row"  # of texts at the right of axes, which are a legend
 _BESIDE_AXES = 1.1  # times the height of axes: how long the words along them are
-_FEWEST_LETTERS = 8.0  # in a line
+_FEWEST_LETTERS = 8  # in a line
 _NOTE_COLOUR = "#555555"
 _FIRM_SPACE = "\N{NO-BREAK SPACE}"
 _MADE_BY = "stickslip plot"
 _METADATA_KEY = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
-
-
-def wrapped(text: str, width: int) -> str:
-    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
-    joined = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda part: part[0].replace(" ", _FIRM_SPACE), text)
-    return fill(joined, width).replace(_FIRM_SPACE, " ")
-
-
-def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
-    """Lines in small print below a plot without a legend there."""
-    if note := "\n".join(filter(None, notes)):
-        figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
-
-
-def legend(
-    figure: PlainFigure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool,
-    notes: Sequence[str | None] = (),
-) -> None:  # fmt: skip
-    """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
-    shown: list[Any] = list(handles)  # matplotlib's types know nothing of several artists for one label
-    if not shown:
-        return annotate(figure, notes)
-    _LEGENDS[figure] = _Legend(shown, at_right, "\n".join(filter(None, notes)))
-    _place_legend(figure)
 
 
 @dataclass(frozen=True)
@@ -77,49 +54,121 @@ class _Legend:
     note: str
 
 
-_LEGENDS: WeakKeyDictionary[PlainFigure, _Legend] = WeakKeyDictionary()
+class Figure(PlainFigure):
+    """matplotlib's `Figure`, shown by a notebook whose cell ends with it.
+
+    IPython shows figures once pyplot or `%matplotlib inline` have told it how, which plots without pyplot do not. What
+    they tell it goes first, with the format and resolution that the user has chosen.
+
+    formulas : whether texts may hold formulas between dollars, which those of people must not.
+    """
+
+    formulas = False
+    legend_outside: _Legend | None = None
+
+    def draw(self, renderer: Any) -> None:
+        """Draw, texts as they are."""
+        show_verbatim(self)
+        super().draw(renderer)
+
+    def _repr_png_(self) -> bytes:
+        fit(self)
+        picture = BytesIO()
+        self.savefig(picture, format="png", dpi=_NOTEBOOK_DPI)
+        return picture.getvalue()
 
 
-def _place_legend(figure: PlainFigure) -> None:
+# --- texts ------------------------------------------------------------------------------------------------------------
+
+
+def wrapped(text: str, width: int) -> str:
+    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
+    joined = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda part: part[0].replace(" ", _FIRM_SPACE), text)
+    return fill(joined, width).replace(_FIRM_SPACE, " ")
+
+
+def folded(text: str, width: int) -> str:
+    """Lines of text, those that are too long broken, and those broken before joined again: a break leaves its space."""
+    lines = text.replace(" \n", " ").splitlines()
+    return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
+
+
+def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
+    """Lines in small print below a plot without a legend there."""
+    if note := "\n".join(filter(None, notes)):
+        figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
+
+
+# --- legend -----------------------------------------------------------------------------------------------------------
+
+
+def labelled(*axes: Axes) -> list[Any]:
+    """The artists of axes that have a label, one for each label."""
+    artists: dict[str, Artist] = {}
+    for ax in axes:
+        for artist, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            artists.setdefault(label, artist)
+    return [*artists.values()]
+
+
+def legend(
+    figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool, notes: Sequence[str | None] = (),
+) -> None:  # fmt: skip
+    """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
+    if not handles:
+        return annotate(figure, notes)
+    figure.legend_outside = _Legend(list(handles), at_right, "\n".join(filter(None, notes)))
+    _place_legend(figure, figure.legend_outside)
+
+
+def _place_legend(figure: PlainFigure, entries: _Legend) -> None:
     """The legend where it takes no more than a quarter of the figure: at the right, there in broken lines, or below; in
     smaller letters where it must be."""
-    request = _LEGENDS[figure]
-    for legend in list(figure.legends):
-        legend.remove()
+    for old in list(figure.legends):
+        old.remove()
     figure.supxlabel("")
-    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in request.handles]
     width, height = figure.bbox.width, figure.bbox.height
+    candidates = [*_candidates(entries, 72 * figure.get_figwidth())]
+    for number, (labels, size, columns) in enumerate(candidates, 1):
+        where: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
+        drawn = figure.legend(entries.handles, labels, frameon=False, fontsize=size,
+                              handler_map={tuple: HandlerTuple(ndivide=None, pad=0.0)},
+                              **where if columns else {"loc": "outside right upper"})  # fmt: skip
+        show_verbatim(figure, drawn)
+        box, wide, high = drawn.get_window_extent(), width, _QUARTER * height
+        if not columns:
+            wide, high = _QUARTER * width, height
+        elif size == _LEGEND_SIZES[-1]:
+            high = height
+        if (box.width <= wide and box.height <= high) or number == len(candidates):
+            break
+        drawn.remove()
+    if not columns:
+        annotate(figure, [entries.note])
+    elif entries.note:
+        drawn.set_title(entries.note)
+        show_verbatim(figure, drawn)
+        drawn.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
+        _fit(drawn.get_title(), width)
+
+
+def _candidates(entries: _Legend, width: float) -> Iterator[tuple[list[str], float, int]]:
+    """The forms of a legend, the best first: labels, size of letters, columns below the plot (none: at the right).
+
+    width : of the figure (points).
+    """
+    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in entries.handles]
     for size in _LEGEND_SIZES:
-        letters = int((_QUARTER * 72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
-        for texts in (labels, [folded(one, letters) for one in labels]) if request.at_right and letters > 8 else ():
-            beside = _drawn_legend(figure, request.handles, texts, size, loc="outside right upper")
-            box = beside.get_window_extent()
-            if box.width <= _QUARTER * width and box.height <= height:
-                return annotate(figure, [request.note])
-            beside.remove()
-        letters = int((72 * figure.get_figwidth() - _HANDLE * size) / (_LETTER * size))
-        for columns in range(min(4, len(labels)), 0, -1):
-            texts = [folded(one, max(8, letters)) for one in labels] if columns == 1 else labels
-            below = _drawn_legend(figure, request.handles, texts, size, loc="outside lower center", ncols=columns)
-            box = below.get_window_extent()
-            if box.width <= width and (box.height <= _QUARTER * height or size == _LEGEND_SIZES[-1]):
-                break
-            below.remove()
-        else:
-            continue
-        break
-    if request.note:
-        below.set_title(request.note)
-        show_verbatim(figure, below)
-        below.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
-        _fit(below.get_title(), width)
+        beside, below = (int((share * width - _HANDLE * size) / (_LETTER * size)) for share in (_QUARTER, 1.0))
+        if entries.at_right and beside > _FEWEST_LETTERS:
+            yield labels, size, 0
+            yield [folded(one, beside) for one in labels], size, 0
+        for columns in range(min(4, len(labels)), 1, -1):
+            yield labels, size, columns
+        yield [folded(one, max(_FEWEST_LETTERS, below)) for one in labels], size, 1
 
 
-def _drawn_legend(figure: PlainFigure, handles: list[Any], labels: list[str], size: float, **how: Any) -> Legend:
-    together = {tuple: HandlerTuple(ndivide=None, pad=0.0)}
-    made = figure.legend(handles, labels, frameon=False, fontsize=size, handler_map=together, **how)
-    show_verbatim(figure, made)
-    return made
+# --- title, size and fit ----------------------------------------------------------------------------------------------
 
 
 def entitle(figure: PlainFigure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
@@ -144,8 +193,8 @@ def resize(figure: PlainFigure, width: float, height: float) -> None:
     for text in (ax.title for ax in figure.axes if float(ax.title.get_fontsize()) > _PANEL_TITLE):
         text.set_fontsize(smaller * float(text.get_fontsize()))
         text.set_text(folded(text.get_text(), int(BESIDE_LEGEND * narrower / smaller)))
-    if figure in _LEGENDS:
-        _place_legend(figure)
+    if isinstance(figure, Figure) and figure.legend_outside:
+        _place_legend(figure, figure.legend_outside)
     fit(figure)
 
 
@@ -193,21 +242,20 @@ def _fit(text: Text, room: float) -> None:
         if length <= room:
             return
         letters = max(map(len, text.get_text().splitlines()))
-        text.set_text(folded(text.get_text(), int(max(_FEWEST_LETTERS, 0.97 * letters * room / length))))
+        text.set_text(folded(text.get_text(), max(_FEWEST_LETTERS, int(0.97 * letters * room / length))))
 
 
-def folded(text: str, width: int) -> str:
-    """Lines of text, those that are too long broken, and those broken before joined again: a break leaves its space."""
-    lines = text.replace(" \n", " ").splitlines()
-    return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
-
-
-def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "") -> None:
+def save(
+    figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "", size: str | None = None
+) -> None:
     """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
 
+    size : as text, "16 cm x 9 cm" or "1920 px x 1080 px"; None for its own.
     request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
     pictures apart.
     """
+    if size is not None:
+        resize(figure, *inches(size, dpi))
     fit(figure)
     suffix = os.path.splitext(path)[1].lower()
     where = _METADATA_KEY.get(suffix)
@@ -236,6 +284,19 @@ def request_of(path: str | os.PathLike[str]) -> str | None:
     return text.removeprefix(_MADE_BY).strip() if text.startswith(_MADE_BY) else None
 
 
+def free_name(stem: Path, variable: str | None, places: Mapping[str, str], request: str) -> Path:
+    """The name of a picture nobody named: FILE.png, FILE-VARIABLE.png, FILE-VARIABLE-DIM-VALUE.png.
+
+    stem : FILE, without suffix. variable : unless it is what the file shows by itself. Where another picture has the
+    name, one made for another request or by somebody else, it gets a number: FILE-2.png.
+    """
+    words = [stem.name, *filter(None, [variable]), *(f"{name}-{value}" for name, value in places.items())]
+    base = NO_FILE_NAME.sub("_", "-".join(words)) if len(words) > 1 else stem.name
+    names = chain([f"{base}.png"], (f"{base}-{number}.png" for number in count(2)))
+    targets = map(stem.with_name, names)
+    return next(target for target in targets if not target.exists() or request_of(target) == request)
+
+
 def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
     """Have matplotlib show all texts of a figure, or of a part of it, as they are, unless the figure has `formulas`.
 
@@ -254,29 +315,3 @@ def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
         if isinstance(text, Text) and text not in own:
             text.set_parse_math(False)
             text.set_text(visible(text.get_text()))
-
-
-_DPI = 100  # of a picture in a notebook
-
-
-class Figure(PlainFigure):
-    """matplotlib's `Figure`, shown by a notebook whose cell ends with it.
-
-    IPython shows figures once pyplot or `%matplotlib inline` have told it how, which plots without pyplot do not. What
-    they tell it goes first, with the format and resolution that the user has chosen.
-
-    formulas : whether texts may hold formulas between dollars, which those of people must not.
-    """
-
-    formulas = False
-
-    def draw(self, renderer: Any) -> None:
-        """Draw, texts as they are."""
-        show_verbatim(self)
-        super().draw(renderer)
-
-    def _repr_png_(self) -> bytes:
-        fit(self)
-        picture = BytesIO()
-        self.savefig(picture, format="png", dpi=_DPI)
-        return picture.getvalue()

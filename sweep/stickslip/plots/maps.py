@@ -15,20 +15,19 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
-from stickslip.dataset.axis import MapAxis
-from stickslip.dataset.axis import title as array_title
-from stickslip.dataset.coarse import pixel_for
-from stickslip.dataset.display import unit_of
+from stickslip.dataset.coarse import pixel_for, pixel_note
+from stickslip.dataset.display import MapAxis, unit_of
+from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import MAX_PANELS, selected
 from stickslip.dataset.summary import why_absent
 from stickslip.errors import PlotError
-from stickslip.plots import marks, overlays
+from stickslip.plots import marks
 from stickslip.plots.axes import apply, plain_numbers, scaled
 from stickslip.plots.fixed_values import fixed_note, why_nothing
-from stickslip.plots.layout import BESIDE_LEGEND, TITLE_WIDTH, Figure, entitle, folded, legend, wrapped
+from stickslip.plots.layout import BESIDE_LEGEND, TITLE_WIDTH, Figure, entitle, folded, labelled, legend, wrapped
 from stickslip.plots.options import PLAIN, Look
-from stickslip.plots.overlays import BORDERS, border_handles, draw_borders, levels_inside
-from stickslip.plots.painting import hatch, note, painted, patterns
+from stickslip.plots.overlays import BORDERS, border_handles, draw_borders, levels_inside, over_panel
+from stickslip.plots.painting import hatch, painted, patterns
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, Entry, ink
 from stickslip.vocabulary.suggest import nearest
 
@@ -67,7 +66,7 @@ def plot_map(
         raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}{hint}")
     whole = ds
     ds, places = selected(ds, select or {})
-    ds = look.part(ds)
+    ds, look = look.part(ds), look.within_limits()
     if title is None:
         title = "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(places)]))
         places = []
@@ -102,7 +101,6 @@ def _panels(
     edges = x.pixel_edges(pixel[1]), y.pixel_edges(pixel[0])
     headings = [MapAxis(ds, dim) for dim in outer]
     drawn: set[float] = set()
-    exact = False
     for ax, panel, cells, combination in zip(grid.flat, panels, values, combinations, strict=False):
         ax.set_facecolor(UNDEFINED_COLOUR)
         if paint.has_gaps and look.hatched:
@@ -112,7 +110,8 @@ def _panels(
             hatch(ax, variable, cells, *edges)
         if borders:
             drawn |= draw_borders(ax, panel, x, y, pixel)
-        exact |= lines is not None and overlays.over_panel(ax, panel, lines, x, y, small=bool(outer))
+        if lines is not None:
+            over_panel(ax, panel, lines, x, y, small=bool(outer))
         if outer:
             words = (wrapped(h.heading(i), _PANEL_WIDTH) for h, i in zip(headings, combination, strict=True))
             ax.set_title("\n".join(words), fontsize="small")
@@ -130,8 +129,8 @@ def _panels(
         plain_numbers(bar.ax, "y")
         bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
-    handles += [*([overlays.entry()] if exact else []), *marks.entries(look.marks, ds)]
-    legend(figure, handles, at_right=is_flag and not outer, notes=[note(pixel, is_flag), *notes])
+    handles += [*labelled(*grid.flat), *marks.entries(look.marks, ds)]
+    legend(figure, handles, at_right=is_flag and not outer, notes=[pixel_note(pixel, is_flag), *notes])
     beside = is_flag and not outer
     entitle(figure, grid.flat[0], title, above_all=bool(outer), width=BESIDE_LEGEND if beside else TITLE_WIDTH)
     return figure
@@ -217,7 +216,7 @@ def _strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Sequenc
                                 textcoords="offset points", ha="center", fontweight="bold")  # fmt: skip
     axes[shown[-1]].set_xlabel(x.title)
     handles += marks.entries(look.marks, ds, line=True)
-    legend(figure, handles, at_right=True, notes=[note(pixel, variable in FLAG_COLOURS), *notes])
+    legend(figure, handles, at_right=True, notes=[pixel_note(pixel, variable in FLAG_COLOURS), *notes])
     entitle(figure, axes[shown[0]], title, width=BESIDE_LEGEND)
     return figure
 

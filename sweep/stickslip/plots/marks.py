@@ -14,7 +14,7 @@ from matplotlib.contour import ContourSet
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
-from stickslip.dataset.axis import MapAxis
+from stickslip.dataset.display import MapAxis
 from stickslip.dataset.selection import places
 from stickslip.errors import PlotError
 from stickslip.plots.options import Mark

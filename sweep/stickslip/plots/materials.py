@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from stickslip.dataset.materials import speeds_of
@@ -37,8 +36,7 @@ _WIDE = 8.0  # fastest over slowest speed from which the axis is logarithmic
 _DENSE = 300  # points of a curve
 
 
-@dataclass(frozen=True)
-class Drawn:
+class Drawn(NamedTuple):
     """A material as it is drawn, speeds in m/s: its points (sigma: their standard deviations, or None), its curve, and
     the ends of its band."""
 
@@ -50,6 +48,10 @@ class Drawn:
     middle: Floats
     low: Floats
     high: Floats
+
+
+def _plain(value: float, _: float) -> str:
+    return f"{value:g}"
 
 
 def look_of(number: int) -> dict[str, Any]:
@@ -73,8 +75,7 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
 
     Raises PlotError where there is nothing to draw.
     """
-    curves = [one for one in fits if one.curve is not None]
-    ageing = [one for one in fits if one.ageing is not None]
+    curves, ageing = [one for one in fits if one.curve], [one for one in fits if one.ageing]
     if not fits:
         raise PlotError("nothing to draw: no fits")
     panels = bool(curves) + bool(ageing)
@@ -102,8 +103,8 @@ def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool
     speeds = np.concatenate([one.speed for one in materials])
     if log if log is not None else speeds.min() > 0 and speeds.max() > _WIDE * speeds.min():
         ax.set_xscale("log")
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    top = max(float(one.mu.max()) for one in materials)
+        ax.xaxis.set_major_formatter(_plain)
+    top = max(float(np.max(one.mu, initial=0.0)) or float(one.middle.max()) for one in materials)
     ax.set(xlabel=f"slip speed ({unit})", ylabel="friction coefficient", ylim=(0.0, 1.15 * top))
     return entries([one.name for one in materials])
 
@@ -137,7 +138,9 @@ def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> list[Line2D]:
 
 _ROOM = 1.6  # factor by which the axis of speeds reaches beyond what is on it
 _INSET = 0.015  # of the axis of speeds
-_LOUD, _CALM = FLAG_COLOURS["regime"]["stick_slip"], FLAG_COLOURS["regime"]["damped"]
+_EDGE: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.5}
+_LOUD = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["stick_slip"], "hatch": "////", "alpha": 0.75}
+_CALM = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["damped"], "alpha": 0.6}
 
 
 def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
@@ -173,33 +176,28 @@ def _compared(ds: xr.Dataset, i: int) -> Drawn:
 def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
     """A row a material: vibration in the colour of stick-slip, quiet in that of a decay, and what lies between them."""
     factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
-    least, most = factor * float(ds.attrs["searched_from"]), factor * float(ds.attrs["searched_to"])
-    ends = _ends(ds, factor, least, most)
-    for i in range(ds.sizes["material"]):
+    left, right = ends = _ends(ds, factor)
+    inset = (right / left) ** _INSET  # an arrow at the edge of the axes points out of it, and stays whole
+    for i, name in enumerate(map(str, ds["material"].values)):
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
-        look = look_of(i)
-        ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=ax.get_yaxis_transform(), clip_on=False)
-        name = str(ds["material"].values[i])
-        ax.text(1.18, i, name, label=name, transform=ax.get_yaxis_transform(), va="center", gid=ROW)
+        look, outside = look_of(i), ax.get_yaxis_transform()
+        ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=outside, clip_on=False)
+        ax.text(1.18, i, name, label=name, transform=outside, va="center", gid=ROW)
         if state == "not_determined":
-            ax.text(ends[0] * 1.05, i, "not determined", va="center", fontsize="small")
+            ax.text(left * 1.05, i, "not determined", va="center", fontsize="small")
             continue
-        bar: dict[str, Any] = {"height": 0.62, "edgecolor": BLACK, "linewidth": 0.5}
-        begin = ends[0] if state == "quiet_throughout" else border
-        ax.barh(i, begin - ends[0], left=ends[0], color=_LOUD, hatch="////", alpha=0.75, **bar)
-        ax.barh(i, ends[1] - begin, left=begin, color=_CALM, alpha=0.6, **bar)
+        begin = left if state == "quiet_throughout" else border
+        ax.barh(i, begin - left, left=left, height=0.62, **_LOUD)
+        ax.barh(i, right - begin, left=begin, height=0.62, **_CALM)
         if "quiet_above_low" in ds:
             _draw_interval(ax, i, [factor * float(ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high")], ends)
         mark = {"quiet_throughout": "<", "vibrates_throughout": ">"}.get(state, look["marker"])
-        inset = (ends[1] / ends[0]) ** _INSET  # an arrow at the edge of the axes points out of it, and stays whole
-        place = min(max(border, ends[0] * inset), ends[1] / inset)
+        place = min(max(border, left * inset), right / inset)
         ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=5 if mark in "<>" else 3)
     for speed in speeds_of(ds):
         ax.axvline(factor * speed, color=BLACK, linestyle="dashdot", linewidth=1.2)
-    ax.set_yticks([])
-    ax.set_ylim(ds.sizes["material"] - 0.5, -0.5)
-    ax.set(xlim=ends, xlabel=f"belt speed ({unit})", xscale="log")
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.set(yticks=[], ylim=(ds.sizes["material"] - 0.5, -0.5), xlim=ends, xlabel=f"belt speed ({unit})", xscale="log")
+    ax.xaxis.set_major_formatter(_plain)
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
@@ -207,32 +205,26 @@ def _draw_interval(ax: Axes, i: int, interval: list[float], ends: tuple[float, f
     """The interval of a border, as far as the axis goes."""
     if any(map(math.isnan, interval)):
         return
-    low, high = (min(max(end, ends[0]), ends[1]) for end in interval)
-    ax.plot([low, high], [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=4)
-    for place, end in ((low, interval[0]), (high, interval[1])):
+    places = [min(max(end, ends[0]), ends[1]) for end in interval]
+    ax.plot(places, [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=4)
+    for place, end in zip(places, interval, strict=True):
         if ends[0] < end < ends[1]:
             ax.plot([place, place], [i - 0.2, i + 0.2], color=BLACK, linewidth=1.6, zorder=4)
 
 
-def _ends(ds: xr.Dataset, factor: float, least: float, most: float) -> tuple[float, float]:
+def _ends(ds: xr.Dataset, factor: float) -> tuple[float, float]:
     """The axis of speeds: what was measured, the borders and their intervals, and the belt speed."""
-    shown = [factor * float(value) for value in ds["point_speed"].values if value > 0]
-    shown += [factor * float(value) for value in ds["slip_speed"].values if value > 0]
-    for name in ("quiet_above", "quiet_above_low", "quiet_above_high"):
-        if name in ds:
-            shown += [factor * float(value) for value in ds[name].values if value > 0 and math.isfinite(value)]
-    shown += [factor * speed for speed in speeds_of(ds)]
-    inside = [value for value in shown if least <= value <= most] or [least, most]
+    names = ("point_speed", "slip_speed", "quiet_above", "quiet_above_low", "quiet_above_high")
+    shown = np.concatenate([ds[name].values for name in names if name in ds] + [np.array(speeds_of(ds))])
+    least, most = (factor * float(ds.attrs[f"searched_{end}"]) for end in ("from", "to"))
+    inside = [value for value in (factor * shown).tolist() if value > 0 and least <= value <= most] or [least, most]
     return max(min(inside) / _ROOM, least), min(max(inside) * _ROOM, most)
 
 
 def _legend(figure: Figure, ds: xr.Dataset, unit: str) -> None:
-    level = f"{100 * float(ds.attrs['confidence']):g} % interval of the border"
-    handles: list[Any] = [
-        Patch(facecolor=_LOUD, hatch="////", alpha=0.75, edgecolor=BLACK, linewidth=0.5, label="vibrates"),
-        Patch(facecolor=_CALM, alpha=0.6, edgecolor=BLACK, linewidth=0.5, label="quiet"),
-    ]
+    handles: list[Any] = [Patch(**_LOUD, label="vibrates"), Patch(**_CALM, label="quiet")]
     if "quiet_above_low" in ds:
+        level = f"{100 * float(ds.attrs['confidence']):g} % interval of the border"
         handles.append(Line2D([], [], color=BLACK, linewidth=2.2, label=level))
     if belt_speeds := speeds_of(ds):
         speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in belt_speeds]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
@@ -23,6 +23,9 @@ from stickslip.vocabulary.suggest import suggest
 
 _RANGE = ".."
 _LABELS = ("label", "name", "point")  # headings of the column of a table that names operating points
+_INCH = 0.0254  # m
+_SMALLEST, _LARGEST = 1.0, 100.0  # inches of a side of a picture
+_SIZE = re.compile(r"(?P<width>[\d.]+)\s*(?P<of_width>[a-zµ]*)\s*[x×]\s*(?P<height>[\d.]+)\s*(?P<unit>[a-zµ]+)")
 _HEADING = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?\s*")
 
 
@@ -75,6 +78,14 @@ class Look:
                 ds = within(ds, name, low, high)
         return ds
 
+    def within_limits(self) -> Look:
+        """The same look with those marks only that lie within the limits."""
+
+        def lies_within(mark: Mark) -> bool:
+            return all(low <= mark.at[name] <= high for name, (low, high) in self.limits.items() if name in mark.at)
+
+        return replace(self, marks=tuple(filter(lies_within, self.marks)))
+
 
 PLAIN = Look()
 
@@ -86,6 +97,24 @@ def pairs(text: str, value: str) -> Iterator[tuple[str, str]]:
         if not (equals and name.strip() and content.strip()):
             raise PlotError(f"got {one.strip()!r}, expected NAME={value}")
         yield name.strip(), content.strip()
+
+
+def inches(text: str, dpi: float) -> tuple[float, float]:
+    """`16 cm x 9 cm` or `1920 px x 1080 px` as width and height; a width without a unit has that of the height."""
+    example = "such as '16 cm x 9 cm' or '1920 px x 1080 px'"
+    sides = _SIZE.fullmatch(text.strip())
+    try:
+        if sides is None:
+            raise QuantityError("two lengths")
+        width, height = (
+            float(number) / dpi if unit == "px" else units.si_value(f"{number} {unit}", "m") / _INCH
+            for number, unit in ((sides["width"], sides["of_width"] or sides["unit"]), (sides["height"], sides["unit"]))
+        )
+    except QuantityError:
+        raise PlotError(f"--size: got {text!r}, expected a width and a height {example}") from None
+    if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
+        raise PlotError(f"--size: got {text!r}, expected sides between 2.54 cm and 2.54 m, {example}")
+    return width, height
 
 
 def _known(ds: xr.Dataset, name: str) -> xr.DataArray:

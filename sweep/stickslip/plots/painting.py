@@ -45,28 +45,28 @@ def painted(
     return shown, paint(variable, np.concatenate(shown, axis=None), present), Unit()
 
 
-def note(pixel: Pixel, is_flag: bool) -> str | None:
-    """Number of cells that a pixel shows, unless it is one."""
-    if pixel == (1, 1):
-        return None
-    rows, columns = pixel
-    cells = f"{columns} x {rows} cells" if rows > 1 and columns > 1 else f"{rows * columns} cells"
-    what = "their most frequent value" if is_flag else "the mean of those that have a value"
-    return f"each pixel shows {cells}: {what}"
-
-
 Floats = NDArray[np.float64]
 _MOST = 5000  # rectangles of a regime; more are single cells here and there, on which no hatching shows
-_RECTANGLE = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
 
 
 def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
     """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
     for name, pattern in patterns(variable).items():
-        boxes = rectangles(np.asarray(codes == list(FLAGS[variable]).index(name)))
-        if 0 < len(boxes) <= _MOST:
-            corners = np.stack([x_edges[boxes[:, 2]], x_edges[boxes[:, 3]], y_edges[boxes[:, 0]], y_edges[boxes[:, 1]]])
-            ax.add_patch(_patch(corners.T, pattern, ink(FLAG_COLOURS[variable][name])))
+        inside = np.asarray(codes == list(FLAGS[variable]).index(name))
+        hatch_cells(ax, inside, pattern, FLAG_COLOURS[variable][name], x_edges, y_edges)
+
+
+def hatch_cells(
+    ax: Axes, inside: NDArray[np.bool_], pattern: str, colour: str, x_edges: Floats, y_edges: Floats
+) -> None:
+    """Hatch the cells of a colour that are `inside`, (rows, columns); edges one longer."""
+    low, high, left, right = rectangles(inside).T
+    if not 0 < low.size <= _MOST:
+        return
+    x, y = x_edges[np.stack([left, right, right, left, left])], y_edges[np.stack([low, low, high, high, low])]
+    closed = [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY]
+    path = Path(np.stack([x.T, y.T], axis=-1).reshape(-1, 2), np.tile(np.array(closed, np.uint8), low.size))
+    ax.add_patch(PathPatch(path, facecolor="none", edgecolor=ink(colour), hatch=pattern, linewidth=0.0, zorder=1.5))
 
 
 def patterns(variable: str) -> Mapping[str, str]:
@@ -89,12 +89,3 @@ def rectangles(inside: NDArray[np.bool_]) -> NDArray[np.int64]:
     first = np.flatnonzero(new)
     last = np.append(first[1:], rows.size) - 1
     return np.stack([rows[first], rows[last] + 1, begins[first], ends[first]], axis=1).reshape(-1, 4)
-
-
-def _patch(corners: Floats, pattern: str, colour: str) -> PathPatch:
-    """Rectangles (left, right, bottom, top) as one patch."""
-    left, right, bottom, top = corners.T
-    points = (left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)
-    around = np.stack([np.stack(point, axis=1) for point in points], axis=1)
-    path = Path(around.reshape(-1, 2), np.tile(np.array(_RECTANGLE, np.uint8), len(corners)))
-    return PathPatch(path, facecolor="none", edgecolor=colour, hatch=pattern, linewidth=0.0, zorder=1.5)

@@ -112,17 +112,16 @@ class Paint:
 
         hatches : patterns by flag.
         """
-        patterns = hatches or {}
         if self.flags is None:
             pattern = None if hatches is None else UNDEFINED_HATCH
-            return [_swatch("undefined", UNDEFINED_COLOUR, hatch=pattern)] if self.has_gaps else []
+            return [_swatch("undefined", UNDEFINED_COLOUR, pattern)] if self.has_gaps else []
+        remark = dict.fromkeys(self.hidden, " (only in mixed)")
         entries: list[Entry] = [
-            _swatch(flag_label(name), colour, " (only in mixed)" if name in self.hidden else "", patterns.get(name))
+            _swatch(regime_label(name) + remark.get(name, ""), colour, (hatches or {}).get(name))
             for name, colour in self.flags.items()
         ]
-        if self.mixed:
-            entries.append(tuple(_swatch("mixed", colour, " (pale: the most frequent)") for colour in self.mixed))
-        return entries
+        mixed = tuple(_swatch("mixed (pale: the most frequent)", colour) for colour in self.mixed)
+        return [*entries, mixed] if mixed else entries
 
 
 def paint(
@@ -142,9 +141,10 @@ def paint(
     finite = numbers[np.isfinite(numbers)]
     least, most = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     low, high = limits or (least, most)
-    beyond = {(True, True): "both", (True, False): "min", (False, True): "max"}.get((least < low, most > high))
+    beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
     colours, norm = _scale(variable, low, high, log, finite, (least, most))
-    return Paint(colours, norm, has_gaps=finite.size < values.size, beyond=beyond or "neither", span=(low, high))
+    return Paint(colours, norm, has_gaps=finite.size < values.size, beyond=beyond[least < low, most > high],
+                 span=(low, high))  # fmt: skip
 
 
 def _scale(
@@ -201,27 +201,25 @@ def _flag_paint(variable: str, drawn: set[int], present: set[int]) -> Paint:
 
 def _pale(colour: str) -> str:
     """A tint, which no pure colour of the palette looks like."""
-    if colour == WHITE:
-        return _PALE_WHITE
-    red, green, blue = (channel + _PALENESS * (1.0 - channel) for channel in to_rgb(colour))
-    return to_hex((red, green, blue))
+    return _PALE_WHITE if colour == WHITE else _blend(colour, WHITE, _PALENESS)
 
 
 def ink(colour: str) -> str:
     """The colour of lines that show on an area of a colour: light ones on what is dark in grey."""
-    rgb = to_rgb(colour)
-    dark = sum(weight * channel for weight, channel in zip(_BRIGHTNESS, rgb, strict=True)) < 0.5
-    red, green, blue = (1.0 - _INK * (1.0 - channel) if dark else _INK * channel for channel in rgb)
-    return to_hex((red, green, blue))
+    return _blend(colour, WHITE if np.dot(_BRIGHTNESS, to_rgb(colour)) < 0.5 else BLACK, _INK)
+
+
+def _blend(colour: str, other: str, share: float) -> str:
+    """The colour that lies a share of the way to another one."""
+    here, there = np.array(to_rgb(colour)), np.array(to_rgb(other))
+    return to_hex(here + share * (there - here))
 
 
 def regime_label(name: str) -> str:
-    """The name of a regime on plots and pages: stick_slip is written stick-slip."""
-    return flag_label(name).replace("stick_slip", "stick-slip")
+    """The name of a regime, or of another flag, on plots and pages: stick_slip is written stick-slip."""
+    return flag_label(name).replace("stick_slip", "stick-slip").replace("_", " ")
 
 
-def _swatch(name: str, colour: str, remark: str = "", hatch: str | None = None) -> Patch:
-    """A legend entry. stick_slip is written stick-slip."""
-    label = "stick-slip" if name == "stick_slip" else name.replace("_", " ")
-    edge = ink(colour) if hatch else "black"
-    return Patch(facecolor=colour, edgecolor=edge, hatch=hatch, linewidth=0.5, label=label + remark)
+def _swatch(label: str, colour: str, hatch: str | None = None) -> Patch:
+    """A legend entry."""
+    return Patch(facecolor=colour, edgecolor=ink(colour) if hatch else "black", hatch=hatch, linewidth=0.5, label=label)

@@ -7,21 +7,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import spoken
-from stickslip.dataset.axis import title as array_title
+from stickslip.dataset.display import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.errors import PlotError
 from stickslip.plots.axes import shade
-from stickslip.plots.layout import Figure, entitle, legend
+from stickslip.plots.layout import Figure, entitle, labelled, legend
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
-from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import customary
+from stickslip.vocabulary.display_units import quantity, spoken
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
 
@@ -54,10 +49,9 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     lower = figure.add_subplot(places[1, 0], sharex=upper)
     phase = figure.add_subplot(places[:, 1])
     upper.tick_params(labelbottom=False)
-    mass_line: dict[str, Any] = {"color": BLUE, "linewidth": 1.2}
-    belt_line: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.0, "linestyle": "dashed"}
-    stuck: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0}
-    start: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none"}
+    mass_line: dict[str, Any] = {"color": BLUE, "linewidth": 1.2, "label": "mass"}
+    belt_line: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.0, "linestyle": "dashed", "label": "belt"}
+    stuck: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0, "label": "sticking"}
 
     upper.plot(time, displacement, **mass_line)
     lower.plot(time, velocity, **mass_line)
@@ -66,7 +60,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
         shade(ax, np.append(time, time[-1]), sticks, stuck)
         ax.margins(x=0)
     phase.plot(displacement, velocity, **mass_line)
-    phase.plot(displacement[:1], velocity[:1], **start)
+    phase.plot(displacement[:1], velocity[:1], color=BLACK, marker="o", markersize=4, linestyle="none", label="start")
     if np.ptp(belt) <= 1e-9 * np.abs(belt).max():
         phase.axhline(belt[0], zorder=0, **belt_line)
 
@@ -76,14 +70,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     phase.set(xlabel=named["displacement"], ylabel=named["velocity"])
     for ax in (upper, lower, phase):
         ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
-    handles: list[Artist] = [
-        Line2D([], [], label="mass", **mass_line),
-        Line2D([], [], label="belt", **belt_line),
-        Line2D([], [], label="start", **start),
-    ]
-    if sticks.any():
-        handles.append(Patch(label="sticking", **stuck))
-    legend(figure, handles, at_right=False)
+    legend(figure, labelled(lower, phase), at_right=False)
     entitle(figure, upper, _title(ds) if title is None else title, above_all=True)
     return figure
 
@@ -92,15 +79,10 @@ def _title(ds: xr.Dataset) -> str:
     """The title of the dataset, and below it the parameters of the cell."""
     parameters = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
     words = [
-        f"{spoken(name)} {_quantity(name, value)}" for name, value in parameters.items() if value or name in _ALWAYS
-    ]
+        f"{spoken(name)} {quantity(value, PARAMETERS[name].units)}"
+        for name, value in parameters.items() if value or name in _ALWAYS
+    ]  # fmt: skip
     return "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(words)]))
-
-
-def _quantity(name: str, value: float) -> str:
-    """A parameter as people write it."""
-    unit = PARAMETERS[name].units
-    return customary(unit, value) or f"{value:.4g} {units.spelled(unit)}".rstrip()
 
 
 def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: float = 1.0) -> Figure:

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from stickslip.dataset.axis import MapAxis, spoken
+from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.fixed_values import fixed_note
@@ -18,6 +18,7 @@ from stickslip.plots.maps import plot_map
 from stickslip.plots.materials import look_of
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import BLACK, FLAG_COLOURS, GREY, ORANGE, SKY, regime_label
+from stickslip.vocabulary.display_units import spoken
 
 Floats = NDArray[np.float64]
 

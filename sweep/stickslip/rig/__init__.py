@@ -3,46 +3,46 @@
 A record is a dataset over `time` (s): the force on the specimen and its acceleration, the motion of the drive where it
 is known, and the conditions of the test as coordinates.
 
-    quantities, settings, labels, rpn      shared by all: names and units, settings, words, the model RPN
+    quantities, settings, labels           shared by all: names and units, settings, words
     records, signals                       records read from files, or made; filters, slopes, gaps
     sticks, hum, defects, evaluation       stick phases, features, and what is wrong with a record
     calibration, pairs, identification     the model RPN, or parameters of a rig, fitted to records
-    config, apparatus, simulation          simulated rigs
+    apparatus, simulation                  simulated rigs
     plots, report                          plots, and the page about a test matrix
 
 `quantities.FEATURES` declares each feature.
 
-What simulates rigs is loaded when first used, so that records are read without the compiler.
+What simulates rigs is loaded when first used, so that records are read without the compiler. `run_matrix` is
+`stickslip.run`, which computes the matrix of a configuration that `load_rig` gives, in memory or into a file.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from stickslip.config.rigs import FeatureSettings
+from stickslip.config.risk import RPN_NAME, Risk
 from stickslip.rig.calibration import Calibration, calibrate
 from stickslip.rig.evaluation import feature_table, features
 from stickslip.rig.identification import Identification, identify
 from stickslip.rig.records import make_record, read_record
-from stickslip.rig.rpn import RPN_NAME, Risk
-from stickslip.rig.settings import FeatureSettings, RecordSettings, Settings, load_settings
+from stickslip.rig.settings import RecordSettings, Settings, load_settings
 from stickslip.rig.sticks import Sticks, find_sticks
 
 if TYPE_CHECKING:
-    from stickslip.rig.config import RigConfig, load_rig, make_rig
-    from stickslip.rig.simulation import RigTests, run_matrix, simulator
+    from stickslip.rig.simulation import RigTests, load_rig, make_rig, simulator
 
 __all__ = [
-    "Calibration", "FeatureSettings", "Identification", "RPN_NAME", "RecordSettings", "RigConfig", "RigTests", "Risk",
-    "Settings", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "identify", "load_rig",
-    "load_settings", "make_record", "make_rig", "read_record", "run_matrix", "simulator",
+    "Calibration", "FeatureSettings", "Identification", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
+    "Sticks", "calibrate", "feature_table", "features", "find_sticks", "identify", "load_rig", "load_settings",
+    "make_record", "make_rig", "read_record", "run_matrix", "simulator",
 ]  # fmt: skip
 
-_ON_DEMAND = {
-    "RigConfig": "config", "load_rig": "config", "make_rig": "config", "RigTests": "simulation",
-    "run_matrix": "simulation", "simulator": "simulation",
-}  # fmt: skip
+_SIMULATED = ("RigTests", "load_rig", "make_rig", "simulator")
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _ON_DEMAND:
+    if name == "run_matrix":
+        return import_module("stickslip.api.runs").run
+    if name not in _SIMULATED:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"stickslip.rig.{_ON_DEMAND[name]}"), name)
+    return getattr(import_module("stickslip.rig.simulation"), name)

@@ -18,11 +18,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import signal  # type: ignore[import-untyped]
 
-from stickslip.config.sections import Sensor
+from stickslip.config.rigs import PIECES, Drive, Sensor
 from stickslip.rig.signals import Floats, band_limited
 
-PIECES = 64  # straight pieces of the speed of a sinusoidal stroke
-_SINE_MEAN = 1.0 / (PIECES * math.tan(0.5 * math.pi / PIECES))  # of these pieces, over the top speed
 _HALF_LENGTH = 32  # of the symmetric low-pass, in samples of the record
 _CUTOFF = 0.9  # of half the sampling rate: 6 dB down there
 _ATTENUATION = 80.0  # dB
@@ -31,26 +29,19 @@ _ATTENUATION = 80.0  # dB
 # --- the plate --------------------------------------------------------------------------------------------------------
 
 
-def segments(profile: str, strokes: int, quantities: Mapping[str, float]) -> Floats:
+def segments(drive: Drive, quantities: Mapping[str, float]) -> Floats:
     """The segments of a test, shape (m, 3).
 
-    profile : "trapezoid" (from standstill to `belt_speed` within `ramp`, constant, and back) or "sine" (half a period,
-        with `belt_speed` in its middle, in straight pieces). quantities : belt_speed, stroke, ramp, dwell,
-        waiting_time.
+    drive : of the profile "trapezoid" (from standstill to `belt_speed` within `ramp`, constant, and back) or "sine"
+        (half a period, with `belt_speed` in its middle, in straight pieces).
+    quantities : belt_speed, stroke, ramp, dwell, waiting_time.
     """
-    stroke = _trapezoid(quantities) if profile == "trapezoid" else _sine(quantities)
+    stroke = _trapezoid(quantities) if drive.profile == "trapezoid" else _sine(quantities)
     rest = np.array([[quantities["dwell"], 0.0, 0.0]])
     there, back = np.concatenate([stroke, rest]), np.concatenate([stroke * (1.0, -1.0, -1.0), rest])
     wait = np.array([[quantities["waiting_time"], 0.0, 0.0]])
-    whole = np.concatenate([wait, *(back if n % 2 else there for n in range(strokes))])
+    whole = np.concatenate([wait, *(back if n % 2 else there for n in range(drive.strokes))])
     return np.asarray(whole[whole[:, 0] > 0.0])
-
-
-def duration(profile: str, strokes: int, quantities: Mapping[str, Floats]) -> Floats:
-    """Duration of tests from the first stroke on, s: arrays of the quantities of `segments`."""
-    stroke = quantities["stroke"] / quantities["belt_speed"]
-    once = stroke + quantities["ramp"] if profile == "trapezoid" else stroke / _SINE_MEAN
-    return np.asarray(strokes * (once + quantities["dwell"]))
 
 
 def _trapezoid(quantities: Mapping[str, float]) -> Floats:

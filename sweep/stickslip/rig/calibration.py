@@ -12,15 +12,15 @@ Its quality is that of predictions: each pair is left out in turn, and the other
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import log, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
+from stickslip.config.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
 from stickslip.fit.uncertainty import Flags, Floats, Interval, rms, student
-from stickslip.rig.rpn import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
 from stickslip.vocabulary import units
 from stickslip.vocabulary.settings import RISK
 
@@ -96,7 +96,7 @@ class Calibration:
         """The parameters as a section of a configuration, intervals as comments."""
         lines = [f"# {line}" for line in self.prediction().splitlines()]
         lines.append(f"risk:  # {RPN_NAME}; fitted to {self.rpn.size} pairs")
-        for name, value in self.risk.known.items():
+        for name, value in self.risk.resolved().items():
             unit, text = units.spelled(RISK[name].units), f"  {name}: {value:.6g}"
             lines.append(f"{text:44}# {unit + ', ' if unit else ''}{self._remark(name)}")
         return "\n".join(lines)
@@ -158,7 +158,7 @@ def calibrate(
     _check_pairs(columns, measured, len(fitted))
     ends = {f"lowest_{name}": float(column.min()) for name, column in zip(INPUTS, columns, strict=True)}
     ends |= {f"highest_{name}": float(column.max()) for name, column in zip(INPUTS, columns, strict=True)}
-    fit = _Ridge(replace(begin, **ends), fitted)
+    fit = _Ridge(begin.model_copy(update=ends), fitted)
     best, covariance, noise, informative = fit.run(columns, measured)
     others = ~np.eye(measured.size, dtype=bool)
     left_out = [
@@ -194,7 +194,8 @@ class _Ridge:
     def risk(self, p: Floats) -> Risk:
         """The model of some parameters."""
         values = np.where(self._is_scale, np.exp(np.where(self._is_scale, p, 0.0)), p)
-        return replace(self._begin, **dict(zip(self._names, values.tolist(), strict=True)))
+        model: Risk = self._begin.model_copy(update=dict(zip(self._names, values.tolist(), strict=True)))
+        return model
 
     def level(self, p: Floats, columns: Floats) -> Floats:
         """The levels for features (inputs by pairs)."""

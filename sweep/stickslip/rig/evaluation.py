@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from stickslip.config.rigs import FeatureSettings
+from stickslip.config.risk import BANDS, INPUTS, Risk, band_of, number_of
+from stickslip.dataset.build import NO_FILL, attributes_of
 from stickslip.rig import defects
 from stickslip.rig.hum import subtract_hum
-from stickslip.rig.quantities import FEATURES, PER_PEAK
+from stickslip.rig.labels import dimensions, point_name
+from stickslip.rig.quantities import FEATURES, PER_PEAK, RATINGS
 from stickslip.rig.records import condition_of, drive_displacement, force_of
-from stickslip.rig.rpn import BANDS, FORMULA, INPUTS, RPN_NAME, Risk, band_of, number_of
-from stickslip.rig.settings import FeatureSettings, Settings
+from stickslip.rig.settings import Settings
 from stickslip.rig.signals import (
     Floats,
     Positions,
@@ -28,10 +30,10 @@ from stickslip.rig.signals import (
     turning_points,
 )
 from stickslip.rig.sticks import Sticks, find_sticks
+from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
 PEAKS = 3  # of the spectrum
 _STROKE = 0.02  # of the range of the drive: the shortest displacement that is a stroke
-_NO_FILL = {"_FillValue": None}
 
 Numbers = dict[str, float | Floats]
 
@@ -73,21 +75,11 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         numbers[name] = np.full_like(numbers[name], np.nan)
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
     conditions["remarks"] = xr.Variable((), defects.remarks_of(wrong), {"long_name": "what is wrong with the record"})
-    return _dataset(numbers, conditions, title=record.attrs.get("title", ""))
-
-
-def missing_features() -> xr.Dataset:
-    """The features of a missing record: NaN."""
-    return _dataset({name: np.full(PEAKS, np.nan) if name in PER_PEAK else np.nan for name in FEATURES}, {})
-
-
-def _dataset(numbers: Numbers, conditions: Mapping[str, Any], **attributes: str) -> xr.Dataset:
     variables = {
-        name: xr.Variable(("peak",) if name in PER_PEAK else (), numbers[name],
-                          {"units": declared.units, "long_name": declared.long_name})
+        name: xr.Variable(("peak",) if name in PER_PEAK else (), numbers[name], attributes_of(declared))
         for name, declared in FEATURES.items()
-    }  # fmt: skip
-    return xr.Dataset(variables, conditions, attributes)
+    }
+    return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
 def _measured(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks]:
@@ -139,7 +131,7 @@ def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
     known = next(row[name].variable for row in rows if name in row.variables)
     gap = "" if known.dtype.kind == "U" else np.nan
     values = [row[name].values if name in row.variables else gap for row in rows]
-    encoding = _NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
+    encoding = NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
     return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)
 
 
@@ -152,36 +144,87 @@ def as_columns(table: xr.Dataset) -> xr.Dataset:
 def rate(table: xr.Dataset, risk: Risk) -> xr.Dataset:
     """The features with the model RPN, its level before rounding and its band beside them; and, of a calibrated model,
     whether a feature lies outside the range of its pairs."""
-    inputs = risk_inputs(table)
+    inputs, meanings = risk_inputs(table), ("unknown", *BANDS)
     level = risk.level(inputs)
     number = number_of(level)
-    comment = f"{RPN_NAME}: {FORMULA}"
-    bands = ("unknown", *BANDS)
-    band = np.asarray([bands.index(band_of(n)) for n in number.ravel().tolist()], np.int8).reshape(number.shape)
-    rpn = {"units": "1", "long_name": RPN_NAME, "comment": "1 to 10; missing where a feature is not known"}
-    flags = {"units": "1", "long_name": f"traffic light of the {RPN_NAME}", "flag_meanings": " ".join(bands),
-             "flag_values": np.arange(len(bands), dtype=np.int8)}  # fmt: skip
-    dims = table["sticks"].dims
+    band = [meanings.index(band_of(n)) for n in number.ravel().tolist()]
+    ratings: dict[str, Any] = {"model_rpn_level": level, "model_rpn": number}
+    ratings["model_rpn_band"] = np.asarray(band, np.int8).reshape(number.shape)
     if risk.is_calibrated:
-        outside = np.any([*risk.outside(inputs).values()], axis=0).astype(np.int8)
-        extrapolated = {"units": "1", "long_name": f"whether (1) the {RPN_NAME}, is an extrapolation",
-                        "comment": "a feature lies outside the range of the pairs of the calibration"}  # fmt: skip
-        table = table.assign(model_rpn_extrapolated=xr.Variable(dims, outside, extrapolated, _NO_FILL))
-    return table.assign(
-        model_rpn_level=(dims, level, {"units": "1", "long_name": f"level of the {RPN_NAME}", "comment": comment}),
-        model_rpn=xr.Variable(dims, number, rpn),
-        model_rpn_band=xr.Variable(dims, band, flags, _NO_FILL),
-    )
+        ratings["model_rpn_extrapolated"] = np.any([*risk.outside(inputs).values()], axis=0).astype(np.int8)
+    dims = table["sticks"].dims
+    return table.assign({
+        name: xr.Variable(dims, values, attributes_of(RATINGS[name], meanings if name == "model_rpn_band" else ()),
+                          NO_FILL if values.dtype == np.int8 else None)
+        for name, values in ratings.items()
+    })  # fmt: skip
 
 
-def risk_inputs(table: xr.Dataset) -> dict[str, NDArray[np.float64]]:
+def risk_inputs(table: xr.Dataset) -> dict[str, Floats]:
     """The inputs of the risk model: band-limited accelerations where there are any, else sampled ones."""
-    inputs = {}
-    for name in INPUTS:
-        plain = table[name].values.astype(np.float64)
-        limited = table[f"{name}_limited"].values if f"{name}_limited" in table else np.full_like(plain, np.nan)
-        inputs[name] = np.where(np.isnan(limited), plain, limited)
-    return inputs
+    return {name: rated(table, name) for name in INPUTS}
+
+
+def rated(table: xr.Dataset, feature: str) -> Floats:
+    """A feature, band-limited where the risk model uses that."""
+    plain = table[feature].values.astype(np.float64)
+    name = f"{feature}_limited"
+    return np.where(np.isnan(table[name].values), plain, table[name].values) if name in table else plain
+
+
+# --- tables for people ------------------------------------------------------------------------------------------------
+
+
+class Shown(NamedTuple):
+    """A column of tables for people: a feature, its heading, the unit or what else stands `below`, the `size` of that
+    unit in SI, and how numbers are written."""
+
+    feature: str
+    heading: str
+    below: str = ""
+    size: float = 1.0
+    form: str = ".3g"
+
+
+SHOWN = (
+    Shown("sticks", "sticks", form=".0f"),
+    Shown("acceleration_max", "max |a|", "m/s2"),
+    Shown("acceleration_integral", "int |a|", "m/s"),
+    Shown("drops", "drops", form=".0f"),
+    Shown("drop_mean", "drop", "N"),
+    Shown("impulse_rate", "slips", "per mm", 1e3),
+    Shown("static_friction_first", "mu_s", "first", form=".3f"),
+    Shown("static_friction", "mu_s", form=".3f"),
+    Shown("dynamic_friction", "mu_d", form=".3f"),
+)
+
+
+def shown_text(column: Shown, value: float) -> str:
+    """A value of a column in SI as text; a dash where there is none."""
+    return "–" if np.isnan(value) else format(value / column.size, column.form)
+
+
+def unfinished(matrix: xr.Dataset) -> Iterator[tuple[str, list[int]]]:
+    """A sentence, and numbers, for each reason why tests of a matrix were not integrated to their end."""
+    status = matrix["status"].values.ravel()
+    for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
+        numbers = np.flatnonzero(status == code).tolist()
+        tests = "1 test was" if len(numbers) == 1 else f"{len(numbers):,} tests were"
+        yield f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]}", numbers
+
+
+def as_records(matrix: xr.Dataset) -> xr.Dataset:
+    """The tests of a matrix as records: along the dimension `record`, whose index are their names."""
+    if "record" in matrix.dims:
+        return matrix
+    along = dimensions(matrix, matrix["sticks"].dims)
+    table = matrix.drop_vars(matrix.coords)
+    if along:
+        table = table.stack(record=matrix["sticks"].dims, create_index=False)
+    else:
+        table = table.expand_dims("record")
+    names = [point_name(along, n) or str(matrix.attrs.get("title", "")) for n in range(table.sizes["record"])]
+    return table.transpose("record", ...).assign_coords(record=names)
 
 
 # --- the parts --------------------------------------------------------------------------------------------------------

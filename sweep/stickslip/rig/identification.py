@@ -14,10 +14,10 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
+from stickslip.config.rigs import FeatureSettings
 from stickslip.fit.uncertainty import Floats, Interval, covariance, student
 from stickslip.rig.evaluation import features
 from stickslip.rig.quantities import FORCES
-from stickslip.rig.settings import FeatureSettings
 
 Parameters = Mapping[str, float]
 Simulator = Callable[[Parameters], xr.Dataset]  # parameters by name, in SI, to a record

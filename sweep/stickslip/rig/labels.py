@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,21 +19,6 @@ _NO_BREAK = "\N{NO-BREAK SPACE}"
 def unit_for(si: str, values: ArrayLike) -> Unit:
     """The customary unit for the largest of some values in SI."""
     return display_units.unit_for(si, 0.0 if si in _AS_THEY_ARE else values)
-
-
-def number_text(value: float) -> str:
-    """A value to three digits, without an exponent as long as it stays short; a dash where there is none."""
-    if not math.isfinite(value):
-        return "–"
-    if 1000 <= abs(value) < 1e6:
-        return f"{value:.0f}"
-    return f"{value:.3g}".replace("e-0", "e-").replace("e+0", "e")
-
-
-def quantity_text(value: float, si: str) -> str:
-    """A value in SI with the unit people use: `10 mm/s`."""
-    unit = unit_for(si, value)
-    return f"{unit.of(value):.4g} {unit.printed}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -56,6 +40,11 @@ class Dimension:
         if not self.is_text and not self.unit:
             return f"{self.name} {self.points[i]}"
         return f"{self.points[i]}{_NO_BREAK}{self.unit}".rstrip()
+
+
+def dimensions(ds: xr.Dataset, dims: Iterable[Hashable]) -> list[Dimension]:
+    """Some dimensions of a matrix."""
+    return [dimension(ds, dim) for dim in dims]
 
 
 def dimension(ds: xr.Dataset, dim: Hashable) -> Dimension:

@@ -9,22 +9,25 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stickslip.errors import ConfigError, Place, Problem, QuantityError
-from stickslip.files.tables import Cell, Table, cells, numbers, read_table
-from stickslip.fit.headings import heading, plain
+from stickslip.config.risk import HIGHEST, INPUTS, LOWEST
+from stickslip.errors import ConfigError, Place, Problem
+from stickslip.files.tables import Cell, Table, cells, read_table
+from stickslip.fit.columns import HeadedTable, factor
+from stickslip.fit.headings import Heading, plain
 from stickslip.fit.uncertainty import Floats
 from stickslip.rig.calibration import Calibration, calibrate
 from stickslip.rig.defects import reason_of
 from stickslip.rig.evaluation import features, risk_inputs
 from stickslip.rig.quantities import FEATURES
 from stickslip.rig.records import read_record
-from stickslip.rig.rpn import HIGHEST, INPUTS, LOWEST
 from stickslip.rig.settings import Settings
-from stickslip.vocabulary import units
 from stickslip.vocabulary.suggest import listed
 
 RPN = "rpn"
+_MODEL = "model_rpn"
 _FILES = ("file", "record")  # headings of a column that names records
+_NAMES = {RPN, _MODEL, "remarks", *_FILES, *INPUTS, *(f"{name}_limited" for name in INPUTS)}
+_EXAMPLE = "sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"
 _NO_FEATURES = "it has no features"
 
 
@@ -37,8 +40,10 @@ def calibrate_file(path: Path, settings: Settings | None = None, scales: bool = 
     determined are left out, and named in `omitted`. Raises ConfigError.
     """
     settings = settings or Settings()
-    table = read_table(path, "sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn", "pairs")
-    at, rows = _positions(table), list(cells(table))
+    headed = HeadedTable(read_table(path, _EXAMPLE, "pairs"), ())
+    columns = _columns(headed)
+    table, at = headed.table, {name: i for name, (i, _) in columns.items()}
+    rows = list(cells(table))
     used = [i for i, row in enumerate(rows) if len(row) <= at[RPN] or row[at[RPN]].text]
     column = next((at[name] for name in _FILES if name in at), None)
     omitted = []
@@ -47,16 +52,16 @@ def calibrate_file(path: Path, settings: Settings | None = None, scales: bool = 
         names = [f"row {i + 1}" if column is None else rows[i][column].text for i in spoiled]
         omitted = [f"{name} ({_remark(rows[i], at)})" for name, i in zip(names, spoiled, strict=True)]
         used = [i for i in used if i not in spoiled]
-    table, rows = replace(table, lines=tuple(table.lines[i] for i in used)), [rows[i] for i in used]
+    headed.table, rows = replace(table, lines=tuple(table.lines[i] for i in used)), [rows[i] for i in used]
     if not rows:
         raise ConfigError(table.name, [Problem((RPN,), "no row has a number in this column, and features")])
-    rpn = numbers(table, [at[RPN]])[at[RPN]]
+    rpn = headed.values({RPN: columns[RPN]})[RPN]
     _check_numbers(table.name, [row[at[RPN]] for row in rows], rpn, LOWEST, HIGHEST)
     names = [] if column is None else [row[column].text for row in rows]
     if has_features:
-        inputs = _inputs(table, rows, at)
+        inputs = _inputs(headed, rows, columns)
     else:
-        evaluated = _evaluated(table, rows, at, column, path.parent, settings)
+        evaluated = _evaluated(headed, rows, at, column, path.parent, settings)
         inputs = {name: np.array([float(risk_inputs(row)[name]) for row in evaluated]) for name in INPUTS}
         known = np.isfinite(np.stack([*inputs.values()])).all(axis=0)
         omitted = [f"{names[i]} ({reason_of(str(evaluated[i]['remarks'].item()))})" for i in np.flatnonzero(~known)]
@@ -69,28 +74,30 @@ def calibrate_file(path: Path, settings: Settings | None = None, scales: bool = 
         raise ConfigError(str(path), [Problem((), str(error), hint=hint)]) from None
 
 
-def _inputs(table: Table, rows: Sequence[Sequence[Cell]], at: Mapping[str, int]) -> dict[str, Floats]:
+def _inputs(
+    headed: HeadedTable, rows: Sequence[Sequence[Cell]], columns: Mapping[str, tuple[int, float]]
+) -> dict[str, Floats]:
     """The inputs of the model from columns of features, in SI. Raises ConfigError."""
-    columns = {name: at[_filled(table, rows, at, f"{name}_limited") or name] for name in INPUTS}
-    read = numbers(table, [*columns.values()])
-    for position in columns.values():
-        _check_numbers(table.name, [row[position] for row in rows], read[position], 0.0, np.inf)
-    return {name: read[i] * _factor(table, i, FEATURES[name].units) for name, i in columns.items()}
+    used = {name: columns[_filled(headed.table, rows, columns, f"{name}_limited") or name] for name in INPUTS}
+    values = headed.values(used)
+    for name, (position, _) in used.items():
+        _check_numbers(headed.table.name, [row[position] for row in rows], values[name], 0.0, np.inf)
+    return values
 
 
 def _evaluated(
-    table: Table, rows: Sequence[Sequence[Cell]], at: Mapping[str, int], column: int | None, folder: Path,
+    headed: HeadedTable, rows: Sequence[Sequence[Cell]], at: Mapping[str, int], column: int | None, folder: Path,
     settings: Settings,
 ) -> list[xr.Dataset]:  # fmt: skip
     """The features of the records that a column names. Raises ConfigError."""
     if column is None or any(name in at for name in INPUTS):
         lacking = listed([name for name in INPUTS if name not in at], "and")
         hint = "or name a record in each row, in a column 'file'; its features are computed"
-        raise ConfigError(table.name, [Problem((), f"no column is called {lacking}", table.heading[0].place, hint)])
+        raise headed.error(f"no column is called {lacking}", hint)
     files = [row[column] for row in rows]
     if lost := [cell for cell in files if not (folder / cell.text).is_file()]:
         wrong = [Problem((_FILES[0],), f"got {cell.text!r}, expected a file in {folder}", cell.place) for cell in lost]
-        raise ConfigError(table.name, wrong)
+        raise ConfigError(headed.table.name, wrong)
     records = (read_record(folder / cell.text, settings.record, settings.conditions) for cell in files)
     return [features(record, settings.features) for record in records]
 
@@ -114,41 +121,34 @@ def _check_numbers(name: str, cells: Sequence[Cell], values: Floats, low: float,
         raise ConfigError(name, [Problem((), f"got {cells[i].text}, expected a number {bounds}", cells[i].place)])
 
 
-def _positions(table: Table) -> dict[str, int]:
-    """The columns by name. Raises ConfigError if there is none of numbers, or one twice."""
-    positions: dict[str, int] = {}
-    for i, cell in enumerate(table.heading):
-        name = plain(heading(cell.text, ()).name).replace(" ", "_")
-        if name in positions and name in (RPN, *_FILES, *INPUTS):
-            raise ConfigError(table.name, [Problem((), f"got the column {name} twice, expected it once", cell.place)])
-        positions[name] = i
-    if RPN in positions:
-        return positions
-    hint = (
-        "model_rpn is computed by this program: put the measured numbers beside it"
-        if "model_rpn" in positions
-        else None
-    )
+def _columns(headed: HeadedTable) -> dict[str, tuple[int, float]]:
+    """Position and factor to SI of the columns by name. Raises ConfigError, also if there is none of numbers."""
+
+    def name_of(column: Heading) -> str | None:
+        name = plain(column.name).replace(" ", "_")
+        return name if name in _NAMES else None
+
+    def factor_of(name: str, column: Heading) -> float:
+        return factor(name, column.unit, FEATURES[name].units) if name in FEATURES else 1.0
+
+    columns = headed.find(name_of, factor_of, "remove one of the two columns")
+    if RPN in columns:
+        return columns
+    hint = "model_rpn is computed by this program: put the measured numbers beside it"
     message = "no column is called rpn, expected the measured risk priority numbers, 1 to 10"
-    raise ConfigError(table.name, [Problem((), message, table.heading[0].place, hint)])
+    raise headed.error(message, hint if _MODEL in columns else None)
 
 
-def _filled(table: Table, rows: Sequence[Sequence[Cell]], at: Mapping[str, int], name: str) -> str | None:
+def _filled(
+    table: Table, rows: Sequence[Sequence[Cell]], columns: Mapping[str, tuple[int, float]], name: str
+) -> str | None:
     """A column that has numbers; None if it has none, or is not there. Raises ConfigError if only some rows have."""
-    texts = [row[at[name]].text for row in rows if len(row) > at[name]] if name in at else []
+    if name not in columns:
+        return None
+    position = columns[name][0]
+    texts = [row[position].text for row in rows if len(row) > position]
     if any(texts) and not all(texts):
         place = Place(table.lines[texts.index("")][0], 1)
         hint = "compute the features of all records with the same --bandwidth"
         raise ConfigError(table.name, [Problem((name,), "empty here, and not in other rows", place, hint)])
     return name if any(texts) else None
-
-
-def _factor(table: Table, position: int, unit: str) -> float:
-    """The factor from the numbers of a column to SI; those without a unit are in SI. Raises ConfigError."""
-    cell = table.heading[position]
-    written = heading(cell.text, ()).unit
-    try:
-        return units.si_value(f"1 {written}", unit) if written not in ("", "1", "-") else 1.0
-    except QuantityError as error:
-        message = f"got {cell.text!r}, expected the unit of {units.kind(unit)}"
-        raise ConfigError(table.name, [Problem((), message, cell.place, error.hint)]) from None

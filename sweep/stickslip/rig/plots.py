@@ -11,24 +11,26 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.text import Annotation
 from numpy.typing import NDArray
 
-from stickslip.dataset import axis
+from stickslip.config.risk import BANDS, RPN_NAME, UNDEFINED, rpn_text
+from stickslip.dataset import display as axis
 from stickslip.dataset.display import si_unit
 from stickslip.errors import PlotError
 from stickslip.plots import palette
 from stickslip.plots.layout import Figure, show_verbatim
+from stickslip.plots.painting import hatch_cells
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
-from stickslip.rig.labels import Dimension, dimension, number_text, unit_for
+from stickslip.rig.labels import Dimension, dimensions, unit_for
 from stickslip.rig.quantities import EXACT, FEATURES, SIGNALS
 from stickslip.rig.records import force_of
-from stickslip.rig.rpn import BANDS, RPN_NAME, UNDEFINED, rpn_text
-from stickslip.rig.signals import Floats, gaps_of
+from stickslip.rig.signals import Flags, Floats, gaps_of
+from stickslip.vocabulary.display_units import number
 
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)  # of records, in this order
 LIGHTS = {"unknown": GREY, "green": GREEN, "yellow": ORANGE, "red": VERMILLION}  # in the order of codes
@@ -51,7 +53,7 @@ _FONT, _SMALLEST_NUMBER = 8.5, 4.0  # points
 _DIGIT = 0.64  # width of a digit, in sizes of its letters
 _LONGEST_LABEL = 30  # letters
 _GAP, _MARGIN = 7.0, 9.0  # points
-_AXES, _ALONG_X, _ALONG_Y = ("axes fraction",) * 2, ("data", "axes fraction"), ("axes fraction", "data")
+_HATCH = "////"  # of red cells, whose colour is as dark as green
 
 
 def plot_records(
@@ -177,10 +179,10 @@ def _share_zero(force_axis: Axes, acceleration_axes: Sequence[Axes]) -> None:
 def plot_matrix(ds: xr.Dataset, variable: str = RPN) -> Figure:
     """Plot one number of every test of a matrix as a heat map, like the table of a printed test report.
 
-    Leading dimensions run down the rows, the others along the columns, the last of each fastest; the labels are nested.
-    The model RPN, and its band, in the colours of the traffic light, "?" where it is not known; how the integration
-    ended in the colours of maps; everything else from dark to light with a colour bar. Numbers are left out where cells
-    are too small for them.
+    Leading dimensions run down the rows, the others along the columns, the last of each fastest; an outer point is
+    named in the middle of its rows or columns. The model RPN, and its band, in the colours of the traffic light, red
+    hatched, "?" where it is not known; how the integration ended in the colours of maps; everything else from dark to
+    light with a colour bar. Numbers are left out where cells are too small for them.
 
     Parameters
     ----------
@@ -195,32 +197,36 @@ def plot_matrix(ds: xr.Dataset, variable: str = RPN) -> Figure:
         For a variable that is not one number a test, and for no tests.
     """
     array = _checked(ds, variable)
-    rows, columns = _split([dimension(ds, dim) for dim in array.dims])
+    rows, columns = _split(dimensions(ds, array.dims))
     shape = (_size(rows), _size(columns))
     look = _lights(ds, shape) if variable in (RPN, BAND) else _numbers(array, shape)
     width, height = min(_CELL[0], _LARGEST[0] / shape[1]), min(_CELL[1], _LARGEST[1] / shape[0])
     figure = Figure(figsize=(width * shape[1], height * shape[0]))
-    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, shape[1]), ylim=(shape[0], 0), xticks=[], yticks=[])
-    ax.spines[:].set_visible(False)
+    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     line = min(1.0, 0.04 * _POINTS * min(width, height))
     mesh = ax.pcolormesh(look.values, cmap=look.colours, norm=look.norm, edgecolors="white", linewidth=line)
-    for end in range(_size(columns[-1:]), shape[1], _size(columns[-1:])):
-        ax.axvline(end, color="white", linewidth=3.5 * line)
-    for end in range(_size(rows[-1:]), shape[0], _size(rows[-1:])):
-        ax.axhline(end, color="white", linewidth=3.5 * line)
-    written = _write_numbers(ax, look.texts, mesh.to_rgba(look.values), _POINTS * width, _POINTS * height)
-    left = _label_rows(ax, rows, _POINTS * height)
-    top = _label_columns(ax, columns, _POINTS * width)
-    below = -0.5 * _GAP - (2.0 * _FONT if rows else 0.0)
-    if not written:
-        _text(ax, "numbers are left out, the cells are too small", (0.5, 0.0), _AXES, (0.0, below), "center", "top")
-        below -= 2.0 * _FONT
-    _explain(figure, ax, look, below)
-    letters = int(13 * max(left / _POINTS + width * shape[1], _NARROWEST))
-    heading, title = fill(look.heading, letters), fill(str(ds.attrs.get("title", "")), int(0.8 * letters))
-    _text(ax, heading, (0.5, 1.0), _AXES, (0.0, top + _GAP), "center", "bottom", fontsize=9)
-    top += _GAP + 12.0 * (heading.count("\n") + 1.5)
-    _text(ax, title, (0.5, 1.0), _AXES, (0.0, top), "center", "bottom", fontsize=11, weight="bold")
+    if look.is_hatched is not None:
+        edges = (np.arange(length + 1.0) for length in reversed(shape))
+        hatch_cells(ax, look.is_hatched, _HATCH, LIGHTS["red"], *edges)
+    for dims, draw in ((columns, ax.axvline), (rows, ax.axhline)):
+        for end in range(_size(dims[-1:]), _size(dims), _size(dims[-1:])):
+            draw(end, color="white", linewidth=3.5 * line)
+    is_written = _write_numbers(ax, look, mesh.to_rgba(look.values), _POINTS * width, _POINTS * height)
+    ax.set(xlim=(0, shape[1]), ylim=(shape[0], 0))
+    ax.spines[:].set_visible(False)
+    ax.tick_params(length=0, labelsize=_FONT)
+    ax.xaxis.tick_top()
+    ax.xaxis.set_label_position("top")
+    _name_points(ax.yaxis, rows, _POINTS * height, "    ", va="center")
+    letters = max((len(point) for dim in columns for point in dim.points), default=0)
+    if _DIGIT * _FONT * letters > _POINTS * width:
+        _name_points(ax.xaxis, columns, _POINTS * width, "    ", rotation=90, va="bottom")
+    else:
+        _name_points(ax.xaxis, columns, _POINTS * width, "\n", va="bottom")
+    heading = look.heading if is_written else f"{look.heading}; the cells are too small for numbers"
+    _explain(figure, ax, look, heading)
+    title = str(ds.attrs.get("title", ""))
+    ax.set_title(fill(title, int(9 * max(width * shape[1], _NARROWEST))), fontsize=11, weight="bold", pad=_GAP)
     return _grown(figure, ax)
 
 
@@ -262,14 +268,11 @@ def _size(dims: Sequence[Dimension]) -> int:
     return prod(len(d.points) for d in dims)
 
 
-# --- the cells --------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class _Look:
-    """The cells: values that `colours` and `norm` palette.paint, what is written in them, and how that is explained.
+    """The cells: values that `colours` and `norm` paint, what is written in them, and how that is explained.
 
-    legend : entries for what the colours mean; none: a colour bar.
+    legend : entries for what the colours mean; none: a colour bar. is_hatched : by cell, None for none.
     """
 
     heading: str
@@ -278,7 +281,7 @@ class _Look:
     norm: Normalize
     texts: NDArray[np.str_]
     legend: Sequence[Patch] = ()
-    unit: str = ""
+    is_hatched: Flags | None = None
 
 
 def _lights(ds: xr.Dataset, shape: tuple[int, int]) -> _Look:
@@ -287,9 +290,10 @@ def _lights(ds: xr.Dataset, shape: tuple[int, int]) -> _Look:
     texts = np.array([rpn_text(n) for n in ds[RPN].values.ravel().tolist()]).reshape(shape)
     words = {name: f"{low}–{high}: {MEANINGS[name]}" for name, (low, high) in BANDS.items()}
     words |= {"unknown": "?: not known"} if (band == UNDEFINED).any() else {}
-    legend = [Patch(facecolor=LIGHTS[name], edgecolor="white", label=text) for name, text in words.items()]
-    norm = BoundaryNorm(np.arange(len(LIGHTS) + 1) - 0.5, len(LIGHTS))
-    return _Look(RPN_NAME, band, ListedColormap(list(LIGHTS.values())), norm, texts, legend)
+    legend = [Patch(facecolor=LIGHTS[name], edgecolor=palette.ink(LIGHTS[name]), linewidth=0.0, label=text,
+                    hatch=_HATCH if name == "red" else None) for name, text in words.items()]  # fmt: skip
+    norm, colours = BoundaryNorm(np.arange(len(LIGHTS) + 1) - 0.5, len(LIGHTS)), ListedColormap(list(LIGHTS.values()))
+    return _Look(RPN_NAME, band, colours, norm, texts, legend, band == list(LIGHTS).index("red"))
 
 
 def _numbers(array: xr.DataArray, shape: tuple[int, int]) -> _Look:
@@ -303,61 +307,49 @@ def _numbers(array: xr.DataArray, shape: tuple[int, int]) -> _Look:
     values = unit.of(cells.astype(np.float64))
     painted = palette.paint(name, values)
     colours = painted.colours.with_extremes(bad=palette.UNDEFINED_COLOUR)
-    texts = np.vectorize(number_text, otypes=[str])(values)
-    return _Look(heading, np.ma.masked_invalid(values), colours, painted.norm, texts, unit=unit.printed)
+    heading += f" ({unit.printed})" if unit.printed else ""
+    texts = np.array([number_text(value) for value in values.ravel().tolist()]).reshape(shape)
+    return _Look(heading, np.ma.masked_invalid(values), colours, painted.norm, texts)
 
 
-def _write_numbers(ax: Axes, texts: NDArray[np.str_], colours: Floats, width: float, height: float) -> bool:
+def number_text(value: float) -> str:
+    """A value to three digits, without an exponent as long as it stays short; a dash where there is none."""
+    if 1000 <= abs(value) < 1e6:
+        return f"{value:.0f}"
+    return number(value, 3).replace("e-0", "e-").replace("e+0", "e")
+
+
+def _write_numbers(ax: Axes, look: _Look, colours: Floats, width: float, height: float) -> bool:
     """Every text in its cell, black or white, whichever is easier to read; False if they would be too small."""
-    size = min(_FONT, 0.62 * height, 0.76 * width / (_DIGIT * max(1, *map(len, texts.ravel()))))
+    size = min(_FONT, 0.62 * height, 0.76 * width / (_DIGIT * max(1, *map(len, look.texts.ravel()))))
     if size < _SMALLEST_NUMBER:
-        return not texts.any()
+        return not look.texts.any()
     linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
     is_light = linear[..., :3] @ (0.2126, 0.7152, 0.0722) > 0.18  # relative luminance; both inks have the same contrast
-    for (i, j), text in np.ndenumerate(texts):
-        ink = "black" if is_light[i, j] else "white"
-        ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", color=ink, fontsize=size)
+    for (i, j), text in np.ndenumerate(look.texts):
+        ink, box = "black" if is_light[i, j] else "white", None
+        if look.is_hatched is not None and look.is_hatched[i, j]:
+            box = {"facecolor": colours[i, j], "edgecolor": "none", "boxstyle": "square,pad=0.1"}
+        ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", color=ink, fontsize=size, bbox=box)
     return True
 
 
-# --- around the cells -------------------------------------------------------------------------------------------------
+def _name_points(axis: Axis, dims: Sequence[Dimension], room: float, between: str, **style: Any) -> None:
+    """The ticks of an axis, each of which has some room (points), and the names of its dimensions.
 
-
-def _label_rows(ax: Axes, dims: Sequence[Dimension], height: float) -> float:
-    """The points and names of the dimensions of the rows, the last one innermost; how far they reach, in points."""
-    reach = _GAP
-    for k, dim in reversed([*enumerate(dims)]):
-        labels = _labels(dim, _size(dims[k + 1 :]), _size(dims[:k]), height)
-        texts = [_text(ax, label, (0.0, y), _ALONG_Y, (-reach, 0.0), "right", "center") for y, label in labels]
-        texts.append(_text(ax, dim.title, (0.0, 0.0), _AXES, (-reach, -0.5 * _GAP), "right", "top", weight="bold"))
-        reach += max(_extent(text)[0] for text in texts) + _GAP
-    return reach
-
-
-def _label_columns(ax: Axes, dims: Sequence[Dimension], width: float) -> float:
-    """Points and names of the columns, from the cells upwards; labels too wide for their cells are turned."""
-    reach = 0.5 * _GAP
-    for k, dim in reversed([*enumerate(dims)]):
-        span = _size(dims[k + 1 :])
-        labels = _labels(dim, span, _size(dims[:k]))
-        texts = [_text(ax, label, (x, 1.0), _ALONG_X, (0.0, reach), "center", "bottom") for x, label in labels]
-        if max(_extent(text)[0] for text in texts) > span * width - 0.5 * _GAP:
-            for i, text in enumerate(texts):
-                text.set(rotation=90, visible=i % _step(span * width) == 0)
-        texts.append(_text(ax, dim.title, (0.0, 1.0), _AXES, (-_GAP, reach), "right", "bottom", weight="bold"))
-        reach += max(_extent(text)[1] for text in texts) + 0.5 * _GAP
-    return reach
-
-
-def _labels(dim: Dimension, span: int, repeats: int, size: float = np.inf) -> list[tuple[float, str]]:
-    """The middle of each group of `span` cells, and its label; as many as stand one below the other."""
-    labels = [_short(point) for point in dim.points] * repeats
-    return [((i + 0.5) * span, label) for i, label in enumerate(labels)][:: _step(span * size)]
-
-
-def _step(room: float) -> int:
-    """The step from label to label where each has some room, in points."""
-    return max(1, ceil(1.15 * _FONT / room))
+    An outer point stands before the inner one, or above it, in the middle of its cells. Where not all have room, every
+    few are named in full.
+    """
+    lengths, step = [len(dim.points) for dim in dims], max(1, ceil(1.15 * _FONT / room))
+    texts = []
+    for at in np.ndindex(*lengths):
+        is_middle = [all(i == length // 2 for i, length in zip(at[k:], lengths[k:], strict=True))
+                     for k in range(1, len(dims) + 1)]  # fmt: skip
+        points = (dim.points[i] for dim, i in zip(dims, at, strict=True))
+        shown = (p if middle or step > 1 else "" for p, middle in zip(points, is_middle, strict=True))
+        texts.append(between.join(map(_short, shown)))
+    axis.set_ticks(np.arange(len(texts))[::step] + 0.5, texts[::step] if dims else [""], **style)
+    axis.set_label_text(", ".join(dim.title for dim in dims), fontsize=_FONT, weight="bold")
 
 
 def _short(text: str) -> str:
@@ -366,34 +358,18 @@ def _short(text: str) -> str:
     return text if len(text) <= _LONGEST_LABEL else text[: _LONGEST_LABEL - 1] + "…"
 
 
-def _text(
-    ax: Axes, text: str, at: tuple[float, float], axes: tuple[str, str], offset: tuple[float, float], ha: str, va: str,
-    **style: Any,
-) -> Annotation:  # fmt: skip
-    """A text beside the cells, so many points from a place on axes that count cells or shares."""
-    style.setdefault("fontsize", _FONT)
-    return ax.annotate(text, at, offset, axes, "offset points", annotation_clip=False, ha=ha, va=va, **style)
-
-
-def _extent(text: Annotation) -> tuple[float, float]:
-    """Width and height of a text in points."""
-    text.set_parse_math(False)
-    box, scale = text.get_window_extent(), _POINTS / text.axes.figure.dpi  # type: ignore[union-attr]
-    return scale * box.width, scale * box.height
-
-
-def _explain(figure: Figure, ax: Axes, look: _Look, below: float) -> None:
-    """The legend or the colour bar, so far (points) below the cells."""
+def _explain(figure: Figure, ax: Axes, look: _Look, heading: str) -> None:
+    """The legend or the colour bar, below the cells."""
     width, height = (_POINTS * inches for inches in figure.get_size_inches())
     if look.legend:
-        ax.legend(handles=list(look.legend), title=RPN_NAME if look.heading == RPN_NAME else None, frameon=False,
-                  fontsize=_FONT, title_fontproperties={"size": _FONT, "weight": "bold"}, loc="upper center",
-                  bbox_to_anchor=(0.5, below / height), borderaxespad=0)  # fmt: skip
+        ax.legend(handles=list(look.legend), title=heading, frameon=False, fontsize=_FONT, loc="upper center",
+                  title_fontproperties={"size": _FONT, "weight": "bold"}, bbox_to_anchor=(0.5, -0.5 * _GAP / height),
+                  borderaxespad=0)  # fmt: skip
         return
     long = min(max(width, _NARROWEST * _POINTS), 4.0 * _POINTS) / width
-    place = ax.inset_axes((0.5 - 0.5 * long, (below - 2.0 * _GAP) / height, long, 9.0 / height))
+    place = ax.inset_axes((0.5 - 0.5 * long, -2.5 * _GAP / height, long, 9.0 / height))
     bar = figure.colorbar(ScalarMappable(look.norm, look.colours), cax=place, orientation="horizontal")
     bar.ax.tick_params(labelsize=_FONT - 1)
     bar.ax.xaxis.set_major_formatter("{x:g}")
     bar.ax.xaxis.set_minor_formatter("")
-    bar.set_label(f"{look.heading} ({look.unit})" if look.unit else look.heading, fontsize=_FONT)
+    bar.set_label(heading, fontsize=_FONT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stickslip.config.risk import FORMULA, RPN_NAME
 from stickslip.vocabulary.parameter import Variable
 
 TIME = Variable("time", "s", "time since the start of the record")
@@ -69,4 +70,12 @@ _EXACT = (
     Variable("energy_error", "1", "energy-balance residual: work minus heat and stored energy, over the work"),
 )
 EXACT: dict[str, Variable] = {v.name: v for v in _EXACT}
+_RATINGS = (
+    Variable("model_rpn_level", "1", f"level of the {RPN_NAME}", comment=f"{RPN_NAME}: {FORMULA}"),
+    Variable("model_rpn", "1", RPN_NAME, comment="1 to 10; missing where a feature is not known"),
+    Variable("model_rpn_band", "1", f"traffic light of the {RPN_NAME}"),
+    Variable("model_rpn_extrapolated", "1", f"whether (1) the {RPN_NAME}, is an extrapolation",
+             comment="a feature lies outside the range of the pairs of the calibration"),
+)  # fmt: skip
+RATINGS: dict[str, Variable] = {v.name: v for v in _RATINGS}
 PER_PEAK = ("peak_frequency", "peak_acceleration")  # one value for each peak, the largest first

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,15 +24,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.atomic import replaced
-from stickslip.files.tables import Table, line_of, numbers, read_table
-from stickslip.fit.columns import load_above
-from stickslip.fit.headings import PURE, RECORD, Heading, heading, with_units_below, words_for
+from stickslip.files.tables import Table, line_of, read_table
+from stickslip.files.targets import replaced
+from stickslip.fit.columns import HeadedTable, factor, load_above, stated
+from stickslip.fit.headings import RECORD, Heading, heading, words_for
 from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip.rig.signals import Floats, cumulative
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.parameter import Parameter, Variable
 from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.suggest import listed, nearest
@@ -119,19 +117,24 @@ def read_record(
         return TIME.name in names and bool(names & {*FORCES, "acceleration"})
 
     table = read_table(Path(path), _EXAMPLE, is_heading=are_headings)
-    headings = [heading(cell.text, RECORD, tuple(COLUMNS)) for cell in table.heading]
-    headings, has_units_below = with_units_below(table, headings, RECORD)
-    table = replace(table, lines=table.lines[has_units_below:])
-    columns = _columns(table, headings, settings)
+    headed = HeadedTable(table, RECORD, tuple(COLUMNS))
+    table, headings = headed.table, headed.headings
+    columns = headed.find(
+        lambda column: _signal(column, settings),
+        lambda name, column: _factor(name, column.unit, settings.units.get(name)),
+        "name the other column under record: ignore",
+    )
+    if lacking := _lacking(columns, TIME.name):
+        raise _missing_column(headed, settings, lacking)
     if len(table.lines) < FEWEST_SAMPLES and not table.rest:
         message = f"{len(table.lines)} samples, expected at least {FEWEST_SAMPLES}"
         raise ConfigError(table.name, [Problem((), message)])
-    values = numbers(table, [position for position, _ in columns.values()], progress)
-    signals = {name: values[position] * factor for name, (position, factor) in columns.items()}
+    signals = headed.values(columns, progress)
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
     remarks, load = _remarks(table), load_above(table)
-    above = ({"normal_load": load[0]} if load else {}) | _speed_above(table)
+    speed = stated(table, "speed", CONDITIONS["drive_speed"], table.above, only_numbers=True)
+    above = {name: value[0] for name, value in (("normal_load", load), ("drive_speed", speed)) if value}
     known = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
     positions = {position: name for name, (position, _) in columns.items()}
     units_read = [f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in positions.items()]
@@ -196,27 +199,6 @@ def _signal(column: Heading, settings: RecordSettings) -> str | None:
     return next((name for name, word in settings.columns.items() if column.is_called(word)), signal_of(column))
 
 
-def _columns(table: Table, headings: Sequence[Heading], settings: RecordSettings) -> dict[str, tuple[int, float]]:
-    """By name, the position of each column and the factor that converts its numbers to SI. Raises ConfigError."""
-    columns: dict[str, tuple[int, float]] = {}
-    problems = []
-    for position, (cell, column) in enumerate(zip(table.heading, headings, strict=True)):
-        if (name := _signal(column, settings)) is None:
-            continue
-        try:
-            if name in columns:
-                raise QuantityError("it once", "name the other column under record: ignore")
-            columns[name] = (position, _factor(name, column.unit, settings.units.get(name)))
-        except QuantityError as error:
-            message = f"got {cell.text!r}, expected {error.expected}"
-            problems.append(Problem((), message, cell.place, error.hint))
-    if not problems and (lacking := _lacking(columns, TIME.name)):
-        problems = [_missing_column(table, headings, settings, lacking)]
-    if problems:
-        raise ConfigError(table.name, problems)
-    return columns
-
-
 def _lacking(names: Mapping[str, object], *others: str) -> str:
     """The names that a record lacks of a force, the acceleration and others, in words; nothing if it has all."""
     lacking = [name for name in others if name not in names]
@@ -225,30 +207,23 @@ def _lacking(names: Mapping[str, object], *others: str) -> str:
     return listed(lacking, "and") if lacking else ""
 
 
-def _missing_column(table: Table, headings: Sequence[Heading], settings: RecordSettings, lacking: str) -> Problem:
-    """The problem of a table without some columns, of which one may be misspelt."""
-    for cell, column in zip(table.heading, headings, strict=True):
-        meant = nearest(column.name, words_for(RECORD)) if column.text else None
-        if meant and _signal(column, settings) is None:
+def _missing_column(headed: HeadedTable, settings: RecordSettings, lacking: str) -> ConfigError:
+    """The error of a table without some columns, of which one may be misspelt."""
+    for i, column in enumerate(headed.headings):
+        near = nearest(column.name, words_for(RECORD)) if column.text else None
+        if near and _signal(column, settings) is None:
             names = [TIME.name, "force", *(name for name in SIGNALS if name != "spring_force")]
-            message = f"got {cell.text!r}, expected {listed(names)}, with the unit in brackets"
-            hint = f"did you mean {meant!r}? A configuration may say what it is (record: columns)"
-            return Problem((), message, cell.place, hint)
+            hint = f"did you mean {near!r}? A configuration may say what it is (record: columns)"
+            return headed.refused(i, f"{listed(names)}, with the unit in brackets", hint)
     hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may name others (record: columns)"
-    return Problem((), f"no column is called {lacking}", table.heading[0].place, hint)
+    return headed.error(f"no column is called {lacking}", hint)
 
 
 def _factor(name: str, unit: str, configured: str | None) -> float:
     """The factor from numbers in a unit to SI. Raises QuantityError."""
-    si = COLUMNS[name].units
     if configured is not None and unit and unit.translate(units.AS_TYPED) != configured.translate(units.AS_TYPED):
         raise QuantityError(f"the unit {configured}, as the configuration says", "remove one of the two")
-    unit = configured or unit
-    if si == "1" or not unit:
-        if unit not in PURE:
-            raise QuantityError("no unit", f"{name} is a pure number")
-        return 1.0
-    return units.si_value(f"1 {column_unit(unit, si)}", si)
+    return factor(name, configured or unit, COLUMNS[name].units)
 
 
 # --- remarks and time -------------------------------------------------------------------------------------------------
@@ -280,25 +255,6 @@ def _number_or_text(text: str) -> float | str:
         return float(text)
     except ValueError:
         return text
-
-
-def _speed_above(table: Table) -> dict[str, Condition]:
-    """The speed of the drive that lines above the heading give, `Geschwindigkeit;10;mm/s`. Raises ConfigError."""
-    speeds: dict[str, Condition] = {}
-    for line in table.above:
-        words = [cell.text for cell in line if cell.text]
-        column = heading(words[0].strip(" :=")) if len(words) > 1 else None
-        if column is None or column.kind != "speed" or column.label or not words[1][:1].isdigit():
-            continue
-        try:
-            number = words[1].replace(",", ".")
-            speed = condition("drive_speed", f"{number} {' '.join(words[2:]) or column.unit}".strip())
-            if speeds.setdefault("drive_speed", speed) != speed:
-                raise QuantityError("one speed")
-        except QuantityError as error:
-            message = f"got {' '.join(words)!r}, expected {error.expected}"
-            raise ConfigError(table.name, [Problem((), message, line[0].place, error.hint)]) from None
-    return speeds
 
 
 def _check_time(table: Table, time: Floats, column: int) -> None:

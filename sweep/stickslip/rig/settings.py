@@ -13,25 +13,26 @@ Every section and every key is optional. Everything is checked at once, with lin
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import Any
 
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.yaml import Document, read_yaml
+from stickslip.config.python import python_document
+from stickslip.config.rigs import FeatureSettings
+from stickslip.config.risk import Risk
+from stickslip.config.yaml import Document, read_yaml, write_yaml
 from stickslip.errors import Path, QuantityError
 from stickslip.fit.headings import RECORD, Heading, heading
 from stickslip.rig.quantities import COLUMNS, CONDITION_WORDS, MATERIAL, SIGNAL_OF
-from stickslip.rig.rpn import Risk
 from stickslip.vocabulary.column_units import column_unit
-from stickslip.vocabulary.settings import CONDITIONS, FEATURE_SETTINGS, RISK
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.settings import CONDITIONS
 
 Condition = str | float
 
-_OFFSET = "subtract_offset"
+_CONDITION_NAMES = (MATERIAL, *CONDITIONS)
 
 
 @dataclass(frozen=True)
@@ -41,25 +42,6 @@ class RecordSettings:
     columns: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     ignore: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class FeatureSettings:
-    """Settings of the features: `FEATURE_SETTINGS`, in SI; None: chosen from the record, or not computed (bandwidth).
-
-    subtract_offset : whether the median of the acceleration is taken for an offset of its sensor, and subtracted.
-    """
-
-    bandwidth: float | None = None
-    smallest_drop: float | None = None
-    window: float | None = None
-    tolerance: float = 0.2
-    subtract_offset: bool = False
-
-    @property
-    def known(self) -> dict[str, float]:
-        """The settings by name, without those that are None."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -73,50 +55,48 @@ class Settings:
 
     def to_yaml(self) -> str:
         """The settings as text that gives them again."""
-        sections = asdict(self) | {"features": self.features.known, "risk": self.risk.known}
-        return json.dumps(sections, indent=2, ensure_ascii=False) + "\n"  # which YAML contains
+        record = {"columns": dict(self.record.columns), "units": dict(self.record.units)}
+        return write_yaml({
+            "record": {**record, "ignore": list(self.record.ignore)}, "conditions": dict(self.conditions),
+            "features": self.features.resolved(), "risk": self.risk.resolved(),
+        })  # fmt: skip
 
 
-def load_settings(path: FilePath) -> Settings:
-    """Read the settings in a YAML file.
+def load_settings(path: FilePath | None, settings: Iterable[Setting] = ()) -> Settings:
+    """Read the settings in a YAML file, if there is one, and those of a command line, which are put into it.
 
     Raises
     ------
     ConfigError
         With everything that is wrong with the file, by line and column.
     """
-    return read_settings(read_yaml(path))
+    document = python_document({}, "options") if path is None else read_yaml(path)
+    return read_settings(overridden(replace(document, data=document.data or {}), settings))
 
 
 def read_settings(document: Document) -> Settings:
     """Read the settings in a document. Raises ConfigError."""
     reader = _Reader(document)
-    data = reader.section(document.data, (), ("record", "conditions", "features", "risk"))
-    record = reader.section(data.get("record"), ("record",), ("columns", "units", "ignore"))
-    features = reader.section(data.get("features"), ("features",), (*FEATURE_SETTINGS, _OFFSET))
-    risk = reader.section(data.get("risk"), ("risk",), RISK)
+    data = reader.keys_of(document.data or {}, (), ("record", "conditions", "features", "risk"))
+    record = reader.keys_of(data.get("record"), ("record",), ("columns", "units", "ignore"))
     columns, units = (
         reader.values(record.get(key), ("record", key), column_name, read, COLUMNS)
         for key, read in (("columns", _text), ("units", _column_unit))
     )
     conditions = reader.values(data.get("conditions"), ("conditions",), condition_name, condition, _CONDITION_NAMES)
-    chosen = reader.values(features, ("features",), str, _feature_setting, FEATURE_SETTINGS)
-    weights = reader.values(risk, ("risk",), str, lambda name, value: RISK[name].read(value), RISK)
+    sections: dict[str, Any] = {
+        key: reader.section_of(model, (key,), data.get(key) or {})
+        for key, model in (("features", FeatureSettings), ("risk", Risk))
+    }
     ignore = record.get("ignore") or []
     if not isinstance(ignore, list) or not all(isinstance(word, str) for word in ignore):
         reader.refuse(("record", "ignore"), "a list of the names of columns")
     reader.raise_any()
-    of_record = RecordSettings(columns, units, tuple(ignore))
-    return Settings(of_record, conditions, FeatureSettings(**chosen), Risk(**weights))
+    return Settings(RecordSettings(columns, units, tuple(ignore)), conditions, **sections)
 
 
 class _Reader(ProblemCollector):
     """Mappings of a document, and what is wrong with them."""
-
-    def section(self, value: object, path: Path, keys: Collection[str]) -> dict[str, Any]:
-        """The known keys of a mapping."""
-        whole = {} if value is None else value
-        return self.known_keys(self.mapping(whole, path, f"the keys {listed(keys)}"), path, keys)
 
     def values(
         self, value: object, path: Path, name_of: Callable[[str], str | None], read: Callable[[str, object], Any],
@@ -137,8 +117,6 @@ class _Reader(ProblemCollector):
 
 
 # --- single values ----------------------------------------------------------------------------------------------------
-
-_CONDITION_NAMES = (MATERIAL, *CONDITIONS)
 
 
 def condition(name: str, text: object) -> Condition:
@@ -181,11 +159,3 @@ def _column_unit(name: str, text: object) -> str:
     unit = _text(name, text)
     column_unit(unit, COLUMNS[name].units)
     return unit
-
-
-def _feature_setting(name: str, value: object) -> float:
-    if name != _OFFSET:
-        return FEATURE_SETTINGS[name].read(value)
-    if not isinstance(value, bool):
-        raise QuantityError("true or false")
-    return value

@@ -3,8 +3,8 @@ function of parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import deepcopy
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,28 +15,25 @@ import xarray as xr
 from stickslip import engine
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.provenance import provenance
+from stickslip.config.options import options_of
+from stickslip.config.overrides import Setting
+from stickslip.config.reader import load_config, make_config
+from stickslip.config.studies import Finished, Moved, Study
+from stickslip.dataset.build import grid_coordinates, variable_of
 from stickslip.errors import NotReachedError
 from stickslip.rig import apparatus
-from stickslip.rig.config import RigConfig, make_rig
-from stickslip.rig.evaluation import features, missing_features, rate
+from stickslip.rig.evaluation import PEAKS, features, rate
 from stickslip.rig.identification import Parameters, Simulator
-from stickslip.rig.labels import Dimension, dimension, point_name
-from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL
+from stickslip.rig.labels import Dimension, dimensions, point_name
+from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK
 from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
-from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import FLAGS, MODES, STATUS_MESSAGES, STATUSES
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.studies.study import joined
+from stickslip.vocabulary.flags import MODES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.settings import CONDITIONS
 from stickslip.vocabulary.suggest import listed
 
-Progress = Callable[[int, int], None]
-
 _SAMPLES = 4_000_000  # of motions that are computed together
-_BATCH = 128  # rigs, four times the lanes
-_MOST_TOGETHER = 32  # tests a thread takes at a time, as many as there are lanes
 _REACHED = STATUSES.index("horizon_reached")
 
 
@@ -51,78 +48,68 @@ class RigTest:
     exact: Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class RigTests:
-    """All tests of a configuration, numbered as the cells of its grid."""
+class RigTests(Study):
+    """All tests of a configuration with a drive, numbered as the cells of its grid.
 
-    rig: RigConfig
+    Its result holds features, model RPN and what the integration gives, over the dimensions of the grid. A test that
+    was not integrated to its end has a status that says why, and NaN.
+    """
 
-    @cached_property
-    def grid(self) -> Cells:
-        """The grid of the matrix."""
-        return build_grid(self.rig.config)
+    name, counted, ragged, weight = "matrix", "tests", True, 4096
+    columns = {name: np.dtype(np.float64) for name in (*FEATURES, *EXACT)} | {"status": np.dtype(np.int8)}
+    kernels = ()  # those of signals, which are loaded when they are first needed
 
-    def drive(self, cell: Mapping[str, float]) -> Floats:
-        """The drive of one test."""
-        return apparatus.segments(self.rig.drive.profile, self.rig.drive.strokes, cell)
+    def __init__(self, config: Config) -> None:
+        if config.drive is None:
+            raise ValueError(f"{config.title}: got a configuration without a drive, expected that of a rig")
+        assert config.sensor is not None and config.features is not None and config.risk is not None
+        self.config, self.drive, self.sensor = config, config.drive, config.sensor
+        self.features, self.risk = config.features, config.risk
+        self.grid, self.options = build_grid(config), options_of(config)
+        self.dims, self.shape = self.grid.dims, self.grid.shape
 
-    def name(self, number: int) -> str:
+    # --- its tests ----------------------------------------------------------------------------------------------------
+
+    def label(self, number: int) -> str:
         """The points that distinguish a test from the others, in words."""
-        return point_name(self._dimensions, number) or self.rig.config.title
+        return point_name(self._dimensions, number) or self.config.title
 
     @cached_property
     def _dimensions(self) -> list[Dimension]:
-        points = xr.Dataset(coords=grid_coordinates(self.grid))
-        return [dimension(points, dim) for dim in self.grid.dims]
+        return dimensions(xr.Dataset(coords=grid_coordinates(self.grid)), self.dims)
+
+    def segments(self, number: int) -> Floats:
+        """The drive of a test, as `apparatus.segments` gives it."""
+        return apparatus.segments(self.drive, self._cell(number))
+
+    def duration(self, number: int) -> float:
+        """The duration of a test from the first stroke on, s."""
+        return float(self.segments(number)[:, 0].sum()) - self._cell(number)["waiting_time"]
 
     def tests(self, numbers: Sequence[int], stop: engine.StopFlag | None = None) -> Iterator[RigTest]:
-        """The tests of these numbers, one after the other, by this thread alone."""
+        """The tests of these numbers, one after the other, by this thread alone; together those that memory holds."""
+        if not numbers:
+            return
         stop = engine.stop_flag() if stop is None else stop
-        sensor = self.rig.sensor
-        for batch in self._batches(numbers):
-            cells = {name: np.array([cell[name] for cell, _ in batch.values()]) for name in self._cell(numbers[0])}
-            drives = [drive for _, drive in batch.values()]
-            sampling = engine.Sampling(sensor.rate * sensor.oversampling, cells["waiting_time"])
-            runs = engine.compute_rigs(cells, drives, sampling, self.options, stop)
-            for i, (number, (cell, drive)) in enumerate(batch.items()):
-                exact = {name: float(runs.results[name][i]) for name in EXACT}
-                finished = exact["status"] == _REACHED
-                record = self._record(number, cell, runs.signals[i], drive) if finished else None
-                yield RigTest(number, self.name(number), record, exact)
-
-    @property
-    def options(self) -> engine.Options:
-        """Options of the integration."""
-        config = self.rig.config
-        solver, threads = config.solver, config.execution.threads
-        return engine.Options(config.friction.law, rtol=solver.rtol, max_steps=solver.max_steps, threads=threads)
+        fine = self.sensor.rate * self.sensor.oversampling
+        cells = self.grid.take(np.asarray(numbers, np.int64))
+        together = np.floor(np.cumsum(self.drive.duration(cells) * fine) / _SAMPLES)
+        for batch in np.split(np.arange(len(numbers)), np.flatnonzero(np.diff(together)) + 1):
+            some = {name: values[batch] for name, values in cells.items()}
+            drives = [self.segments(numbers[i]) for i in batch]
+            runs = engine.compute_rigs(some, drives, engine.Sampling(fine, some["waiting_time"]), self.options, stop)
+            for i, drive in enumerate(drives):
+                number, exact = numbers[batch[i]], {name: float(runs.results[name][i]) for name in EXACT}
+                record = self._record(number, runs.signals[i], drive) if exact["status"] == _REACHED else None
+                yield RigTest(number, self.label(number), record, exact)
 
     def _cell(self, number: int) -> dict[str, float]:
         """The quantities of one test."""
         return {name: float(values[0]) for name, values in self.grid[number : number + 1].items()}
 
-    def _batches(self, numbers: Sequence[int]) -> Iterator[dict[int, tuple[dict[str, float], Floats]]]:
-        """Cells and drives of tests that are computed together: as many as their samples allow."""
-        batch: dict[int, tuple[dict[str, float], Floats]] = {}
-        samples = 0.0
-        fine = self.rig.sensor.rate * self.rig.sensor.oversampling
-        for number in numbers:
-            cell = self._cell(number)
-            drive = self.drive(cell)
-            own = (float(drive[:, 0].sum()) - cell["waiting_time"]) * fine
-            if batch and (samples + own > _SAMPLES or len(batch) >= _BATCH):
-                yield batch
-                batch, samples = {}, 0.0
-            batch[number] = cell, drive
-            samples += own
-        if batch:
-            yield batch
-
-    def _record(
-        self, number: int, cell: Mapping[str, float], signals: Mapping[str, Floats], drive: Floats
-    ) -> xr.Dataset:
+    def _record(self, number: int, signals: Mapping[str, Floats], drive: Floats) -> xr.Dataset:
         """The sensors' record of a motion, from the first stroke on."""
-        sensor = self.rig.sensor
+        cell, sensor = self._cell(number), self.sensor
         acceleration = apparatus.accelerations(signals["velocity"], sensor)
         spring = cell["stiffness"] * apparatus.midway(signals["displacement"])
         damper = cell["damping"] * apparatus.midway(signals["velocity"])
@@ -142,94 +129,79 @@ class RigTests:
         }
         conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}
         conditions |= {"drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
-        return make_record(time, recorded, conditions).assign_attrs(title=self.name(number))
+        return make_record(time, recorded, conditions).assign_attrs(title=self.label(number))
 
     def _material(self, number: int) -> str:
         """The name of the material: that of the point on a labelled axis, the title where there is none."""
-        at = np.unravel_index(number, self.grid.shape) if self.grid.shape else ()
-        for dim, i in zip(self.grid.dims, at, strict=True):
+        at = np.unravel_index(number, self.shape) if self.shape else ()
+        for dim, i in zip(self.dims, at, strict=True):
             first = next(c for c in self.grid.coords if c.dim == dim)
             if first.labels is not None and first.name != dim.removesuffix("_case"):
                 return first.labels[int(i)]
-        return self.rig.config.title
+        return self.config.title
+
+    # --- as a study ---------------------------------------------------------------------------------------------------
+
+    def compute(self, items: range, stop: engine.StopFlag, moved: Moved | None = None) -> Finished:
+        """The features of a range of tests."""
+        rows: list[dict[str, Any]] = []
+        for test in self.tests(items, stop):
+            if stop[0]:
+                return Finished({}, False)
+            row: dict[str, Any] = {**self.blank(range(1)), **test.exact}
+            if test.record is not None:
+                found = features(test.record, self.features)
+                row |= {name: found[name].values for name in FEATURES}
+            rows.append(row)
+            if moved:
+                moved(1)
+        return Finished(
+            {name: np.ravel([row[name] for row in rows]).astype(kind) for name, kind in self.columns.items()}
+        )
+
+    def blank(self, items: range) -> engine.Results:
+        """Tests that were not run: NaN."""
+        sizes = {name: len(items) * (PEAKS if name in PER_PEAK else 1) for name in self.columns}
+        return {name: np.zeros(size, np.int8) if name == "status" else np.full(size, np.nan)
+                for name, size in sizes.items()}  # fmt: skip
+
+    def dataset(self, parts: Sequence[engine.Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The matrix over the dimensions of the grid, and `peak`."""
+        variables = {}
+        for name, values in joined(parts).items():
+            peaks = ("peak",) if name in PER_PEAK else ()
+            values = values.reshape((*self.shape, *(PEAKS for _ in peaks)))
+            variables[name] = variable_of((FEATURES | EXACT)[name], (*self.dims, *peaks), values)
+        return rate(xr.Dataset(variables, grid_coordinates(self.grid), dict(attributes)), self.risk)
 
 
-# --- a whole matrix ---------------------------------------------------------------------------------------------------
-
-
-def run_matrix(rig: RigConfig, progress: Progress | None = None) -> xr.Dataset:
-    """Simulate every test of a rig and evaluate its record.
-
-    The numbers do not depend on the threads. Ctrl-C leaves with KeyboardInterrupt.
+def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
+    """Load the configuration of a simulated rig, and warn of numbers whose unit was forgotten.
 
     Parameters
     ----------
-    rig
-        The matrix: `load_rig` or `make_rig`.
-    progress
-        Called with (tests done, tests in all), now and then.
+    path
+        A YAML file, the name of one of the package, or what such a file would say as a mapping.
+    settings
+        Of a command line, which are put into the file.
 
-    Returns
-    -------
-    Dataset
-        Features, model RPN and what the integration gives, over the dimensions of the grid. A test that was not
-        integrated to its end has a status that says why, and NaN.
+    Raises
+    ------
+    ConfigError
+        With everything that is wrong.
     """
-    tests = RigTests(rig)
-    size, stop, done = tests.grid.size, engine.stop_flag(), 0
-    threads = tests.options.threads or engine.processors()
-    together = min(_MOST_TOGETHER, -(-size // threads))
-    engine.warm_up(tests.options.law, signals=True)
-    rows: list[tuple[xr.Dataset, Mapping[str, float]]] = [None] * size  # type: ignore[list-item]
-
-    def evaluate(first: int) -> int:
-        numbers = range(first, min(first + together, size))
-        for test in tests.tests(numbers, stop):
-            row = missing_features() if test.record is None else features(test.record, rig.features)
-            rows[test.number] = (row, test.exact)
-        return len(numbers)
-
-    def count(finished: list[int]) -> None:
-        nonlocal done
-        done += sum(finished)
-        if progress:
-            progress(done, size)
-
-    engine.spread(evaluate, range(0, size, together), threads, stop, count)
-    return _dataset(tests, rows)
+    return load_config(path, settings, rig=True)
 
 
-def _dataset(tests: RigTests, rows: Sequence[tuple[xr.Dataset, Mapping[str, float]]]) -> xr.Dataset:
-    """The rows over the grid."""
-    grid, rig = tests.grid, tests.rig
-    variables: dict[str, Any] = {}
-    for name in FEATURES:
-        values = np.stack([row[name].values for row, _ in rows])
-        dims = (*grid.dims, *rows[0][0][name].dims)
-        variables[name] = xr.Variable(dims, values.reshape(grid.shape + values.shape[1:]), rows[0][0][name].attrs)
-    for name, declared in EXACT.items():
-        attributes: dict[str, Any] = {"units": declared.units, "long_name": declared.long_name}
-        values = np.array([exact[name] for _, exact in rows]).reshape(grid.shape)
-        if name in FLAGS:
-            values = values.astype(np.int8)
-            attributes |= {"flag_values": np.arange(len(STATUSES), dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
-        variables[name] = xr.Variable(grid.dims, values, attributes, {"_FillValue": None} if name in FLAGS else None)
-    attributes = provenance(rig.to_yaml(), title=rig.config.title, action="rig")
-    return rate(xr.Dataset(variables, grid_coordinates(grid), attributes), rig.risk)
-
-
-def as_table(matrix: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """The first tests of a matrix in one row, along the dimension `record`, whose index are their names."""
-    dims = matrix["sticks"].dims
-    stacked = matrix.drop_vars(matrix.coords).stack(record=dims, create_index=False) if dims else (
-        matrix.drop_vars(matrix.coords).expand_dims("record"))  # fmt: skip
-    return stacked.isel(record=slice(len(names))).transpose("record", ...).assign_coords(record=list(names))
+def make_rig(data: Mapping[str, Any], name: str = "<data>") -> Config:
+    """The configuration of a rig in mappings shaped like the YAML. Raises ConfigError."""
+    return make_config(data, name, rig=True)
 
 
 # --- a function of parameters -----------------------------------------------------------------------------------------
 
 
-def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulator:
+def simulator(rig: Config, names: Sequence[str], number: int = 0) -> Simulator:
     """Make one test of a rig a function of some quantities, for `identify`.
 
     Noise is that of the configuration, the same in every record; where the measured record is simulated too, give the
@@ -238,7 +210,7 @@ def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulato
     Parameters
     ----------
     rig
-        The rig.
+        The configuration of the rig.
     names
         Quantities that the function takes, in SI.
     number
@@ -255,42 +227,35 @@ def simulator(rig: RigConfig, names: Sequence[str], number: int = 0) -> Simulato
     ValueError
         For names of nothing that the configuration gives.
     """
-    fixed = _one_test(rig.config, number)
     values_of(rig, names, number)
+    fixed = _one_test(rig, number)
 
     def simulate(parameters: Parameters) -> xr.Dataset:
         if parameters.keys() != set(names):
             raise ValueError(f"parameters: got {listed(parameters, 'and')}, expected {listed(names, 'and')}")
-        data = deepcopy(fixed)
-        for name, value in parameters.items():
-            data[QUANTITIES[name].section][name] = float(value)
-        (test,) = RigTests(make_rig(data, rig.config.title)).tests([0])
+        values = {name: float(value) for name, value in parameters.items()}
+        (test,) = RigTests(make_rig(fixed.at(**values).resolved(), rig.title)).tests([0])
         if test.record is None:
             status = STATUSES[int(test.exact["status"])]
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
             raise NotReachedError(f"{at}: {STATUS_MESSAGES[status]}")
         return test.record
 
     return simulate
 
 
-def values_of(rig: RigConfig, names: Sequence[str], number: int = 0) -> dict[str, float]:
+def values_of(rig: Config, names: Sequence[str], number: int = 0) -> dict[str, float]:
     """Quantities of one test of a rig, in SI. Raises ValueError for names of nothing that the configuration gives."""
-    fixed = _one_test(rig.config, number)
-    given = {name: row for name, row in QUANTITIES.items() if name in fixed[row.section]}
+    given = _one_test(rig, number).fixed()
     if foreign := [name for name in names if name not in given]:
         raise ValueError(f"names: got {listed(foreign, 'and')}, expected some of {listed(given)}")
-    return {name: given[name].read(fixed[given[name].section][name]) for name in names}
+    return {name: given[name] for name in names}
 
 
-def _one_test(config: Config, number: int) -> dict[str, Any]:
-    """The configuration of one test, as plain data without axes. Raises IndexError."""
-    plain = config.resolved()
-    shape = tuple(axis.size for axis in config.axes)
+def _one_test(rig: Config, number: int) -> Config:
+    """The configuration of one test, without axes. Raises IndexError."""
+    shape = tuple(axis.size for axis in rig.axes)
     if not 0 <= number < int(np.prod(shape, dtype=int)):
         raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
-    for axis, i in zip(config.axes, np.unravel_index(number, shape) if shape else (), strict=True):
-        for member in axis.members:
-            row = QUANTITIES[member.name]
-            plain[row.section][row.name] = row.written(float(member.points()[i]))
-    return plain | {"axes": {}}
+    places = zip(rig.axes, np.unravel_index(number, shape) if shape else (), strict=True)
+    return rig.at(**{member.name: float(member.points()[i]) for axis, i in places for member in axis.members})

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from stickslip.config.rigs import FeatureSettings
 from stickslip.rig.records import condition_of, drive_displacement, force_of
-from stickslip.rig.settings import FeatureSettings
 from stickslip.rig.signals import (
     Drops,
     Flags,

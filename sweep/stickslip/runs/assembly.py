@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from stickslip.engine import Progress, Results, in_order
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
 from stickslip.files.chunks import Chunks
-from stickslip.files.locations import Location
+from stickslip.files.locations import Check, Location
 from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of, extent, regions
 from stickslip.runs.maps import MapStudy
 from stickslip.runs.work import Work
@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
 
 
-@dataclass(frozen=True)
-class Canvas:
+class Canvas(NamedTuple):
     """A map to be written range by range. columns : names and types of its variables. cells : results of a range."""
 
     grid: Cells
@@ -99,7 +98,7 @@ class Gathered:
         return self._remembered[number]
 
     def _load(self, number: int) -> Results:
-        return {name: column.values() for name, column in self.columns(number, self.read(number)).items()}
+        return {name: stored.values() for name, stored in self.columns(number, self.read(number)).items()}
 
     def read(self, number: int) -> Mapping[str, Column] | Exception:
         """The columns of a block as they are stored, or why it must not be used; by any thread."""
@@ -116,17 +115,13 @@ class Gathered:
             again = "computed again" if self._repair else "left out"
             self._notice(f"block {number} of {self._store.where} is damaged: {stored}; {again}")
             self._store.drop(number)
-        return {name: column(values) for name, values in self._made_up(number).items()}
-
-    def _made_up(self, number: int) -> Results:
-        """The results that stand for a block that is not there."""
         if self._repair:
-            return self._repair(number)
-        results = self._work.known_only(number)
-        of_map = self._work.known is not None
-        items = len(self._store.blocks.cells(number))
-        self.missing[number] = int((results["regime"] == 0).sum()) if of_map else items
-        return results
+            results = self._repair(number)
+        else:
+            results = self._work.known_only(number)
+            of_map, items = self._work.known is not None, len(self._store.blocks.cells(number))
+            self.missing[number] = int((results["regime"] == 0).sum()) if of_map else items
+        return {name: column(values) for name, values in results.items()}
 
 
 def assemble(
@@ -135,19 +130,26 @@ def assemble(
     work: Work,
     output: Location,
     progress: Progress | None,
-    check: writing.Check | None = None,
+    check: Check | None = None,
 ) -> None:
     """Write the map of a store to `output`, all or nothing. Raises StoreError, and what `check` raises at last."""
     kernels = store.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
-    canvas = _canvas(gathered, work)
+    study, canvas = work.study, None
+    refined = (
+        cast("RefinedMap", study) if getattr(work.config.study, "is_map", False) else None
+    )  # few of its cells are computed
+    if isinstance(study, MapStudy):
+        canvas = Canvas(study.grid, study.columns, gathered.cells)
+    elif refined:
+        canvas = Canvas(refined.grid, refined.map_columns, refined.painter(gathered.item).cells)
     if canvas is None or not canvas.grid.shape:
-        dataset = work.study.dataset(gathered.blocks(), attributes)
+        dataset = study.dataset(gathered.blocks(), attributes)
         dataset.attrs |= _lacking(gathered, work)
         writing.write(dataset, output, check=check)
         return
-    if refined := _refined(work):
+    if refined:
         attributes |= refined.findings(gathered.blocks())
     template = map_template(canvas.grid, canvas.columns, attributes | _lacking(gathered, work))
     copied = not refined and output.suffix == ".nc"
@@ -162,26 +164,6 @@ def assemble(
                 _write_by_region(canvas, target, progress)
 
     writing.write(template, output, fill, chunks, check)
-
-
-def _canvas(gathered: Gathered, work: Work) -> Canvas | None:
-    """The map that a study makes, if it makes one."""
-    study = work.study
-    if isinstance(study, MapStudy):
-        return Canvas(study.grid, study.columns, gathered.cells)
-    if refined := _refined(work):
-        return Canvas(refined.grid, refined.map_columns, refined.painter(gathered.item).cells)
-    return None
-
-
-def _refined(work: Work) -> RefinedMap | None:
-    """The study, if it is a map of which few cells are computed."""
-    if work.config.refine is None:
-        return None
-    from stickslip.studies.refinement import RefinedMap
-
-    assert isinstance(work.study, RefinedMap)
-    return work.study
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from stickslip.config.studies import Study
 from stickslip.errors import StoreError
 from stickslip.files.locations import ROOT, Location
 from stickslip.files.targets import check_target
 from stickslip.runs import existing_output
 from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.request import Request
+from stickslip.runs.session import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import Failure
 from stickslip.runs.workdir.lock import Holder, hold_lock, holders, shard_of, writing_alone
-from stickslip.studies.study import Study
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 
@@ -68,14 +68,15 @@ def collect(request: Request) -> Collected:
         with writing_alone(request.output, request.notice):
             assemble(gathered, store, work, request.output, request.assembling, check)
     missing = sum(gathered.missing.values())
+    collected = Collected(request.output, store.blocks.size, missing, store.where, work.study)
     if missing or request.keep:
-        return Collected(request.output, store.blocks.size, missing, store.where, work.study)
+        return collected
     try:
         with hold_lock(folder, None, lambda: None, request.notice):
             store.delete()
     except StoreError:  # another run works there; the last one removes it
-        return Collected(request.output, store.blocks.size, 0, store.where, work.study)
-    return Collected(request.output, store.blocks.size, 0, None, work.study)
+        return collected
+    return replace(collected, where=None)
 
 
 def _whole(request: Request, output: Location) -> Collected | None:

@@ -1,21 +1,58 @@
-"""Estimate of a run: time, memory, space on the disk, and how shards of it share the work."""
+"""Estimate of a run from a few of its cells: time, memory, space on the disk, and how shards of it share the work."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
-from stickslip.engine import bytes_per_cell, processors
+from stickslip.config.studies import Study
+from stickslip.engine import Options, bytes_per_cell, compute, processors, warm_up
 from stickslip.runs.blocks import Blocks
-from stickslip.runs.probe import Probe, probe
 from stickslip.runs.work import Work
-from stickslip.studies.study import Study
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.flags import STATUSES
 
+if TYPE_CHECKING:
+    from stickslip.studies.uncertainty import SampleStudy
+
+_TOGETHER = 32  # neighbouring cells, as many as there are lanes
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary
 _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI and in kernel units, and all rows it fills
+
+
+@dataclass(frozen=True)
+class Probe:
+    """The time that a few cells, spread over a map, took; `at_step_limit` of them ran out of steps."""
+
+    cells: int
+    seconds_per_cell: float
+    threads: int
+    at_step_limit: int
+
+
+def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Probe:
+    """Compute about `most` cells, in short runs spread evenly. Raises KeyboardInterrupt on Ctrl-C."""
+    runs = max(min(most, cells.size) // _TOGETHER, 1)
+    starts = np.linspace(0, max(cells.size - _TOGETHER, 0), runs).astype(int)
+    parts = [cells[int(start) : min(int(start) + _TOGETHER, cells.size)] for start in starts]
+    sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    count = sample["mass"].size
+    options = replace(options, variables=None)  # whatever is kept of the map: `status` counts
+    warm_up(options.law)
+    began = perf_counter()
+    part = compute(Cells.of(sample), options)
+    seconds = perf_counter() - began
+    if not part.complete:
+        raise KeyboardInterrupt
+    limited = int(np.count_nonzero(part.results["status"] == STATUSES.index("step_limit")))
+    return Probe(count, seconds / count, options.threads or processors(), limited)
 
 
 @dataclass(frozen=True)
@@ -59,13 +96,9 @@ class Estimate:
         """The estimate for shards on nodes of so many threads, each thread as fast as one here."""
         shards = min(nodes, self.blocks.count)
         least, most = self.blocks.count // shards, -(-self.blocks.count // shards)
-        block = self.cells / self.blocks.count * self._thread_seconds
+        thread_seconds = self.tried.seconds_per_cell * min(self.tried.threads, processors())  # for a cell
+        block = self.cells / self.blocks.count * thread_seconds
         return Nodes(nodes, threads, most, least, block, self.blocks.count)
-
-    @property
-    def _thread_seconds(self) -> float:
-        """Of a thread for a cell."""
-        return self.tried.seconds_per_cell * min(self.tried.threads, processors())
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
@@ -16,14 +16,14 @@ from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
-from stickslip.files import locations, reading
+from stickslip.files import reading, targets
 from stickslip.files.locations import Location, Url
 from stickslip.runs.known_cells import KnownCells, points_of, rounded
 from stickslip.runs.maps import MapStudy
-from stickslip.runs.settings import differences
 from stickslip.runs.work import study_of
 from stickslip.runs.workdir.block_store import START_OVER, refuse, same_major
 from stickslip.runs.workdir.lock import Notice, writing_alone
+from stickslip.runs.workdir.manifest import differences
 from stickslip.vocabulary.suggest import listed
 
 _ANEW = "{fresh} computes it anew and replaces it; "
@@ -41,9 +41,9 @@ class ExistingOutput:
 
 def finish_replacing(output: Location | None, notice: Notice) -> None:
     """Put a result behind a URL in its place, if a run was killed while it did. Raises StoreError if one is at it."""
-    if isinstance(output, Url) and locations.is_unfinished(output):
+    if isinstance(output, Url) and targets.is_unfinished(output):
         with writing_alone(output, notice):
-            locations.finish(output)
+            targets.finish(output)
 
 
 @contextmanager
@@ -76,7 +76,10 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     study = study_of(config)
     if isinstance(study, MapStudy) and "regime" not in dataset:
         raise StoreError(f"{output}: exists and is not a map", hint=hint)
-    there = _config_of(output, dataset, hint)
+    try:
+        there = parse_config(str(dataset.attrs["configuration"]), str(output))
+    except (ConfigError, KeyError):
+        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=hint) from None
     differing = differences(there, config)
     if not isinstance(study, MapStudy):
         if differing:
@@ -90,10 +93,13 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     if axes != new_axes:
         refuse(str(output), there, config, remedy)
     points = points_of(old, new)
-    lost = old.size - int(np.prod([np.unique(place[place >= 0]).size for place in points], dtype=np.int64))
-    if lost:
-        if apart := rounded(old, new):
-            raise _only_rounded(output, apart, hint)
+    if lost := old.size - prod(np.unique(place[place >= 0]).size for place in points):
+        if apart := rounded(old, new):  # cells are taken over where all values are equal, and never by guessing
+            names, by = listed(apart, "and"), ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
+            raise StoreError(
+                f"{output}: made from the same values of {names} but for rounding ({by}), so that its cells are others",
+                hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
+            )
         if lost == old.size:
             refuse(str(output), there, config, remedy)
         raise StoreError(
@@ -101,20 +107,3 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
         )
     whole = not differing and there.title == config.title and not (dataset["regime"] == 0).any()
     return ExistingOutput(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
-
-
-def _only_rounded(output: Location, apart: Mapping[str, float], hint: str) -> StoreError:
-    """Cells are taken over where all values are equal, and never by guessing that they were meant to be."""
-    names = listed(apart, "and")
-    values = ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
-    return StoreError(
-        f"{output}: made from the same values of {names} but for rounding ({values}), so that its cells are others",
-        hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
-    )
-
-
-def _config_of(output: Location, dataset: xr.Dataset, hint: str) -> Config:
-    try:
-        return parse_config(str(dataset.attrs["configuration"]), str(output))
-    except (ConfigError, KeyError):
-        raise StoreError(f"{output}: exists, and its configuration cannot be read", hint=hint) from None

@@ -44,16 +44,13 @@ class KnownCells:
             have = np.logical_and.outer(have, place >= 0)
         if not have.any():
             return have.ravel(), {}
-        indices = {dim: place[place >= 0] for dim, place in zip(self._dims, places, strict=True)}
-        part = self.dataset.drop_vars(self.dataset.coords).isel(indices).transpose(*self._dims).load()
+        dims = self.dataset["regime"].dims
+        indices = {dim: place[place >= 0] for dim, place in zip(dims, places, strict=True)}
+        part = self.dataset.drop_vars(self.dataset.coords).isel(indices).transpose(*dims).load()
         computed = part["regime"].values.ravel() != 0
         have = have.ravel()
         have[have] = computed
         return have, {str(name): part[name].values.ravel()[computed] for name in part.data_vars}
-
-    @property
-    def _dims(self) -> tuple[Any, ...]:
-        return self.dataset["regime"].dims
 
 
 def points_of(old: Cells, new: Cells) -> tuple[Indices, ...]:

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.studies import Finished, Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range, kernels_for
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
 
 
 class MapStudy(Study):
@@ -28,9 +29,8 @@ class MapStudy(Study):
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """By the exponents of the cells, of which some have kernels of their own."""
-        varied = [c.values for c in self.grid.coords if c.name == "delta"]
-        return kernels_for(self.options, np.unique(varied).tolist() if varied else [self.grid.fixed["delta"]])
+        """By the cells, of which some may have kernels of their own."""
+        return kernels_for(self.grid, self.options)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The numbers of an undivided run, bit for bit."""
@@ -38,10 +38,10 @@ class MapStudy(Study):
         return Finished(computed.results, computed.complete)
 
     def compute_some(
-        self, items: range, wanted: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
+        self, items: range, chosen: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
     ) -> Finished:
-        """Those cells of a range that `wanted` marks, one flag per cell."""
-        cells = self.grid.pick(items.start + np.flatnonzero(wanted))
+        """Those cells of a range that `chosen` marks, one flag per cell."""
+        cells = self.grid.pick(items.start + np.flatnonzero(chosen))
         computed = compute_range(cells, 0, cells.size, self.options, stop, moved)
         return Finished(computed.results, computed.complete)
 

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.reader import Given, as_config, is_config
-from stickslip.config.sections import Section
-from stickslip.config.studies import alone
+from stickslip.config.sections import StudySection
+from stickslip.config.studies import Study, study_class
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress, Results, SolverKeywords, spread, stop_flag, warm_up
 from stickslip.errors import Interrupted
 from stickslip.progress import Watch, watched
 from stickslip.runs.blocks import blocks_of
-from stickslip.studies.study import Meter, Study
+from stickslip.studies.study import Meter
 
 CellsLike = Mapping[str, ArrayLike] | xr.Dataset
 CellsOrConfig = CellsLike | Given
@@ -78,17 +78,15 @@ class Subject:
         solver = {name: keywords[name] for name in ("horizon", "max_steps") if keywords.get(name) is not None}
         return cls(config, options, solver)
 
-    def computed(
-        self, study: Study, progress: Watch, title: str, action: str, sections: Mapping[str, Section] | None = None
-    ) -> xr.Dataset:
-        """The result of a study of the subject; it keeps the sections that ask for the study."""
-        sections = sections or {}
+    def computed(self, section: StudySection, progress: Watch) -> xr.Dataset:
+        """The result of the study that a section asks for, which it keeps. Raises TypeError or ValueError."""
+        study = study_class(section.key).of(self.cells, section, self.options)
+        title = study.title
         if isinstance(self.cells, Config):
-            title, config = f"{title}: {self.cells.title}", self.cells
-            for key, section in sections.items():
-                config = config.model_copy(update=alone(key, section))
-            text = config.model_copy(update={"solver": config.solver.model_copy(update=self.solver)}).to_yaml()
+            title = f"{title}: {self.cells.title}"
+            solver = self.cells.solver.model_copy(update=self.solver)
+            text = self.cells.model_copy(update={"study": section, "solver": solver}).to_yaml()
         else:
-            text = study.options.described(**{key: section.resolved() for key, section in sections.items()})
+            text = study.options.described(**{section.key: section.resolved()})
         with watched(progress, study.counted, study.options.law) as moved:
-            return study.dataset(compute_study(study, moved), provenance(text, title=title, action=action))
+            return study.dataset(compute_study(study, moved), provenance(text, title=title, action=section.action))

@@ -2,36 +2,139 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+import os
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any, Literal
 
-from stickslip.engine import Progress, Results, StopFlag, stop_flag
+from stickslip.config.model import Config
+from stickslip.config.overrides import Setting
+from stickslip.config.reader import Given, as_config, load_config, parse_config
+from stickslip.config.sections import ADDRESS, HERE, is_address
+from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
-from stickslip.files.locations import Location
+from stickslip.files.locations import Folder, Location, Url, folder_at, location
 from stickslip.files.targets import check_target
 from stickslip.runs import existing_output
 from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.request import Outcome, Request
-from stickslip.runs.settings import fingerprint
+from stickslip.runs.blocks import Shard
 from stickslip.runs.threads import Tally, compute_blocks
 from stickslip.runs.work import Work
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.folder import Folder
-from stickslip.runs.workdir.lock import Lock, hold_lock, writing_alone
+from stickslip.runs.workdir.lock import Lock, Notice, hold_lock, writing_alone
+from stickslip.runs.workdir.manifest import fingerprint
 
-Choice = Callable[[BlockStore, Request], set[int]]
+OnError = Literal["continue", "stop"]
+Choice = Callable[[BlockStore, set[int]], set[int]]
+Machines = tuple[Callable[..., None], str | None]  # `threads.compute_blocks`, or alike on a cluster, which has a name
 
 
 @dataclass(frozen=True)
-class Machines:
-    """The threads, or the cluster, that compute blocks. compute : as `threads.compute_blocks`. name : for people; None
-    for threads of this process."""
+class Request:
+    """The request of a run.
 
-    compute: Callable[..., None]
-    name: str | None = None
+    output : result to write; None leaves the blocks in the store.
+    place : path or URL of the store; None lays it beside the output.
+    shard : compute only its blocks. fresh : start over. keep : leave the store once the result is written.
+    on_error : whether a block that fails ends the run or not.
+    progress, assembling : called with (cells done, cells in all) while computing and while writing the result.
+    notice : called with a line for people when something is worth knowing. news : instead of it where that is no
+        warning; None for the same.
+    prepare : called with the friction law before the first block is computed here.
+    dask : address of a Dask scheduler, its file, `local` or `none`; or a `distributed.Client`; None takes what the
+        configuration says.
+    """
+
+    config: Config
+    output: Location | None = None
+    place: str | os.PathLike[str] | None = None
+    shard: Shard | None = None
+    fresh: bool = False
+    keep: bool = False
+    on_error: OnError = "continue"
+    progress: Progress | None = None
+    assembling: Progress | None = None
+    notice: Notice = lambda text: None  # noqa: E731
+    news: Notice | None = None
+    prepare: Callable[[str], None] = warm_up
+    dask: Any = None
+
+    def __post_init__(self) -> None:
+        if self.on_error not in ("continue", "stop"):
+            raise ValueError(f"on_error: got {self.on_error!r}, expected 'continue' or 'stop'")
+        if self.fresh and self.shard:
+            raise ValueError("fresh: a shard cannot start over, since other shards share its store")
+        if isinstance(self.dask, str) and not is_address(self.dask):
+            raise ValueError(f"dask: got {self.dask!r}, expected {ADDRESS}")
+
+    @property
+    def cluster(self) -> Any:
+        """The address or client of the cluster that computes; None for threads of this process."""
+        named = self.config.execution.dask if self.dask is None else self.dask
+        return None if isinstance(named, str) and named == HERE else named
+
+    def folder(self) -> Folder:
+        """The place of the store. Raises StoreError if neither it nor an output is named."""
+        if self.place is not None:
+            return folder_at(self.place)
+        if self.output is None:
+            raise StoreError("a run needs a place", hint="name an output file, or a store with {store}")
+        return folder_at(block_store.beside(self.output))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of a run, in cells: of the map, found in the store, taken over from an older result, computed.
+
+    output : the result, if it was written or (`up_to_date`) was there already. where : the store, if it is still there.
+    machines : what computed, if not threads of this process.
+    """
+
+    cells: int
+    found: int = 0
+    reused: int = 0
+    computed: int = 0
+    output: Location | None = None
+    where: str | None = None
+    machines: str | None = None
+    up_to_date: bool = False
+
+
+def request_for(
+    place: Given,
+    output: str | os.PathLike[str] | None = None,
+    store: str | os.PathLike[str] | None = None,
+    settings: Sequence[Setting] = (),
+) -> Request:
+    """The request behind a configuration, or behind the path or URL of a store.
+
+    store : place of the store of a configuration, if not beside its output.
+    settings : of a command line, put into the configuration; those that change the results of a store are refused when
+        it is used.
+    The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
+    Raises ConfigError or StoreError.
+    """
+    text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
+    beside, at = None, store
+    if text is None or not ("://" in text or os.path.isdir(text)):
+        config = as_config(place, rig=None) if text is None else load_config(text, settings, rig=None)
+    else:
+        config, at = block_store.find(folder_at(text)).config(), text
+        if settings:
+            changed = parse_config(config.to_yaml(), text, settings)
+            config = changed.shown_in(config.written_in | changed.written_in)
+        parts = location(text)
+        beside = parts.with_suffix("") if parts.suffix == block_store.SUFFIX else None
+        if isinstance(beside, Url) and beside.suffix != ".zarr":
+            beside = None
+    file = next((file for file in (output, beside, config.output.file) if file is not None), None)
+    return Request(config, None if file is None else location(file), at)
+
+
+# --- runs -------------------------------------------------------------------------------------------------------------
 
 
 def run(request: Request) -> Outcome:
@@ -42,28 +145,19 @@ def run(request: Request) -> Outcome:
     """
     folder = request.folder()
     block_store.check_ours(folder)
-    if done := finished(request):
-        _remove_leftovers(folder, request)
-        return done
+    if request.output is not None and not request.fresh:
+        existing_output.finish_replacing(request.output, request.notice)
+        with existing_output.opened(request.output, request.config, False) as old:
+            whole = old if old and old.complete else None
+        if whole:
+            _remove_leftovers(folder, request)
+            return Outcome(whole.cells, output=request.output, up_to_date=True)
     if request.output is not None:
         check_target(request.output, "result")
     if not request.fresh:
         block_store.check_before(folder, Work(request.config), request.shard is not None)
     with _machines(request, folder) as machines:
         return _locked(request, folder, _missing, machines, request.fresh)
-
-
-def finished(request: Request) -> Outcome | None:
-    """The outcome where the result is there and whole, so that nothing is left to be done or written; else None.
-
-    Raises StoreError for a result of another configuration or version.
-    """
-    if request.output is None or request.fresh:
-        return None
-    existing_output.finish_replacing(request.output, request.notice)
-    with existing_output.opened(request.output, request.config, request.fresh) as old:
-        whole = old is not None and old.complete
-        return Outcome(old.cells, output=request.output, up_to_date=True) if old and whole else None
 
 
 def retry_failed(request: Request) -> Outcome:
@@ -78,12 +172,13 @@ def retry_failed(request: Request) -> Outcome:
 def _machines(request: Request, folder: Folder) -> Iterator[Machines]:
     """The machines of a request, found before anything is changed; no cluster if there are no blocks to compute."""
     if request.cluster is None or _has_all_blocks(request, folder):
-        yield Machines(compute_blocks)
+        yield compute_blocks, None
         return
     from stickslip.runs.dask import connecting, dispatch
 
-    with connecting.connected(request) as cluster:
-        yield Machines(partial(dispatch.compute_blocks, cluster), str(cluster))
+    threads = request.config.execution.threads
+    with connecting.connected(request.cluster, threads, request.notice) as cluster:
+        yield partial(dispatch.compute_blocks, cluster), str(cluster)
 
 
 def _has_all_blocks(request: Request, folder: Folder) -> bool:
@@ -91,27 +186,21 @@ def _has_all_blocks(request: Request, folder: Folder) -> bool:
         store = block_store.find(folder)
     except StoreError:
         return False
-    return store.is_complete() and (
-        not request.fresh or block_store.goes_on_fresh(store.manifest, Work(request.config))
-    )
+    goes_on = not request.fresh or block_store.goes_on_fresh(store.manifest, Work(request.config))
+    return store.is_complete() and goes_on
 
 
-def _missing(store: BlockStore, request: Request) -> set[int]:
-    """The blocks this run is to compute: those that failed before are left to `retry_failed`."""
-    return _blocks_of(store, request) - store.finished() - store.failed()
+def _missing(store: BlockStore, own: set[int]) -> set[int]:
+    """The blocks a run is to compute: those that failed before are left to `retry_failed`."""
+    return own - store.finished() - store.failed()
 
 
-def _failed_before(store: BlockStore, request: Request) -> set[int]:
+def _failed_before(store: BlockStore, own: set[int]) -> set[int]:
     """The blocks that failed, which is forgotten."""
-    failed = store.failed() & _blocks_of(store, request)
+    failed = store.failed() & own
     for number in failed:
         store.clear_failure(number)
     return failed - store.finished()
-
-
-def _blocks_of(store: BlockStore, request: Request) -> set[int]:
-    all_blocks = range(store.blocks.count)
-    return set(request.shard.blocks(store.blocks, store.manifest.deal) if request.shard else all_blocks)
 
 
 def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines, anew: bool) -> Outcome:
@@ -120,114 +209,122 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
     anew : whether the result replaces whatever is there.
     """
     stop = stop_flag()
-
-    def lost() -> None:
-        stop[0] = 1
-
-    with hold_lock(folder, request.shard, lost, request.notice) as lock:
+    with hold_lock(folder, request.shard, lambda: stop.fill(1), request.notice) as lock:
         with existing_output.opened(request.output, request.config, anew) as old:
             work = Work(request.config, old.known if old else None)
             store = block_store.prepare(folder, work, request.fresh, request.notice, work.packing(request.output))
-            work = replace(work, cut=store.blocks)
-            outcome = _computed(request, store, work, choose, machines, stop)
-        _require_lock(lock, store, work)
-        _require_none_failed(store, work, _blocks_of(store, request) & store.failed())
+            session = _Session(request, store, replace(work, cut=store.blocks), lock)
+            outcome = session.compute(choose, machines, stop)
+        session.require_lock()
+        session.require_none_failed(session.own & store.failed())
         if request.shard or not store.is_complete():
             return outcome
         if request.output is not None:
-            _assembled(request, store, request.output)
+            session.assemble(request.output)
         store.no_longer_fresh()
         if request.output is None:
             return outcome
         if request.keep:
             return replace(outcome, output=request.output)
-        _require_lock(lock, store, work)
+        session.require_lock()
         store.delete()
     return replace(outcome, output=request.output, where=None)
 
 
-def _computed(
-    request: Request, store: BlockStore, work: Work, choose: Choice, machines: Machines, stop: StopFlag
-) -> Outcome:
-    """Compute blocks, and tell people what ended that."""
-    if request.shard is None:
-        block_store.remove_temporary(store.folder)
-    before, numbers, tally = store.cells(store.finished()), choose(store, request), Tally()
-    if numbers and (own := store.finished() & _blocks_of(store, request)):
-        of = f" of shard {request.shard}" if request.shard else ""
-        whole = store.cells(_blocks_of(store, request))
-        (request.news or request.notice)(
-            f"{store.cells(own):,} of {whole:,} {work.study.counted}{of} were found finished in {store.where}"
-        )
-    if numbers and machines.name is None:
-        for law in work.study.kernels:
-            request.prepare(law)
-    at_once = request.on_error == "stop"
-    try:
-        machines.compute(store, work, numbers, tally, stop, stop_on_error=at_once, progress=_of_share(store, request))
-    except KeyboardInterrupt:
-        raise _interrupted(store, work) from None
-    except BlockFailedError as failed:
-        _require_none_failed(store, work, {failed.number})
-    except (StoreError, ClusterError) as error:
-        raise IncompleteError(f"{error}\n{_saved(store, work)}") from error
-    return Outcome(
-        work.size, before, tally.reused, tally.cells - tally.reused, where=store.where, machines=machines.name
-    )  # fmt: skip
+@dataclass(frozen=True)
+class _Session:
+    """A run at work on its store, whose lock it holds."""
 
+    request: Request
+    store: BlockStore
+    work: Work
+    lock: Lock
 
-def _of_share(store: BlockStore, request: Request) -> Progress | None:
-    """A callback with the items done of a shard, and of its own; what others did before does not count."""
-    progress = request.progress
-    if progress is None or request.shard is None:
-        return progress
-    own = _blocks_of(store, request)
-    total, of_others = store.cells(own), store.cells(store.finished() - own)
-    return lambda done, _size: progress(min(done - of_others, total), total)  # others may have gone on since
+    @property
+    def own(self) -> set[int]:
+        """The blocks of the run, or of its shard."""
+        store, shard = self.store, self.request.shard
+        return set(shard.blocks(store.blocks, store.manifest.deal) if shard else range(store.blocks.count))
 
+    def compute(self, choose: Choice, machines: Machines, stop: StopFlag) -> Outcome:
+        """Compute blocks, and say what ended that."""
+        request, store, work, own = self.request, self.store, self.work, self.own
+        if request.shard is None:
+            block_store.remove_temporary(store.folder)
+        before, numbers, tally = store.cells(store.finished()), choose(store, own), Tally()
+        if numbers and (finished := store.finished() & own):
+            of = f" of shard {request.shard}" if request.shard else ""
+            (request.news or request.notice)(
+                f"{store.cells(finished):,} of {store.cells(own):,} {work.study.counted}{of} were found finished in "
+                f"{store.where}"
+            )
+        compute, name = machines
+        if numbers and name is None:
+            for law in work.study.kernels:
+                request.prepare(law)
+        at_once = request.on_error == "stop"
+        try:
+            compute(store, work, numbers, tally, stop, stop_on_error=at_once, progress=self._progress())
+        except KeyboardInterrupt:
+            raise self._interrupted() from None
+        except BlockFailedError as failed:
+            self.require_none_failed({failed.number})
+        except (StoreError, ClusterError) as error:
+            raise self._incomplete(str(error)) from error
+        computed = tally.cells - tally.reused
+        return Outcome(work.size, before, tally.reused, computed, where=store.where, machines=name)
 
-def _interrupted(store: BlockStore, work: Work) -> Interrupted:
-    return Interrupted(store.cells(store.finished()), store.blocks.size, store.where, counted=work.study.counted)
+    def _progress(self) -> Progress | None:
+        """The callback; of a shard, with its own items alone, since what others did before does not count."""
+        progress, store = self.request.progress, self.store
+        if progress is None or self.request.shard is None:
+            return progress
+        total, of_others = store.cells(self.own), store.cells(store.finished() - self.own)
+        return lambda done, _size: progress(min(done - of_others, total), total)  # others may have gone on since
 
+    def assemble(self, output: Location) -> None:
+        """Write the result; blocks that turn out damaged are computed again."""
+        request, store = self.request, self.store
+        work = Work(request.config, cut=store.blocks)
 
-def _saved(store: BlockStore, work: Work) -> str:
-    """The cells that have been saved, whatever happened."""
-    return _interrupted(store, work).kept_cells
+        def repair(number: int) -> Results:
+            block = work.compute(number)
+            store.save(number, block)
+            return block.results
 
+        try:
+            with writing_alone(output, request.notice):
+                assemble(Gathered(store, work, repair, request.notice), store, work, output, request.assembling)
+        except KeyboardInterrupt:
+            raise self._interrupted() from None
+        except StoreError as error:
+            raise self._incomplete(str(error)) from error
 
-def _require_lock(lock: Lock, store: BlockStore, work: Work) -> None:
-    if not lock.ours:
-        raise IncompleteError(f"{store.where}: another run took over\n{_saved(store, work)}")
+    def require_lock(self) -> None:
+        """Raise IncompleteError if another run took over."""
+        if not self.lock.ours:
+            raise self._incomplete(f"{self.store.where}: another run took over")
 
+    def require_none_failed(self, failed: Collection[int]) -> None:
+        """Raise IncompleteError if blocks failed."""
+        if failed:
+            store, study = self.store, self.work.study
+            first = store.failure(min(failed))
+            count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} {study.counted}) failed"
+            raise self._incomplete(
+                f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
+                "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
+                f"stickslip collect writes a {study.name} without them"
+            )
 
-def _require_none_failed(store: BlockStore, work: Work, failed: Collection[int]) -> None:
-    if failed:
-        first = store.failure(min(failed))
-        count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} {work.study.counted}) failed"
-        raise IncompleteError(
-            f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
-            "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
-            f"stickslip collect writes a {work.study.name} without them\n{_saved(store, work)}"
-        )
+    def _interrupted(self) -> Interrupted:
+        store = self.store
+        done = store.cells(store.finished())
+        return Interrupted(done, store.blocks.size, store.where, counted=self.work.study.counted)
 
-
-def _assembled(request: Request, store: BlockStore, output: Location) -> None:
-    """Write the result; blocks that turn out damaged are computed again."""
-    work = Work(request.config, cut=store.blocks)
-
-    def repair(number: int) -> Results:
-        block = work.compute(number)
-        store.save(number, block)
-        return block.results
-
-    gathered = Gathered(store, work, repair, request.notice)
-    try:
-        with writing_alone(output, request.notice):
-            assemble(gathered, store, work, output, request.assembling)
-    except KeyboardInterrupt:
-        raise _interrupted(store, work) from None
-    except StoreError as error:
-        raise IncompleteError(f"{error}\n{_saved(store, work)}") from error
+    def _incomplete(self, message: str) -> IncompleteError:
+        """The error, which says what has been saved, whatever happened."""
+        return IncompleteError(f"{message}\n{self._interrupted().kept_cells}")
 
 
 def _remove_leftovers(folder: Folder, request: Request) -> None:

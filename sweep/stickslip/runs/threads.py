@@ -17,24 +17,32 @@ _WAITING = 2  # threads that may wait for the disk, besides those that compute
 
 @dataclass
 class Tally:
-    """The outcome of the blocks of a run. `cells` counts those of `finished`, `reused` cells among them."""
+    """The outcome of the blocks of a run. `cells` counts those of finished blocks, `reused` cells among them."""
 
-    finished: int = 0
     cells: int = 0
     reused: int = 0
     failed: list[int] = field(default_factory=list)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def finish(self, cells: int, reused: int) -> None:
+        """Count a block that is in the store."""
+        with self._lock:
+            self.cells += cells
+            self.reused += reused
+
+    def fail(self, store: BlockStore, number: int, error: Exception, stop: bool) -> None:
+        """Record the failure of a block in the store. Raises BlockFailedError if that is to stop the run."""
+        store.note_failure(number, error)
+        with self._lock:
+            self.failed.append(number)
+        if stop:
+            raise BlockFailedError(number) from error
 
 
 def compute_blocks(
-    store: BlockStore,
-    work: Work,
-    numbers: Collection[int],
-    tally: Tally,
-    stop: StopFlag,
-    *,
-    stop_on_error: bool,
+    store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: StopFlag, *, stop_on_error: bool,
     progress: Progress | None,
-) -> None:
+) -> None:  # fmt: skip
     """Compute these blocks and count them in `tally`; it stays right whatever interrupts.
 
     An exception while computing is recorded in the store, and the others are computed unless `stop_on_error`; then it
@@ -42,15 +50,15 @@ def compute_blocks(
     in part too.
     """
     threads, before = work.options.threads or processors(), store.cells(store.finished())
-    meter, counting, turns = Meter(work.study.cells_each, before), threading.Lock(), threading.Semaphore(threads)
+    meter, turns = Meter(work.study.cells_each, before), threading.Semaphore(threads)
 
-    def packed(number: int) -> tuple[Block, bytes]:
+    def packed(number: int, items: int) -> tuple[Block, bytes]:
         """A block and what its file holds; no more than `threads` at a time, while others wait for the disk."""
         with turns:
             if stop[0]:
                 return Block({}, 0, False), b""
             try:
-                block = work.compute(number, stop, meter.watch(number, len(store.blocks.cells(number))))
+                block = work.compute(number, stop, meter.watch(number, items))
             except Exception:
                 if stop_on_error:
                     stop[0] = 1  # before another thread has its turn
@@ -58,25 +66,18 @@ def compute_blocks(
             return block, store.packed(number, block) if block.complete else b""
 
     def compute(number: int) -> None:
+        items = len(store.blocks.cells(number))
         try:
-            block, data = packed(number)
+            block, data = packed(number, items)
         except StoreError:
             raise  # the older result cannot be read: no fault of the block
         except Exception as error:
-            store.note_failure(number, error)
             meter.end(number, 0)
-            with counting:
-                tally.failed.append(number)
-            if stop_on_error:
-                raise BlockFailedError(number) from error
-            return
+            return tally.fail(store, number, error, stop_on_error)
         if block.complete:
             store.put(number, data)
-            with counting:
-                tally.finished += 1
-                tally.cells += len(store.blocks.cells(number))
-                tally.reused += block.reused
-        meter.end(number, len(store.blocks.cells(number)) if block.complete else 0)
+            tally.finish(items, block.reused)
+        meter.end(number, items if block.complete else 0)
 
     def show(_: list[None]) -> None:
         if progress:

@@ -1,4 +1,4 @@
-"""What a block is computed from: a configuration and a block number in, arrays out, whoever calls."""
+"""The source of blocks: a configuration and a block number in, arrays out, whoever calls."""
 
 from __future__ import annotations
 
@@ -13,48 +13,25 @@ from numpy.typing import NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.options import map_options_of, options_of
+from stickslip.config.studies import Moved, Study, study_class
 from stickslip.engine import Options, Results, StopFlag, stop_flag
 from stickslip.files.locations import Location
-from stickslip.files.packing import NETCDF, PLAIN
+from stickslip.files.netcdf import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.known_cells import KnownCells
 from stickslip.runs.maps import MapStudy
-from stickslip.studies.study import Moved, Study
 
 
 def study_of(config: Config) -> Study:
-    """Return what a configuration asks for: its map, unless a section names something else.
+    """Return what a configuration asks for: a map of every cell, unless it has a drive or the section of a study."""
+    if config.drive is not None:
+        from stickslip.rig.simulation import RigTests
 
-    Rooms are imported when they are asked for: a map waits for none of them.
-    """
-    options = options_of(config)
-    if config.border is not None:
-        from stickslip.studies.borders import border_study
-
-        return border_study(config, config.border, options)
-    if config.contours is not None:
-        from stickslip.studies.borders import contour_study
-
-        return contour_study(config, config.contours, options)
-    if config.attractors is not None:
-        from stickslip.studies.attractors import attractor_study
-
-        return attractor_study(config, config.attractors, options)
-    if config.margins is not None:
-        from stickslip.studies.margins import margin_study
-
-        return margin_study(config, config.margins, options)
-    if config.uncertain is not None:
-        from stickslip.studies.uncertainty import RareStudy, SampleStudy
-
-        subset = config.uncertain.subset
-        return SampleStudy(config, options) if subset is None else RareStudy(config, subset, options)
-    options = map_options_of(config)
-    if config.refine is not None:
-        from stickslip.studies.refinement import RefinedMap
-
-        return RefinedMap(config, config.refine, options)
-    return MapStudy(config, options)
+        return RigTests(config)
+    section = config.study or config.uncertain
+    if section is None:
+        return MapStudy(config, map_options_of(config))
+    return study_class(section.key).of(config, section, options_of(config))
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,19 @@
-"""What a cell sounds like, and how loud.
+"""The sound of a cell, and its level.
 
     from stickslip import sound
 
     sound.of(cell)            a Sound, which plays itself in a notebook; .wav() are the bytes of a file
     sound.of_record(a, rate)  that of a record, measured or simulated
     sound.levels(cells)       how loud cells, maps, or all cells of a configuration are, in dB
+    sound.summary(levels)     how many cells have a level, and its range
     sound.a_weighting(100)    how much fainter the ear hears a tone of 100 Hz than one of 1 kHz
 
 Of the files, `series.py` has the acceleration as a Fourier series, `cycles.py` the states that cycles start from,
-`making.py` the sound of a cell or a record, `sounds.py` what is done with one; `loudness.py` has the
-levels of a block of cells, `maps.py` those of whatever has cells.
+`making.py` the sound of a cell or a record, `sounds.py` what is done with one, `loudness.py` the levels.
 """
 
-from stickslip.sound.loudness import a_weighting
+from stickslip.sound.loudness import a_weighting, levels, summary
 from stickslip.sound.making import RATE, of, of_record
-from stickslip.sound.maps import levels
 from stickslip.sound.sounds import FULL_SCALE, Sound
 
-__all__ = ["FULL_SCALE", "RATE", "Sound", "a_weighting", "levels", "of", "of_record"]
+__all__ = ["FULL_SCALE", "RATE", "Sound", "a_weighting", "levels", "of", "of_record", "summary"]

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, Scales, compute
-from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.engine import Results, Scales
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
 
+RTOL = 1e-9  # of the motion, so that its errors are not heard beside it
 LEAD = 0.02  # s of sticking before a break-away, at most
 _PERIODIC = REGIMES.index("stick_slip"), REGIMES.index("sustained")
 
@@ -36,21 +37,16 @@ class Cycles:
     moving: Floats
 
 
-def results_of(cells: Parameters, options: Options) -> Results:
-    """Return what becomes of cells, by names of `VARIABLES`."""
-    return compute(Cells.of(cells), options).results
-
-
 def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles:
     """The cycles of cells whose results are known; lead : s of sticking before the break-away, at most."""
     which = np.flatnonzero(np.isin(results["regime"], _PERIODIC) & (results["period"] > 0.0))
-    own, found = taken(cells, which), {name: values[which] for name, values in results.items()}
-    sticks = found["regime"] == _PERIODIC[0]
-    period, sticking = found["period"], np.where(sticks, found["stick_fraction"] * found["period"], 0.0)
+    own, results = taken(cells, which), taken(results, which)
+    sticks = results["regime"] == _PERIODIC[0]
+    period, sticking = results["period"], np.where(sticks, results["stick_fraction"] * results["period"], 0.0)
     belt, ahead = own["belt_speed"], np.minimum(0.5 * sticking, lead)
     forward = belt > 0.0
-    force = np.where(forward, found["cycle_force_max"], found["cycle_force_min"])
-    load = np.where(forward, 1.0, -1.0) * found["mu_breakaway"] * Scales(own).load
+    force = np.where(forward, results["cycle_force_max"], results["cycle_force_min"])
+    load = np.where(forward, 1.0, -1.0) * results["mu_breakaway"] * Scales(own).load
     force = np.where(sticks, load - own["damping"] * belt - own["stiffness"] * belt * ahead, force)
     start = {
         "displacement": force / own["stiffness"],

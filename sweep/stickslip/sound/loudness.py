@@ -1,38 +1,59 @@
-"""How loud cells are: the time-average A-weighted level of the acceleration, from one period of their cycles.
+"""Levels of cells: the time-average A-weighted level of the acceleration, from one period of their cycles.
 
 The mean square of a periodic acceleration is the sum of those of its harmonics, each weighted by its frequency: no more
 than one period has to be sampled. Where the mass sticks for long, even less: the weighting has forgotten a slip after
 a quarter of a second, so that the slip alone is sampled, and the rest of the period is silence.
 
-A-weighting: how much less the ear hears of low and very high tones.
-
-The analytic formula of IEC 61672-1:2013, Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and
-0 dB at 1 kHz.
+A-weighting, how much less the ear hears of low and very high tones, is the analytic formula of IEC 61672-1:2013,
+Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and 0 dB at 1 kHz.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
+from typing import Any, Unpack, cast
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.engine import Options, Results, StopFlag, sampled, solve
+from stickslip.config.grid import build_grid, quantity_of
+from stickslip.config.model import Config
+from stickslip.config.reader import as_config, is_config
+from stickslip.config.select import recipe_of
+from stickslip.config.studies import Finished, Moved, Study
+from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
+from stickslip.dataset.provenance import provenance
+from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
 from stickslip.errors import StoppedError
-from stickslip.sound.cycles import Cycles, cycles_of
-from stickslip.sound.series import natural_frequency, samples_for, series_of
-from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.progress import Watch, watched
+from stickslip.runs.memory import CellsOrConfig, compute_study
+from stickslip.sound.cycles import RTOL, Cycles, cycles_of
+from stickslip.sound.series import HIGHEST, natural_frequency, samples_for, series_of
+from stickslip.studies.study import joined
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.results import LEVEL, LEVEL_VARIABLES
 
 Floats = NDArray[np.float64]
-HIGHEST = 20e3  # Hz; what lies above is not heard, and not summed
 _POLES = 20.598997, 107.65265, 737.86223, 12194.217  # Hz
+REFERENCE = 1e-6  # m/s2, ISO 1683
+OVERSAMPLING = 2  # folds a little onto the highest harmonics: less than 0.01 dB in all
+FORGOTTEN = 0.25  # s after which the weighting, whose slowest poles lie at 20.6 Hz, has fallen by exp(-32)
+MOST_HARMONICS = 2**17  # of a slip: one that takes longer than 6.5 s is summed up to less than 20 kHz
+CLEAR = 100.0  # what is less than so many times the rounding of the samples, in its square, is none
+_MOST_SAMPLES = 2**20  # at once
+_REACHED = STATUSES.index("horizon_reached")
+_BLOCK = 256  # cells
 
 
 def _unscaled(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
     f2 = frequency * frequency
-    one, two, three, four = (pole * pole for pole in _POLES)
-    return np.asarray(four * f2 * f2 / ((f2 + one) * np.sqrt((f2 + two) * (f2 + three)) * (f2 + four)))
+    p1, p2, p3, p4 = (pole * pole for pole in _POLES)
+    return np.asarray(p4 * f2 * f2 / ((f2 + p1) * np.sqrt((f2 + p2) * (f2 + p3)) * (f2 + p4)))
 
 
 _AT_1_KHZ = float(_unscaled(np.array(1000.0)))
@@ -47,15 +68,6 @@ def decibels(factor: ArrayLike) -> NDArray[np.float64]:
     """A ratio of amplitudes in dB; -inf for 0."""
     with np.errstate(divide="ignore"):
         return np.asarray(20.0 * np.log10(np.asarray(factor, np.float64)))
-
-
-REFERENCE = 1e-6  # m/s2, ISO 1683
-OVERSAMPLING = 2  # folds a little onto the highest harmonics: less than 0.01 dB in all
-FORGOTTEN = 0.25  # s after which the weighting, whose slowest poles lie at 20.6 Hz, has fallen by exp(-32)
-MOST_HARMONICS = 2**17  # of a slip: one that takes longer than 6.5 s is summed up to less than 20 kHz
-CLEAR = 100.0  # what is less than so many times the rounding of the samples, in its square, is none
-_MOST_SAMPLES = 2**20  # at once
-_REACHED = STATUSES.index("horizon_reached")
 
 
 def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
@@ -74,7 +86,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
     for some in _together(intervals):
         if stop[0]:
             raise StoppedError
-        level[cycles.which[some]] = _levels(cycles, some, windows, harmonics, intervals, options)
+        level[cycles.which[some]] = _sampled_levels(cycles, some, windows, harmonics, intervals, options)
     return results, level
 
 
@@ -90,7 +102,7 @@ def _together(intervals: NDArray[np.int64]) -> Iterator[slice]:
         yield slice(first, intervals.size)
 
 
-def _levels(
+def _sampled_levels(
     cycles: Cycles,
     some: slice,
     windows: Floats,
@@ -111,3 +123,154 @@ def _levels(
         heard = (series.mean_squares * weights).sum()
         squares[i] = heard if heard > CLEAR * noise else 0.0
     return decibels(np.sqrt(squares * window / cycles.period[some]) / REFERENCE)
+
+
+# --- of whatever has cells --------------------------------------------------------------------------------------------
+
+
+def levels(
+    cells_or_config: CellsOrConfig,
+    reference: Mapping[str, float] | None = None,
+    *,
+    progress: Watch = None,
+    **solver: Unpack[SolverKeywords],
+) -> xr.Dataset:
+    """Compute how loud cells are, compared with each other or with a reference.
+
+    Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell, the longer the
+    slower the vibration.
+
+    Parameters
+    ----------
+    cells_or_config : Mapping, Dataset, DataFrame, Config or path
+        Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file. The dimensions of
+        what comes back are theirs.
+    reference : Mapping of str to float, optional
+        A cell, with the same law, whose level becomes 0 dB; by default that is 1e-6 m/s2.
+    progress : bool, "auto" or callable, optional
+        As for `run`.
+    **solver
+        law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
+
+    Returns
+    -------
+    Dataset
+        regime, status, period, frequency, damping_ratio and acceleration_level_a (dB).
+
+    Raises
+    ------
+    TypeError, ValueError, ConfigError
+        For bad input, among it a reference without a cycle, before anything is computed.
+    """
+    solver = SolverKeywords(**{"rtol": RTOL, **solver})
+    cells, law, text, title = _cells(cells_or_config, solver)
+    options = Options.of(SolverKeywords(**{**solver, "law": law}))
+    study = LevelStudy(cells, options, _level_of(reference, options))
+    warm_up(law, signals=True)
+    attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
+    with watched(progress, study.counted, law) as moved:
+        dataset = study.dataset(compute_study(study, moved), attributes)
+    if reference is not None:
+        dataset[LEVEL.name].attrs |= {
+            "long_name": "time-average A-weighted level of the acceleration, dB re a reference cell",
+            "reference_cell": ", ".join(f"{name} = {value:g}" for name, value in reference.items()),
+        }
+    return dataset
+
+
+def summary(ds: xr.Dataset) -> dict[str, Any]:
+    """Numbers of cells with and without a level, and the range of levels (dB), of what `levels` gives."""
+    level = ds[LEVEL.name]
+    known = level.values[np.isfinite(level.values)]
+    ends = (float(known.min()), float(np.median(known)), float(known.max())) if known.size else (None, None, None)
+    return {
+        "cells": level.size, "without_cycle": int(np.isnan(level.values).sum()),
+        "not_heard": int(np.isneginf(level.values).sum()), "with_level": int(known.size),
+        **dict(zip(("lowest", "median", "highest"), ends, strict=True)), "long_name": level.attrs["long_name"],
+    }  # fmt: skip
+
+
+class LevelStudy(Study):
+    """Levels of cells (dB), its items, over that of a reference."""
+
+    name, counted, weight = "levels", "cells", 4096 // _BLOCK
+    columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(LEVEL_VARIABLES, np.dtype(np.float64))
+
+    def __init__(self, cells: Cells, options: Options, reference: float) -> None:
+        self._cells, self._reference = cells, reference
+        self.dims, self.shape, self.options = cells.dims, cells.shape, options
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """The levels of a range of cells."""
+        parts = [self.blank(range(0))]
+        for start in range(items.start, items.stop, _BLOCK):
+            part = self._cells[start : min(start + _BLOCK, items.stop)]
+            cells = as_cells({name: part[name] for name in PARAMETERS if name in part})
+            try:
+                results, level = levels_of(cells, self.options, stop)
+            except StoppedError:
+                return Finished({}, False)
+            results[LEVEL.name] = level - self._reference
+            parts.append({name: results[name].astype(np.float64) for name in self.columns})
+            if moved:
+                moved(level.size)
+        return Finished(joined(parts))
+
+    def blank(self, items: range) -> Results:
+        """Cells of which nothing is known."""
+        return {name: np.full(len(items), np.nan) for name in self.columns}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The levels with the dimensions of the cells."""
+        whole = joined(parts)
+        variables = {
+            name: variable_of(declared, self.dims, whole[name].reshape(self.shape))
+            for name, declared in LEVEL_VARIABLES.items()
+        }
+        return xr.Dataset(variables, grid_coordinates(self._cells), dict(attributes))
+
+
+def _level_of(reference: Mapping[str, float] | None, options: Options) -> float:
+    """The level of the reference (dB), 0 without one. Raises ValueError."""
+    if reference is None:
+        return 0.0
+    cell = as_cells(reference)
+    if cell["mass"].size != 1:
+        raise ValueError("reference: expected one cell, every parameter one number")
+    level = float(levels_of(cell, options, stop_flag())[1][0])
+    if not isfinite(level):
+        raise ValueError("reference: this cell has no cycle that is heard, and so no level to compare with")
+    return level
+
+
+def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, str, str]:
+    """The cells, their friction law, their configuration as text where there is one, and a title."""
+    if is_config(given):
+        config = as_config(given)
+        if config.uncertain is not None:
+            raise ValueError("uncertain: levels are those of known cells; leave the section out")
+        config = config.plain_map()
+        return build_grid(config), config.friction.law, config.to_yaml(), f"Levels: {config.title}"
+    if isinstance(given, xr.Dataset):
+        cells, law = _of_result(given)
+        title = f"Levels: {given.attrs.get('title', 'a map')}"
+        return cells, law, str(given.attrs.get("configuration", "")), title
+    options = Options.of(solver)
+    return given_cells(cast(Mapping[str, Any], given), options), options.law, "", "Levels of cells"
+
+
+def _of_result(ds: xr.Dataset) -> tuple[Cells, str]:
+    """The cells of a result, or of a part of one, from its coordinates; and their friction law."""
+    recipe, regime = recipe_of(ds, "the dataset"), ds["regime"].variable
+    if isinstance(recipe, Config):
+        shared, law = recipe.fixed(), recipe.friction.law
+    else:
+        shared, law = {}, str(recipe["friction"]["law"])
+    known = {name: xr.Variable((), value) for name, value in shared.items()}
+    known |= {quantity_of(str(name)): values.variable for name, values in ds.coords.items()}
+    known = {name: values for name, values in known.items() if name in QUANTITIES}
+    listed = {name: np.ravel(xr.broadcast(xr.DataArray(values), ds["regime"])[0].transpose(*regime.dims).values)
+              for name, values in known.items() if values.ndim}  # fmt: skip
+    fixed = {name: float(values) for name, values in known.items() if not values.ndim}
+    coordinates = {str(name): values.variable for name, values in ds.coords.items()}
+    return Cells(tuple(map(str, regime.dims)), regime.shape, fixed, listed=listed, labelled=lambda: coordinates), law

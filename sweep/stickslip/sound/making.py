@@ -9,7 +9,7 @@ That of a record is made from an acceleration that was measured, or simulated on
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isfinite, nan, pi
 from typing import Unpack
@@ -17,22 +17,20 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, Scales, SolverKeywords, sampled
+from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.sound.cycles import cycles_of, results_of
-from stickslip.sound.loudness import HIGHEST
-from stickslip.sound.series import Series, natural_frequency, samples_for, series_of
+from stickslip.sound.cycles import RTOL, cycles_of
+from stickslip.sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_with
 
 Floats = NDArray[np.float64]
 
 RATE = 44_100  # samples a second
-RTOL = 1e-9  # of the motion, so that its errors are not heard beside it
 OVERSAMPLING = 8
 _LEAD = 0.02  # s before a first break-away
 _FADE = 0.005  # s, at both ends
@@ -87,7 +85,7 @@ def of(
     if full["mass"].size != 1:
         raise ValueError("a sound is that of one cell: give every parameter one number")
     options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver}))
-    results, count = results_of(full, options), max(round(seconds * rate), 2)
+    results, count = compute(Cells.of(full), options).results, max(round(seconds * rate), 2)
     motion = _Motion(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
     cycles = cycles_of(full, results, motion.lead)
     regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
@@ -100,7 +98,10 @@ def of(
     elif not repeats:
         acceleration = _transient(full, results, motion, count)
     elif cycles.period[0] <= count / motion.rate:
-        acceleration = motion.cycle(cycles.cells, float(cycles.period[0])).values(motion.rate, count)
+        cycle = replace(
+            motion.series(cycles.cells, float(cycles.period[0])), mean=0.0
+        )  # what is left of it is rounding
+        acceleration = cycle.values(motion.rate, count)
     else:
         acceleration = motion.stretch(cycles.cells, count)
     acceleration *= fades(count, rate)
@@ -109,7 +110,7 @@ def of(
 
 @dataclass(frozen=True)
 class _Motion:
-    """What is asked of a motion, in its own time: `rate` values of the acceleration a second, tones up to `highest`
+    """Sampling of a motion, in its own time: `rate` values of the acceleration a second, tones up to `highest`
     (Hz), `lead` (s) before a break-away."""
 
     rate: float
@@ -126,11 +127,6 @@ class _Motion:
             name = STATUSES[int(status[0])]
             raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
         return series_of(motions[0], ends[0], duration, harmonics)
-
-    def cycle(self, cell: Parameters, period: float) -> Series:
-        """The series of a period; what rounding leaves of its mean is none."""
-        found = self.series(cell, period)
-        return Series(found.duration, 0.0, found.harmonics)
 
     def stretch(self, cell: Parameters, count: int) -> Floats:
         """The first `count` values of the acceleration."""

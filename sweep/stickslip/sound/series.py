@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _TOGETHER = 2**17  # values that are summed at once: the angles of more of them lose digits
+HIGHEST = 20e3  # Hz; what lies above is not heard
 SWIFTEST = 4.0  # natural frequencies that a slip has
 MOST_INTERVALS = 2**22
 _FEW_SIZES = (4, 5, 6, 7)  # times a power of two: transforms of few different lengths, none a quarter too long
@@ -63,13 +64,13 @@ class Series:
             spectrum = np.zeros(whole // 2 + 1, np.complex128)
             spectrum[1 : self.harmonics.size + 1] = self.harmonics
             return np.asarray(self.mean + fft.irfft(spectrum, whole, norm="forward")[:count])
-        found, turn = np.empty(count), 1.0 / per_duration
+        values, turn = np.empty(count), 1.0 / per_duration
         numbers = np.arange(1, self.harmonics.size + 1)
         for first in range(0, count, _TOGETHER):
-            part = found[first : first + _TOGETHER]
+            part = values[first : first + _TOGETHER]
             turned = self.harmonics * np.exp(2j * np.pi * (numbers * (first * turn % 1.0) % 1.0))
             part[:] = self.mean + 2.0 * _chirp(turned, turn, part.size).real
-        return found
+        return values
 
 
 def series_of(displacement: Floats, ends: Floats, duration: float, count: int) -> Series:

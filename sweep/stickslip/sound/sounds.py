@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import base64
 import io
+import os
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -17,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
-from stickslip.sound.loudness import HIGHEST
+from stickslip.files.targets import replaced
+from stickslip.sound.series import HIGHEST
 
 Floats = NDArray[np.float64]
 _LOUDEST = 32767  # of 16 bits
@@ -29,10 +32,9 @@ def wav_bytes(samples: NDArray[np.float64], rate: int, comment: str = "", floati
     samples : 1 is full scale; what is beyond is cut off. floating : 32-bit numbers instead of 16-bit integers, which
         keep what is fainter than 1/65534 of full scale. comment : goes into the file, where players show comments.
     """
-    held = np.clip(samples, -1.0, 1.0)
-    stored = held.astype(np.float32) if floating else np.rint(held * _LOUDEST).astype(np.int16)
+    samples = np.clip(samples, -1.0, 1.0)
     file = io.BytesIO()
-    wavfile.write(file, rate, stored)
+    wavfile.write(file, rate, samples.astype(np.float32) if floating else np.rint(samples * _LOUDEST).astype(np.int16))
     return _with_comment(file.getvalue(), comment) if comment else file.getvalue()
 
 
@@ -53,7 +55,7 @@ _FAINT = 1e-3  # of full scale
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """What a microphone that follows the mass would record.
+    """The sound that a microphone following the mass would record.
 
     acceleration : m/s2, limited to what is heard, faded at both ends. rate : samples a second. slow : how many times
         slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be.
@@ -78,7 +80,7 @@ class Sound:
 
     @property
     def seconds(self) -> float:
-        """Return how long it lasts."""
+        """Duration, s."""
         return self.acceleration.size / self.rate
 
     @cached_property
@@ -98,67 +100,66 @@ class Sound:
 
     def wav(self, floating: bool = False) -> bytes:
         """A WAV file, 16-bit, or 32-bit floating."""
-        said = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2; {self.slow:g} times slower"
-        return wav_bytes(self.samples, self.rate, said.removesuffix("; 1 times slower"), floating)
+        pace = "" if self.slow == 1.0 else f"; {self.slow:g} times slower"
+        comment = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2{pace}"
+        return wav_bytes(self.samples, self.rate, comment, floating)
+
+    def save(self, path: str | os.PathLike[str], floating: bool = False) -> None:
+        """Write a WAV file, whole or not at all. Raises StoreError."""
+        with replaced(path) as temporary:
+            temporary.write_bytes(self.wav(floating))
+
+    def described(self) -> str:
+        """Regime, frequency and peak, on a line."""
+        kind = f"{self.regime.replace('_', '-')}, " if self.regime else ""
+        if self.regime and isfinite(self.frequency):
+            kind += f"{_hertz(self.frequency)}, "
+        pace = "" if self.slow == 1.0 else f", {self.slow:g} times slower"
+        return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
 
     def remarks(self) -> list[str]:
-        """Return what one should know to judge it by ear, a line each."""
-        return [line for line in (self._of_regime(), self._of_pitch(), self._of_level()) if line]
+        """Remarks for whoever judges it by ear, a line each."""
+        return [*self._of_regime(), *self._of_pitch(), *self._of_level()]
 
-    def _of_regime(self) -> str:
-        if self.peak == 0.0 and self.regime == "stuck":
-            return "silence: the cell is stuck, the contact never breaks away"
-        if self.repeats or not self.regime:
-            return ""
-        if self.regime in ("damped", "creep"):
-            return "it settles to steady sliding: what sounds is the decay, silence after it"
-        return f"{self.regime.replace('_', ' ')}: the motion from the start" if self.regime != "stuck" else ""
+    def _of_regime(self) -> Iterator[str]:
+        if self.regime == "stuck":
+            if self.peak == 0.0:
+                yield "silence: the cell is stuck, the contact never breaks away"
+        elif self.regime in ("damped", "creep") and not self.repeats:
+            yield "it settles to steady sliding: what sounds is the decay, silence after it"
+        elif self.regime and not self.repeats:
+            yield f"{self.regime.replace('_', ' ')}: the motion from the start"
 
-    def _of_pitch(self) -> str:
-        if not isfinite(self.frequency):
-            return ""
-        highest = min(HIGHEST, 0.5 * self.rate)
-        if self.heard >= highest:
-            factor = _decade(self.heard / 2000.0)
-            return (
-                f"{_hertz(self.heard)} is above hearing, so nothing is heard: "
-                f"slow {self.slow * factor:g} brings it to {_hertz(self.heard / factor)}"
-            )
-        if self.heard < _LOWEST:
-            factor = _decade(self.heard / 200.0)
-            what = (
-                "a click at the end of each slip, and harmonics" if self.regime == "stick_slip" else "harmonics, if any"
-            )
-            return (
-                f"{_hertz(self.heard)} is below hearing ({_LOWEST:g} Hz), what is heard is {what}: "
-                f"slow {self.slow * factor:.3g} brings it to {_hertz(self.heard / factor)}"
-            )
-        return ""
+    def _of_pitch(self) -> Iterator[str]:
+        if self.heard >= min(HIGHEST, 0.5 * self.rate):
+            what, aim = "is above hearing, so nothing is heard", 2000.0
+        elif self.heard < _LOWEST:
+            slip = "a click at the end of each slip, and harmonics"
+            tones = slip if self.regime == "stick_slip" else "harmonics, if any"
+            what, aim = f"is below hearing ({_LOWEST:g} Hz), what is heard is {tones}", 200.0
+        else:  # or there is none
+            return
+        factor = _decade(self.heard / aim)
+        brought = f"slow {self.slow * factor:.3g} brings it to {_hertz(self.heard / factor)}"
+        yield f"{_hertz(self.heard)} {what}: {brought}"
 
-    def _of_level(self) -> str:
+    def _of_level(self) -> Iterator[str]:
+        peaks = f"peaks of {self.peak:.3g} m/s2"
         if self.clips:
-            return (
-                f"clips: peaks of {self.peak:.3g} m/s2 are compressed at a full scale of {self.full_scale:g} m/s2; "
+            yield (
+                f"clips: {peaks} are compressed at a full scale of {self.full_scale:g} m/s2; "
                 f"one of {_round_up(self.peak / KNEE):g} m/s2 would not"
             )
-        if 0.0 < self.peak < _FAINT * self.full_scale:
-            return (
-                f"faint: peaks of {self.peak:.3g} m/s2 at a full scale of {self.full_scale:g} m/s2; one of "
+        elif 0.0 < self.peak < _FAINT * self.full_scale:
+            yield (
+                f"faint: {peaks} at a full scale of {self.full_scale:g} m/s2; one of "
                 f"{_round_up(self.peak / KNEE):.3g} m/s2 makes it loud, to be compared with others of that scale only"
             )
-        return ""
 
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.wav()).decode("ascii")
-        words = "<br>".join(map(escape, filter(None, [self.title, self.told(), *self.remarks()])))
+        words = "<br>".join(map(escape, filter(None, [self.title, self.described(), *self.remarks()])))
         return f'<audio controls src="data:audio/wav;base64,{data}"></audio><div>{words}</div>'
-
-    def told(self) -> str:
-        """Regime, frequency and peak, on a line."""
-        tone = f", {_hertz(self.frequency)}" if isfinite(self.frequency) else ""
-        pace = "" if self.slow == 1.0 else f", {self.slow:g} times slower"
-        kind = f"{self.regime.replace('_', '-')}{tone}, " if self.regime else ""
-        return f"{kind}peaks of {self.peak:.3g} m/s2{pace}"
 
 
 def softly_clipped(samples: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""What is known of the contact without integrating: thresholds, closed-form cycles, dimensionless groups.
+"""Facts of the contact that need no integration: thresholds, closed-form cycles, dimensionless groups.
 
 Plain numbers or arrays in SI that broadcast against each other, NaN where a thing does not exist. A module per law:
 `curve` (Stribeck), `coulomb` (two numbers, static and kinetic), `cubic` (Thomsen and Fidlin), `ageing` (static

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
 
-Floats = NDArray[np.float64]
+from stickslip.theory.numerics import Floats
 
 
 class Distribution(Protocol):
@@ -134,7 +134,7 @@ class Truncated:
         return _deviate(float(ndtr(inner) - below) / inside, float(ndtr(-inner) - above) / inside)
 
     def _shares(self) -> tuple[float, float, float]:
-        """Return what of the whole lies below, above and inside."""
+        """The shares of the whole that lie below, above and inside."""
         a, b = self.whole.score(self.low), self.whole.score(self.high)
         inside = float(ndtr(b) - ndtr(a)) if a < 0 else float(ndtr(-a) - ndtr(-b))
         return float(ndtr(a)), float(ndtr(-b)), inside

@@ -18,7 +18,7 @@ def floats(*values: ArrayLike) -> tuple[Floats, ...]:
 
 
 def bisect(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Return where `function` changes from positive at `low` to negative at `high`, to the last bit.
+    """The place where `function` changes from positive at `low` to negative at `high`, to the last bit.
 
     function : of an array, element by element, in the shape of `low` and `high`. An end that is NaN, or a function
         that is NaN, gives a number without meaning: the caller masks those.

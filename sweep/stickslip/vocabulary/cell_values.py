@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from functools import cache
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from stickslip.vocabulary.beyond import beyond_the_model
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import Rule, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS, parameters_of_model
+from stickslip.vocabulary.quantities import PARAMETERS, PARAMETERS_OF
 from stickslip.vocabulary.suggest import suggest
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Pa
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
     named, model = _named(given), model_of(law)
-    known = parameters_of_model(model)
+    known = PARAMETERS_OF[model]
     check_names(named, known)
     arrays = {}
     for name, parameter in known.items():
@@ -46,15 +47,15 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Pa
             raise ValueError(f"{name} is missing ({parameter.long_name}, {parameter.units})")
         else:
             arrays[name] = _DEFAULTS[name]
-    rules = model.rules.get(law, ())
-    if any(value.ndim for value in arrays.values()):
-        cells = _of_one_length(arrays)
+    rules = _of_cells(model.rules.get(law, ()))
+    plain: dict[str, Any] = dict(arrays)
+    for name in _involved(rules):  # numbers are quicker than arrays of one
+        if arrays[name].ndim == 0:
+            plain[name] = arrays[name].item()
+    cells = _of_one_length(arrays)
+    if any(rule.breaks(plain) for rule in rules):
         _check_between(cells, rules)
-        return cells
-    numbers = {name: value.item() for name, value in arrays.items()}
-    if any(rule.is_broken(margin, numbers) for rule, margin in _margins(numbers, rules)):
-        _check_between(_of_one_length(arrays), rules)
-    return _of_one_length(arrays)
+    return cells
 
 
 def _of_one_length(arrays: dict[str, NDArray[np.float64]]) -> Parameters:
@@ -82,17 +83,24 @@ def _common_shape(arrays: dict[str, NDArray[np.float64]]) -> tuple[int, ...]:
         raise ValueError(f"the parameters do not fit together; their shapes are {found}") from None
 
 
-def impossible(cells: Parameters, rules: Iterable[Rule]) -> NDArray[np.bool_]:
+def impossible(cells: Parameters, rules: tuple[Rule, ...]) -> NDArray[np.bool_]:
     """A mask of the cells that `as_cells` would refuse: a parameter out of its bounds, or two that do not fit."""
     allowed = [np.asarray(row.allows(cells[name])) for name, row in PARAMETERS.items() if name in cells]
     with np.errstate(invalid="ignore"):
-        broken = [rule.is_broken(margin, cells) for rule, margin in _margins(cells, rules)]
+        broken = [rule.is_broken(rule.margin(cells), cells) for rule in _of_cells(rules)]
         return np.asarray(~np.logical_and.reduce(allowed) | np.logical_or.reduce(broken))
 
 
-def _margins(cells: Mapping[str, Any], rules: Iterable[Rule]) -> Iterator[tuple[Rule, Any]]:
-    """The margins of the rules about what cells have."""
-    return ((rule, rule.margin(cells)) for rule in rules if rule.worse.keys() <= cells.keys())
+@cache
+def _of_cells(rules: tuple[Rule, ...]) -> tuple[Rule, ...]:
+    """Those rules that are about parameters of cells alone."""
+    return tuple(rule for rule in rules if rule.worse.keys() <= PARAMETERS.keys())
+
+
+@cache
+def _involved(rules: tuple[Rule, ...]) -> tuple[str, ...]:
+    """The quantities that rules are about, each once."""
+    return tuple(dict.fromkeys(name for rule in rules for name in rule.worse))
 
 
 def _named(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
@@ -210,8 +218,8 @@ def _at(place: Iterable[Any]) -> str:
 
 def _check_between(cells: Parameters, rules: Iterable[Rule]) -> None:
     """Raise ValueError unless what must hold between the parameters of a cell holds, as in configurations."""
-    for rule, margin in _margins(cells, rules):
-        if (broken := rule.is_broken(margin, cells)).any():
+    for rule in rules:
+        if (broken := rule.is_broken(rule.margin(cells), cells)).any():
             i = int(np.argmax(broken))
             cell = {name: float(values[i]) for name, values in cells.items()}
             expected = rule.expected(cell)

@@ -2,7 +2,7 @@
 
 Cells are numbered with the last dimension running fastest. Those of a configuration (`config/grid.py`) may be more than
 memory holds: their parameters are computed for the range that is asked for. Those that people list
-(`dataset/given.py`) are arrays.
+(`dataset/build.py`) are arrays.
 """
 
 from __future__ import annotations

@@ -11,30 +11,11 @@ from functools import lru_cache
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.unit_suggestions import suggest_unit
+from stickslip.vocabulary.unit_suggestions import SPELLED, suggest_unit
 
 _SYMBOLS = frozenset(
     "m dm cm mm µm μm um nm km in ft s ms µs μs us min h N kN daN dN cN mN µN μN uN kgf gf lbf gravity Hz kHz".split()
 )
-_SPELLED = {
-    word: symbol
-    for symbol, words in {
-        "/": "per pro par",
-        "s": "sec secs sek second seconds sekunde sekunden seconde secondes",
-        "min": "min mins minute minutes minuten",
-        "h": "hour hours stunde stunden heure heures hr hrs",
-        "m": "meter meters metre metres metern mètre mètres",
-        "cm": "centimeter centimeters centimetre centimetres zentimeter centimètre centimètres",
-        "mm": "millimeter millimeters millimetre millimetres millimetern millimètre millimètres",
-        "µm": "micrometer micrometers micrometre micrometres micron microns mikrometer micromètre micromètres",
-        "km": "kilometer kilometers kilometre kilometres kilomètre kilomètres",
-        "in": "inch inches zoll pouce pouces",
-        "N": "newton newtons",
-        "kN": "kilonewton kilonewtons",
-        "mN": "millinewton millinewtons",
-    }.items()
-    for word in words.split()
-}
 _WORD = re.compile(r"[^\W\d_]+")
 _NAME = re.compile(r"[^\W\d_]+|[°%Ω]")
 _BRACED = re.compile(r"(?:\^|\*\*)?[({]\s*([-+]?\d)\s*[)}]")  # s^(-1), s^{-1}
@@ -91,7 +72,7 @@ def is_column_unit(text: str, of: str = "") -> bool:
 def _in_symbols(text: str) -> str:
     """A unit with its words replaced by symbols, and powers and products as `units.py` reads them."""
     plain = _BRACED.sub(r"^\1", text.translate(units.AS_TYPED).replace("_", " ").strip().rstrip("."))
-    plain = _WORD.sub(lambda word: _SPELLED.get(word[0].lower(), word[0]), plain)
+    plain = _WORD.sub(lambda word: SPELLED.get(word[0].lower(), word[0]), plain)
     plain = _TOGETHER.sub(r"\1 s", _POINT.sub(" ", plain))
     return " ".join(re.sub(r"\s*/\s*", "/", plain).split())
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 DISPLAY = "display_units"  # attribute of coordinates and variables, which are SI: the unit in which they are shown
 _POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
 _WIDE = 1000.0  # from here on, both ends of a range have a unit of their own
 _CUSTOMARY = {  # by unit in SI: from which magnitude on, in SI, another one is used, how large it is, and its name
     "kg": ((1e-6, 1e-6, "mg"), (1e-3, 1e-3, "g"), (1.0, 1.0, ""), (1e3, 1e3, "t")),
@@ -106,6 +107,11 @@ def _customary_unit(si: str, magnitude: float) -> Unit:
     rows = [row for row in _CUSTOMARY.get(si, ()) if magnitude >= row[0]] if magnitude else []
     size, name = rows[-1][1:] if rows else (1.0, "")
     return Unit(name or ("Hz" if si == "s-1" else units.spelled(si)), size)
+
+
+def spoken(name: str) -> str:
+    """The name of a quantity as people write it: `belt speed`, but `mu_stop` as in a configuration."""
+    return name if name.startswith(_SYMBOLS) else name.replace("_", " ")
 
 
 # --- units that people wrote ------------------------------------------------------------------------------------------

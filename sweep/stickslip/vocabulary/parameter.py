@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
@@ -108,13 +108,25 @@ class Parameter:
         """A value as `read` takes it: the word for NaN."""
         return self.word if self.word is not None and math.isnan(value) else value
 
+    def range_text(self, ends: tuple[float, float]) -> str:
+        """`0.01 to 1.2 m/s`."""
+        return f"{ends[0]:.6g} to {ends[1]:.6g} {units.spelled(self.units)}".rstrip()
+
+    def setting(self, value: float) -> str:
+        """A value as a setting: its shortest exact spelling in SI with its unit, or the word for its absence."""
+        written = self.written(value)
+        if isinstance(written, str):
+            return written
+        return repr(written) if self.units == "1" else f"{written!r} {units.spelled(self.units)}"
+
 
 @dataclass(frozen=True)
 class Variable:
     """One output per cell.
 
     when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
-    comment : what the long name does not say, or nothing.
+    comment : what the long name does not say, or nothing. dims : of the result of a study, beyond those of its cells.
+    units : "parameter" stands for those of the parameter of a study, "flag" for those of a regime.
     """
 
     name: str
@@ -122,9 +134,13 @@ class Variable:
     long_name: str
     when: str = "always"
     comment: str = ""
+    dims: tuple[str, ...] = ()
 
 
-def table(*rows: Parameter) -> dict[str, Parameter]:
+Row = TypeVar("Row", Parameter, Variable)
+
+
+def table(*rows: Row) -> dict[str, Row]:
     """Rows by name."""
     return {row.name: row for row in rows}
 

@@ -29,16 +29,12 @@ _START = table(
     ),
     Parameter("contact_time", "s", "hold time: time in contact before the start", "start", default=0.0, at_least=0),
 )  # fmt: skip
-_OF_MODEL = {model: {**_BODY, **model.parameters, **_START} for model in MODELS}
+# Of a cell whose contact follows a model, in their order.
+PARAMETERS_OF = {model: {**_BODY, **model.parameters, **_START} for model in MODELS}
 
 PARAMETERS: dict[str, Parameter] = {**_BODY, **{n: row for m in MODELS for n, row in m.parameters.items()}, **_START}
 MEASURED: dict[str, Parameter] = {name: row for model in MODELS for name, row in model.measured.items()}
 SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along
-
-
-def parameters_of_model(model: Model) -> dict[str, Parameter]:
-    """The parameters of a cell whose contact follows this model, in their order."""
-    return _OF_MODEL[model]
 
 
 # What moves the belt of a test rig, whose top speed is the belt speed.
@@ -58,4 +54,4 @@ QUANTITIES: dict[str, Parameter] = PARAMETERS | MEASURED | DRIVE
 
 def quantities_of_model(model: Model) -> dict[str, Parameter]:
     """Those of `QUANTITIES` that a configuration with this model may name."""
-    return _OF_MODEL[model] | dict(model.measured) | DRIVE
+    return PARAMETERS_OF[model] | dict(model.measured) | DRIVE

@@ -1,10 +1,8 @@
 """Every quantity that comes out of the engine, declared once.
 
 `VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
-`TRACE_VARIABLES` those of one trajectory over time, `BORDER_VARIABLES` those of the borders between regimes (`border`
-and its width in the units of the parameter searched), `ATTRACTOR_VARIABLES` those of the attractors of a cell,
-`RAMP_VARIABLES` those followed along a ramp, `MATERIAL_VARIABLES` those of materials compared, `UNCERTAIN_VARIABLES`
-those of scatter (the names of metrics are put behind `STATISTICS`), `LEVEL_VARIABLES` those of how loud cells are.
+`TRACE_VARIABLES` those of one trajectory over time, `MATERIAL_VARIABLES` those of materials compared, `LEVEL_VARIABLES`
+those of how loud cells are. Studies declare those of their results themselves, as rows of the same kind.
 Datasets, plots and documentation read these
 tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
 """
@@ -12,22 +10,20 @@ tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS
 from __future__ import annotations
 
 from stickslip.vocabulary.models import CURVE, FITTED, MODELS, Model
-from stickslip.vocabulary.parameter import Variable
+from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
 
 _OF_MODELS = {variable.name: variable for model in MODELS for variable in model.results}
 _OF_WHAT = "Of the cycle where there is stick-slip, else of the whole motion."
 
-_VARIABLES = (
+VARIABLES: dict[str, Variable] = table(
     Variable("regime", "1", "regime of motion"),
     Variable("status", "1", "how the integration ended"),
     Variable("breakaway_time", "s", "time of the first break-away"),
     Variable("restick_time", "s", "time of the first re-stick"),
     Variable("restick_displacement", "m", "displacement at the first re-stick"),
     Variable(
-        "restick_margin",
-        "m s-1",
-        "least slip speed of the last slip after a break-away; below 0 where it re-sticks",
+        "restick_margin", "m s-1", "least slip speed of the last slip after a break-away; below 0 where it re-sticks",
         comment="By how much that slip misses standstill; the belt speed where it settles without a trough. Where it "
         "re-sticks, -a^2 m/(2 k |v_belt|), a being the deceleration at standstill: the depth of the trough that the "
         "stick phase replaces. 0 where it comes to standstill without sticking; NaN without a break-away.",
@@ -41,17 +37,13 @@ _VARIABLES = (
     Variable("acceleration_max", "m s-2", "largest magnitude of the acceleration", comment=_OF_WHAT),
     *_OF_MODELS.values(),
     Variable(
-        "energy_per_cycle",
-        "J",
-        "friction heat per cycle",
+        "energy_per_cycle", "J", "friction heat per cycle",
         comment="Exact to the tolerance, or to 1e-13 of the energy that the spring exchanges, which may be more where "
         "friction nearly vanishes at speed.",
     ),
     Variable("equilibrium_crossings", "1", "crossings of the equilibrium with extrema outside the settling band"),
     Variable(
-        "settling_time",
-        "s",
-        "time from first slip until the amplitude stays inside the settling band",
+        "settling_time", "s", "time from first slip until the amplitude stays inside the settling band",
         comment="NaN where the motion does not settle, and where it is known to without having been followed that far.",
     ),
     Variable("settled_displacement", "m", "displacement at which the motion settles"),
@@ -65,9 +57,9 @@ _VARIABLES = (
     Variable("stick_time", "s", "time spent sticking up to the horizon", "full"),
     Variable("displacement_end", "m", "displacement at the horizon", "full"),
     Variable("velocity_end", "m s-1", "velocity at the horizon", "full"),
-)
+)  # fmt: skip
 
-_TRACE_VARIABLES = (
+TRACE_VARIABLES: dict[str, Variable] = table(
     Variable("displacement", "m", "displacement"),
     Variable("velocity", "m s-1", "velocity"),
     Variable("relative_speed", "m s-1", "relative speed, belt minus mass"),
@@ -77,102 +69,7 @@ _TRACE_VARIABLES = (
     Variable("mode", "1", "contact mode"),
 )
 
-_BORDER_VARIABLES = (
-    Variable("border", "1", "where the regime changes", comment="the middle of the last bracket"),
-    Variable("regime_below", "1", "regime just below the border"),
-    Variable("regime_above", "1", "regime just above the border"),
-    Variable("border_width", "1", "width of the last bracket of the border"),
-    Variable("method", "1", "how the border was found"),
-    Variable("regime_throughout", "1", "regime all along a line without borders", comment="as far as the scan sees"),
-    Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
-)
-
-_ATTRACTOR_VARIABLES = (
-    Variable("coexisting", "1", "regimes reached from different starting states"),
-    Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
-    Variable("regime_from_sliding", "1", "regime reached from close to steady sliding"),
-    Variable("settling_share", "1", "share of the starting states in the box that settle to steady sliding"),
-    Variable("share_error", "1", "standard error of the share that settles; 0 where it is exact"),
-    Variable("settling_share_low", "1", "share that settles if no undecided starting state does"),
-    Variable("settling_share_high", "1", "share that settles if all undecided starting states do"),
-    Variable("share_method", "1", "how the share that settles was found"),
-    Variable("unstable_amplitude", "m", "half the range of displacement on the unstable cycle"),
-    Variable("unstable_velocity_amplitude", "m s-1", "half the range of velocity on the unstable cycle"),
-    Variable("unstable_period", "s", "period of the unstable cycle"),
-    Variable(
-        "critical_shock", "m s-1", "smallest change of velocity after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
-    Variable("critical_shock_along", "m s-1", "critical change of velocity, along the motion of the belt"),
-    Variable("critical_shock_against", "m s-1", "critical change of velocity, against the motion of the belt"),
-    Variable(
-        "critical_shift", "m", "smallest change of displacement after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
-    Variable("critical_shift_along", "m", "critical change of displacement, along the motion of the belt"),
-    Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
-    next(v for v in _VARIABLES if v.name == "damping_ratio"),
-)  # fmt: skip
-_ERROR = "standard error: scatter over independent scramblings"
-_UNCERTAIN_VARIABLES = (
-    Variable("probability", "1", "probability of a regime", comment="share of the draws whose regime is known"),
-    Variable("probability_error", "1", "standard error of the probability of a regime",
-             comment=f"{_ERROR}; at least that of one draw"),
-    Variable("probability_low", "1", "lower bound of the probability of a regime",
-             comment="no draw that is unresolved or failed has the regime; without the standard error"),
-    Variable("probability_high", "1", "upper bound of the probability of a regime",
-             comment="all draws that are unresolved or failed have the regime; without the standard error"),
-    Variable("undecided", "1", "share of draws that are unresolved or failed"),
-    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
-             comment="share of the variance of the indicator that a quantity explains by itself"),
-    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change"),
-    Variable("sobol_total", "1", "total Sobol index of being in a regime",
-             comment="share of the variance of the indicator that would remain if all other quantities were known"),
-    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change"),
-    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
-    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
-)  # fmt: skip
-# What is told of a metric, as a name and a long name to put its own behind.
-STATISTICS = {
-    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
-    "quantile_error": "standard error of the quantile", "count": "draws that have",
-}  # fmt: skip
-
-_CONTOUR_VARIABLES = (
-    Variable("node_count", "1", "nodes of the line"),
-    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first"),
-    Variable("regime_left", "1", "regime to the left of the line"),
-    Variable("regime_right", "1", "regime to the right of the line"),
-    Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on"),
-    Variable(
-        "node_along", "1", "parameter that was searched along at the node",
-        comment="the other one has the value of a grid point; junction: three or more regimes meet inside a grid cell",
-    ),
-)  # fmt: skip
-
-# Of cells, most of them once per parameter: `margin_stiffness`. Units: "parameter" stands for those of the parameter,
-# "flag" for those of a regime.
-_MARGIN_VARIABLES = (
-    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
-    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
-    Variable("border", "parameter", "nearest border on either side"),
-    Variable("border_width", "parameter", "width of the last bracket of the border"),
-    Variable("beyond", "flag", "regime just past the border"),
-    Variable("proposed", "parameter", "value past the border that was simulated"),
-    Variable("checked", "flag", "regime of the simulation past the border"),
-    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
-             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
-    Variable("joint", "parameter", "value after the cheapest joint change"),
-    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
-    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
-    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
-    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
-             comment="1: after so many steps of integration that there may be a cheaper joint change"),
-)  # fmt: skip
-
-_MATERIAL_VARIABLES = (
+MATERIAL_VARIABLES: dict[str, Variable] = table(
     Variable("rank", "1", "rank of the material, 1 for the one that is quiet from the lowest speed on",
              comment="NaN: not determined, see quiet_state and fit_quality"),
     Variable("quiet_above", "m s-1", "belt speed above which the pair is quiet",
@@ -203,7 +100,7 @@ _MATERIAL_VARIABLES = (
     Variable("quiet_probability", "1", "probability of being quiet at the belt speed",
              comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),
     Variable("undecided_probability", "1", "share of the curves drawn without a verdict at the belt speed"),
-    *(v for v in _VARIABLES if v.name in ("regime", "frequency", "stick_fraction", "tendency")),
+    *(v for v in VARIABLES.values() if v.name in ("regime", "frequency", "stick_fraction", "tendency")),
     *(Variable(name, SEARCHABLE[name].units, SEARCHABLE[name].long_name) for name in FITTED),
     Variable("residual_rms", "1", "residual of the fit, root mean square"),
     Variable("points", "1", "measured points"),
@@ -227,23 +124,11 @@ LEVEL = Variable(
     "nothing of it is heard.",
 )  # fmt: skip
 
-VARIABLES: dict[str, Variable] = {v.name: v for v in _VARIABLES}
-MATERIAL_VARIABLES: dict[str, Variable] = {v.name: v for v in _MATERIAL_VARIABLES}
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 LEVEL_VARIABLES: dict[str, Variable] = {
     name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
 } | {LEVEL.name: LEVEL}
-UNCERTAIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _UNCERTAIN_VARIABLES}
-TRACE_VARIABLES: dict[str, Variable] = {v.name: v for v in _TRACE_VARIABLES}
-BORDER_VARIABLES: dict[str, Variable] = {v.name: v for v in _BORDER_VARIABLES}
-ATTRACTOR_VARIABLES: dict[str, Variable] = {v.name: v for v in _ATTRACTOR_VARIABLES}
-_RAMP = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
-RAMP_VARIABLES: dict[str, Variable] = {name: VARIABLES[name] for name in _RAMP}
-_BETWEEN = ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio")
-BETWEEN_VARIABLES: dict[str, Variable] = {name: ATTRACTOR_VARIABLES[name] for name in _BETWEEN}
-CONTOUR_VARIABLES: dict[str, Variable] = {v.name: v for v in _CONTOUR_VARIABLES}
-MARGIN_VARIABLES: dict[str, Variable] = {v.name: v for v in _MARGIN_VARIABLES}
 
 
 def variables_of_model(model: Model) -> dict[str, Variable]:

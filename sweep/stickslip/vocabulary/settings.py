@@ -48,55 +48,6 @@ SUBSET: dict[str, Parameter] = table(
 )  # fmt: skip
 
 
-def _rtol(section: str) -> Parameter:
-    text = "relative tolerance of a step; a hundredth of the tolerance unless given"
-    return Parameter("rtol", "1", text, section, at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance")
-
-
-def _tolerance(section: str, width: str) -> Parameter:
-    text = f"width of the bracket of {width}, over the border"  # neighbouring floating-point numbers are 1e-16 apart
-    return Parameter("tolerance", "1", text, section, default=1e-9, at_least=1e-15, at_most=0.1)
-
-
-BORDER: dict[str, Parameter] = table(
-    _tolerance("border", "a border"),
-    Parameter("scan", "1", "places of each line that are looked at first", "border",
-              default=64, at_least=2, at_most=10_000_000, whole=True),
-    _rtol("border"),
-)  # fmt: skip
-REFINE: dict[str, Parameter] = table(
-    Parameter("depth", "1", "how often boxes may be halved: the largest have 2^depth + 1 cells a side", "refine",
-              default=5, at_least=0, at_most=18, whole=True),
-    Parameter("audit", "1", "random points tried, over the corners and centres of the largest boxes", "refine",
-              default=1.0, at_least=0.0, at_most=1000.0),
-)  # fmt: skip
-
-CONTOURS: dict[str, Parameter] = table(
-    Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed", "contours",
-              default=512, at_least=2, at_most=65_536, whole=True),
-    _tolerance("contours", "a node"),
-    Parameter("scan", "1", "points of the grid along both parameters that are looked at first", "contours",
-              default=64, at_least=2, at_most=65_536, whole=True),
-    _rtol("contours"),
-)  # fmt: skip
-MARGINS: dict[str, Parameter] = table(
-    Parameter("scan", "1", "places on either side of a cell that are looked at first", "margins",
-              default=32, at_least=2, at_most=65_536, whole=True),
-    _tolerance("margins", "a border"),
-    Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", "margins",
-              default=0.01, at_least=0.0, at_most=0.5),
-    _rtol("margins"),
-)  # fmt: skip
-COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
-FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
-RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
-ATTRACTORS: dict[str, Parameter] = table(
-    Parameter("samples", "1", "starting states drawn per cell where the share that settles is not exact", "attractors",
-              default=1024, at_least=RANDOMISATIONS, at_most=2**20, whole=True),
-    Parameter("seed", "1", "seed of the starting states: the same seed, the same states", "attractors",
-              default=1, at_least=0, at_most=2**32 - 1, whole=True),
-)  # fmt: skip
-
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
 STROKES: dict[str, Parameter] = table(
@@ -176,9 +127,8 @@ CURVE_COLUMNS = (
 )
 AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), _MU)
 
-# All numbers of a configuration that are not quantities, by section.
+# All numbers of a configuration that are neither quantities nor of a study, by section.
 SETTINGS: dict[str, dict[str, Parameter]] = {
-    "solver": SOLVER, "execution": EXECUTION, "border": BORDER, "contours": CONTOURS, "margins": MARGINS,
-    "attractors": ATTRACTORS, "refine": REFINE, "uncertain": UNCERTAIN, "drive": STROKES, "sensor": SENSOR,
-    "features": FEATURE_SETTINGS, "risk": RISK,
+    "solver": SOLVER, "execution": EXECUTION, "drive": STROKES, "sensor": SENSOR, "features": FEATURE_SETTINGS,
+    "risk": RISK,
 }  # fmt: skip

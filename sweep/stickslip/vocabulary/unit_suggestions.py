@@ -6,11 +6,29 @@ import re
 from collections.abc import Callable, Iterator
 
 _COMMON = "kg g mg N kN mN m cm mm µm s ms min h Hz kHz Pa MPa J".split()
-_SPELLINGS = {word.lower(): word for word in _COMMON} | {
-    "newton": "N", "newtons": "N", "meter": "m", "metre": "m", "meters": "m", "kilogram": "kg", "kilo": "kg",
-    "kgs": "kg", "gram": "g", "grams": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s",
-    "millimeter": "mm", "millimetre": "mm", "hertz": "Hz", "mins": "min", "hr": "h", "hrs": "h", "n": "N",
-}  # fmt: skip
+SPELLED = {  # words for units, which headings of tables may have
+    word: symbol
+    for symbol, words in {
+        "/": "per pro par",
+        "s": "sec secs sek second seconds sekunde sekunden seconde secondes",
+        "min": "min mins minute minutes minuten",
+        "h": "hour hours stunde stunden heure heures hr hrs",
+        "m": "meter meters metre metres metern mètre mètres",
+        "cm": "centimeter centimeters centimetre centimetres zentimeter centimètre centimètres",
+        "mm": "millimeter millimeters millimetre millimetres millimetern millimètre millimètres",
+        "µm": "micrometer micrometers micrometre micrometres micron microns mikrometer micromètre micromètres",
+        "km": "kilometer kilometers kilometre kilometres kilomètre kilomètres",
+        "in": "inch inches zoll pouce pouces",
+        "kg": "kilogram kilograms kilo kgs",
+        "g": "gram grams",
+        "N": "newton newtons",
+        "kN": "kilonewton kilonewtons",
+        "mN": "millinewton millinewtons",
+        "Hz": "hertz",
+    }.items()
+    for word in words.split()
+}
+_MEANT = SPELLED | {word.lower(): word for word in _COMMON} | {"n": "N"}
 _WORD = re.compile(r"[A-Za-zµμ]+")
 _MOST = 40  # characters; a longer unit is nonsense
 
@@ -45,8 +63,8 @@ def _respelled(word: str) -> str:
     """One unit as it is spelled, or two that were written together with a space between them."""
     if word in _COMMON:
         return word
-    if word.lower() in _SPELLINGS:
-        return _SPELLINGS[word.lower()]
+    if word.lower() in _MEANT:
+        return _MEANT[word.lower()]
     return next((" ".join(parts) for parts in _halves(word)), word)
 
 

@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.engine import Options, compute_range, stop_flag
-from stickslip.studies.attractors import Box, Sampling, find_attractors
+from stickslip.studies.attractors import Attractors, find_attractors
 from stickslip.theory import unstable_amplitude
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells
@@ -14,7 +14,13 @@ from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BSTAB = UNIT | {"damping": 0.1, "a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5}
-BSTAB_BOX = Box((-2.0, 2.0), (0.0, 2.0))
+
+
+def box_of(displacement, velocity):
+    return Attractors(displacement=displacement, velocity=velocity)
+
+
+BSTAB_BOX = box_of((-2.0, 2.0), (0.0, 2.0))
 ARTICLE = UNIT | {"damping": 0.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 EXACT = SHARE_METHODS.index("exact")
 # bSTAB's friction case, as pyBasin's tests hold it (main_friction_v_study.json): share of 2,000 starting states that go
@@ -26,7 +32,7 @@ PUBLISHED = np.array([0, 0, 0, 0, 0, 0.018, 0.08, 0.1535, 0.226, 0.298, 0.382, 0
 def find(cells, box=BSTAB_BOX, **options):
     full = as_cells(cells)
     size = full["mass"].size
-    return find_attractors(Cells.of(full), range(size), box, Sampling(), Options(**options), stop_flag())
+    return find_attractors(Cells.of(full), range(size), box, Options(**options), stop_flag())
 
 
 def test_shares_are_those_published_for_bstab_within_three_of_their_standard_errors():
@@ -55,7 +61,7 @@ def test_share_and_cycle_are_those_of_scipy_backwards_in_time(cell, belt_speed):
     cycle = Cycle(belt_speed, curve, cell["damping"], guess=float(ours["critical_shift_along"][0]))
     x, v = cycle.states()
     middle, reach, top = 0.5 * (x.max() + x.min()), 0.4 * np.ptp(x), 0.4 * np.ptp(v)
-    for box in (Box((-20.0, 20.0), (-20.0, 20.0)), Box((middle - reach, middle + reach), (-top, 0.9 * top))):
+    for box in (box_of((-20.0, 20.0), (-20.0, 20.0)), box_of((middle - reach, middle + reach), (-top, 0.9 * top))):
         share = find(cell | {"belt_speed": belt_speed}, box)["settling_share"][0]
         assert share == pytest.approx(cycle.share(box.displacement, box.velocity), rel=1e-8)
     assert ours["unstable_period"][0] == pytest.approx(cycle.period, rel=1e-8)
@@ -106,7 +112,7 @@ def test_nothing_settles_where_steady_sliding_is_unstable_and_everything_where_n
 
 
 def test_a_belt_that_runs_the_other_way_mirrors_the_plane():
-    box, mirrored = Box((-0.5, 2.0), (-0.3, 1.0)), Box((-2.0, 0.5), (-1.0, 0.3))
+    box, mirrored = box_of((-0.5, 2.0), (-0.3, 1.0)), box_of((-2.0, 0.5), (-1.0, 0.3))
     ours, other = find(ARTICLE | {"belt_speed": 0.5}, box), find(ARTICLE | {"belt_speed": -0.5}, mirrored)
     for name, values in ours.items():
         assert other[name] == pytest.approx(values, rel=1e-9, nan_ok=True), name
@@ -118,7 +124,7 @@ def test_shares_scale_with_the_units_of_a_cell():
     speed, length = load / np.sqrt(mass * stiffness), load / stiffness
     cell = {"mass": mass, "stiffness": stiffness, "normal_load": load, "damping": 0.1 * np.sqrt(mass * stiffness)}
     cell |= {"a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5 * speed, "belt_speed": 1.5 * speed}
-    large = find(cell, Box((-2 * length, 2 * length), (0.0, 2 * speed)))
+    large = find(cell, box_of((-2 * length, 2 * length), (0.0, 2 * speed)))
     small = find(BSTAB | {"belt_speed": 1.5})
     assert large["settling_share"] == pytest.approx(small["settling_share"], rel=1e-9)
     assert large["critical_shock"] / speed == pytest.approx(small["critical_shock"], rel=1e-9)
@@ -157,7 +163,9 @@ def test_numbers_do_not_depend_on_how_cells_are_cut():
     cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
 
     def part(items):
-        return find_attractors(Cells.of(cells), items, BSTAB_BOX, Sampling(64), Options(), stop_flag())
+        return find_attractors(
+            Cells.of(cells), items, BSTAB_BOX.model_copy(update={"samples": 64}), Options(), stop_flag()
+        )
 
     whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
     for name, values in whole.items():

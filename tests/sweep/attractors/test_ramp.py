@@ -75,7 +75,7 @@ def test_contacts_with_memory_go_through_a_loop_as_well(more):
     ("arguments", "message"),
     [
         ({"along": "velocity", "between": (0, 1)}, "along: velocity is a starting state"),
-        ({"along": "belt_sped", "between": (0, 1)}, "did you mean 'belt_speed'"),
+        ({"along": "belt_sped", "between": (0, 1)}, "did you mean belt_speed"),
         ({"along": "belt_speed", "between": (1, 0)}, "swap the ends"),
         ({"along": "belt_speed"}, "between: missing"),
         ({"along": "belt_speed", "between": (0, 1), "points": 1}, "points: got 1, expected a whole number from 2"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.engine import Options, stop_flag
-from stickslip.studies.attractors import Box, Sampling, find_attractors
+from stickslip.studies.attractors import Attractors, find_attractors
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares, starting_states
 from stickslip.studies.attractors.starts import Work, steady_state
 from stickslip.vocabulary.cell_values import as_cells
@@ -14,14 +14,19 @@ from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 ARTICLE = UNIT | {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 SAMPLED = SHARE_METHODS.index("sampled")
-FEW = Sampling(256)
-BOX = Box((0.0, 2.0), (-1.0, 1.0))
 
 
-def find(cells, sampling=FEW, box=BOX, **options):
+def box(samples=256, seed=1):
+    return Attractors(displacement=(0.0, 2.0), velocity=(-1.0, 1.0), samples=samples, seed=seed)
+
+
+BOX = box()
+
+
+def find(cells, box=BOX, **options):
     full = as_cells(cells)
     items = range(full["mass"].size)
-    return find_attractors(Cells.of(full), items, box, sampling, Options(**options), stop_flag())
+    return find_attractors(Cells.of(full), items, box, Options(**options), stop_flag())
 
 
 def plain_cells(count):
@@ -38,13 +43,14 @@ def test_sampled_shares_of_plain_cells_are_the_exact_ones_within_three_standard_
     exact = find(cells)
     assert (exact["share_method"] != SAMPLED).all()
     assert ((exact["settling_share"] > 0) & (exact["settling_share"] < 1)).sum() >= 10
-    shares = sampled_shares(as_cells(cells), BOX, Sampling(512), Work(Options(), stop_flag()))
+    shares = sampled_shares(as_cells(cells), box(512), Work(Options(), stop_flag()))
     assert (np.abs(shares.share - exact["settling_share"]) <= 3 * shares.error).all()
     some = (exact["settling_share"] > 0.02) & (exact["settling_share"] < 0.98)
     binomial = np.sqrt(exact["settling_share"] * (1 - exact["settling_share"]) / 512)
     assert np.median(shares.error[some] / binomial[some]) < 0.7  # what Sobol points are for
 
 
+@pytest.mark.slow
 def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle():
     cells = plain_cells(40)
     exact, full, work = find(cells), as_cells(cells), Work(Options(rtol=1e-8), stop_flag())
@@ -56,14 +62,14 @@ def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle(
 
 
 def test_points_fill_the_box_evenly_and_are_the_same_for_the_same_seed():
-    states = starting_states(BOX, Sampling(1024, 3))
+    states = starting_states(box(1024, 3))
     assert states.shape == (16, 64, 2)
     for one in states:  # each randomisation has as many points in every quarter, and every eighth of a side
         for column, (low, high) in enumerate(((0.0, 2.0), (-1.0, 1.0))):
             counts, _ = np.histogram(one[:, column], 8, (low, high))
             assert (counts == 8).all()
-    np.testing.assert_array_equal(states, starting_states(BOX, Sampling(1024, 3)))
-    assert not np.array_equal(states, starting_states(BOX, Sampling(1024, 4)))
+    np.testing.assert_array_equal(states, starting_states(box(1024, 3)))
+    assert not np.array_equal(states, starting_states(box(1024, 4)))
 
 
 @pytest.mark.parametrize(

@@ -82,7 +82,7 @@ BAD = {
     ),
     "no stop": (
         with_line(6, "axes: {belt_speed: {start: 1, num: 5}}"),
-        "map.yaml:6:8: axes.belt_speed.stop: missing, expected a list of values, or start, stop and num",
+        "map.yaml:6:8: axes.belt_speed.stop: missing, expected start, stop and num",
     ),
     "a number for an axis": (
         with_line(6, "axes: {belt_speed: 3}"),

@@ -12,13 +12,12 @@ from click.testing import CliRunner
 import stickslip
 from helpers.unstable_cycle import Cycle
 from stickslip.cli import main
-from stickslip.config.select import cell_of
 from stickslip.engine import Options, stop_flag
 from stickslip.explore import maps, open_source
 from stickslip.explore.html import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
 from stickslip.explore.motions import motions_of
 from stickslip.explore.static import essential
-from stickslip.explore.view import COARSE, View, cell_config, config_of, first_view
+from stickslip.explore.view import COARSE, View, cell_of_view, config_of, first_view
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.models import LAWS
 
@@ -174,7 +173,7 @@ def test_a_click_and_a_coarse_map_leave_most_of_their_time_to_the_browser():
     view = first_view(source)
 
     def click(at):
-        return motions_of(cell_of(cell_config(source, view, at)), source.options)
+        return motions_of(cell_of_view(source, view, at), source.options)
 
     def coarse():
         return maps.picture(maps.computed(config_of(source, view, COARSE), stop_flag()), view)
@@ -196,7 +195,7 @@ def quickstart():
     view = View("stiffness", "belt_speed", {"mass": 0.2}, {})
     shown = maps.picture(maps.computed(config_of(source, view, (7, 9)), stop_flag()), view)
     at = {"stiffness": shown.y.at(4), "belt_speed": shown.x.at(2)}
-    motions = motions_of(cell_of(cell_config(source, view, at)), source.options)
+    motions = motions_of(cell_of_view(source, view, at), source.options)
     return source, view, shown, at, motions
 
 
@@ -220,7 +219,7 @@ def test_the_command_simulates_the_cell_that_is_seen(quickstart, tmp_path, monke
 
 def test_the_numbers_are_those_of_evaluate(quickstart):
     _, _, shown, at, motions = quickstart
-    html = numbers_html([("stick", "from stick", motions.stick), ("sliding", "from near sliding", motions.sliding)])
+    html = numbers_html({"stick": motions.stick, "sliding": motions.sliding})
     known = stickslip.evaluate({name: value for name, value in motions.cell.items()})
     assert "stick-slip" in html and f"{float(known['frequency'][0]):.4g} Hz" in html
     assert f"{float(known['stick_fraction'][0]):.4g}" in html
@@ -243,7 +242,7 @@ def test_tables_to_download_have_units_in_their_headings(quickstart):
     ) == pytest.approx(shown.x.values[2], rel=5e-6)
     assert float(row["spring_force_max [N]"]) == pytest.approx(motions.stick.results["spring_force_max"], rel=5e-6)
     assert row["regime"] == "stick_slip"
-    text = motions_csv([("from stick", motions.stick)])
+    text = motions_csv([motions.stick])
     samples = list(csv.DictReader(StringIO(text.removeprefix("\ufeff"))))
     assert len(samples) == motions.stick.time.size and samples[4]["motion"] == "from stick"
     assert float(samples[4]["displacement [m]"]) == pytest.approx(motions.stick.samples["displacement"][4], rel=5e-6)
@@ -263,7 +262,7 @@ def test_thinned_lines_look_the_same():
 def test_a_motion_that_ends_early_is_drawn_as_far_as_it_is_known_and_says_why():
     found = of(PLAIN | {"belt_speed": 5.0, "a2": -0.3})  # friction would be negative at 4.4 m/s
     assert (found.stick.regime, found.stick.status) == ("failed", "negative_friction")
-    html = numbers_html([("stick", "from stick", found.stick)])
+    html = numbers_html({"stick": found.stick})
     assert "negative friction" in html and "known to" in html and "failed" in html
     few = motions_of(STICK_SLIP, Options(max_steps=5))
     assert few.stick.regime == "unresolved" and "max_steps" in few.stick.why

@@ -37,7 +37,7 @@ def coarse_borders():
     """What is drawn is looked at elsewhere."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(maps, "_BORDER_POINTS", 16)
-        patch.setattr(maps, "_SCAN", 8)
+        patch.setitem(maps._LIMITS, "scan", 8)
         yield
 
 
@@ -218,8 +218,8 @@ def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_
     title, points = static._points(source)
     assert title == "mu stop" or title == "mu_stop"
     for i, (_, view) in enumerate(points):
-        sheet = static._sheet(source, "", view, len(points))
-        assert (sheet.first.by_name["regime"].values == ds["regime"].values[4, i]).all()
+        pictures, _ = static._sheet(source, view, len(points))
+        assert (pictures["regime"].by_name["regime"].values == ds["regime"].values[4, i]).all()
 
 
 @pytest.mark.slow

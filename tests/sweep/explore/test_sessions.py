@@ -67,7 +67,7 @@ class Tab:
 
     @property
     def yaml(self):
-        return self.session.actions.yaml
+        return self.session.page.yaml
 
     def click(self, x, y):
         before = self.model("cell_words").text
@@ -87,7 +87,7 @@ def small(tmp_path):
 @pytest.fixture
 def tab(small, monkeypatch):
     monkeypatch.setattr(maps, "_BORDER_POINTS", 24)
-    monkeypatch.setattr(maps, "_SCAN", 12)
+    monkeypatch.setitem(maps._LIMITS, "scan", 12)
     opened = []
 
     def open_tab(path=small):
@@ -106,7 +106,7 @@ def test_a_tab_shows_the_map_of_the_file_with_its_borders(tab):
     assert np.array_equal(one.shades, known.astype(np.uint8))
     assert len(one.data("map_borders")["xs"]) >= 2
     assert "57,600 cells" in one.status and "stick-slip" in one.model("legend").text
-    columns = one.session.page.columns
+    columns = one.session.page.map.columns
     assert columns.data["regime"].size == known.size and columns.tags[0]["x"]["n"] == 240
 
 
@@ -181,7 +181,7 @@ def test_borders_never_lie_over_cells_of_another_view(tab, monkeypatch):
 def test_the_card_and_the_table_tell_a_quantity_in_one_unit_and_commands_have_few_digits(tab):
     one = tab()
     one.click(0.45, 2.0)
-    columns = {column["name"]: column["unit"] for column in one.session.page.columns.tags[0]["columns"]}
+    columns = {column["name"]: column["unit"] for column in one.session.page.map.columns.tags[0]["columns"]}
     assert len(columns) <= 6 and columns["slip_speed_max"] in ("m/s", "mm/s")
     numbers = one.model("numbers").text
     for name in ("velocity_amplitude", "slip_speed_max"):
@@ -267,7 +267,6 @@ def test_another_variable_and_other_sides(tab):
 
 def test_two_cells_are_pinned_and_compared(tab):
     one = tab()
-    below = one.session.actions
     one.click(0.3, 2.0)
     one.session._pin("A")
     first = one.data("motion_A")["x"]
@@ -281,7 +280,7 @@ def test_two_cells_are_pinned_and_compared(tab):
     assert {row.split(",")[0] for row in rows[1:]} == {"from stick", "from near sliding", "A", "B"}
     one.session._unpin()
     assert one.data("motion_A")["x"] == [] and one.data("map_marks")["name"] == [""]
-    assert below.yaml.startswith("title:")
+    assert one.yaml.startswith("title:")
 
 
 def test_the_sound_of_the_cell_reaches_the_page(tab):
@@ -354,7 +353,7 @@ def test_of_jobs_asked_for_while_one_runs_the_last_is_done_and_the_running_one_i
         time.sleep(0.001)
     latest.close()
     assert stopped[0] == (0, 1) and done[-1] == 49 and len(done) < 50
-    assert not latest._thread.is_alive()
+    assert not any(thread.name.startswith("test_0") for thread in threading.enumerate())
 
 
 def test_a_closed_thread_ends_and_an_idle_one_uses_no_time():
@@ -363,4 +362,4 @@ def test_a_closed_thread_ends_and_an_idle_one_uses_no_time():
     time.sleep(0.2)
     assert time.process_time() - began < 0.1
     latest.close()
-    assert not latest._thread.is_alive()
+    assert not any(thread.name.startswith("test_0") for thread in threading.enumerate())

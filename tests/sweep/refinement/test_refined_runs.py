@@ -81,7 +81,7 @@ def test_without_an_audit_nothing_is_claimed():
 
 def test_borders_of_a_configuration_to_be_refined_ask_for_borders_alone():
     found = stickslip.border(parse_config(REFINED), "belt_speed", (0.05, 1.2), 1e-3, scan=8)
-    assert parse_config(found.attrs["configuration"]).refine is None
+    assert parse_config(found.attrs["configuration"]).study.key == "border"
 
 
 def test_a_depth_of_zero_is_the_full_map(whole):

@@ -148,8 +148,8 @@ def test_stick_slip_of_fifty_hertz_is_no_hum(rate, noise):
 
 
 @pytest.mark.parametrize("frequency", [47.3, 50.0, 60.0])
-@pytest.mark.parametrize("share", [5e-4, 2e-3, 1e-2])
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("share", [5e-4, pytest.param(2e-3, marks=pytest.mark.slow), 1e-2])
+@pytest.mark.parametrize("number", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_hum_with_harmonics_leaves_the_features(kernels, number, frequency, share):
     rec, _ = simulated(number)
     clean, top = features(rec), float(np.abs(rec["spring_force"]).max())

@@ -6,14 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.scipy_rig import trapezoidal
-from stickslip.rig.apparatus import duration, motion, segments
+from stickslip.config.rigs import Drive
+from stickslip.rig.apparatus import motion, segments
 
 SPEED, STROKE, RAMP = 0.02, 0.01, 0.05
 
 
 def made(profile="trapezoid", strokes=2, stroke=STROKE, ramp=RAMP, dwell=0.0, wait=0.0):
     quantities = {"belt_speed": SPEED, "stroke": stroke, "ramp": ramp, "dwell": dwell, "waiting_time": wait}
-    return segments(profile, strokes, quantities)
+    return segments(Drive(profile=profile, strokes=strokes), quantities)
 
 
 def ways(drive):
@@ -115,7 +116,7 @@ def test_the_duration_is_that_of_the_segments_after_the_waiting_time(profile, st
     quantities = {"belt_speed": SPEED, "stroke": stroke, "ramp": RAMP, "dwell": dwell, "waiting_time": wait}
     whole = made(profile, strokes, stroke, dwell=dwell, wait=wait)[:, 0].sum()
     arrays = {name: np.array([value]) for name, value in quantities.items()}
-    assert duration(profile, strokes, arrays) == pytest.approx([whole - wait], rel=1e-9)
+    assert Drive(profile=profile, strokes=strokes).duration(arrays) == pytest.approx([whole - wait], rel=1e-9)
 
 
 def test_a_trapezoid_is_that_of_the_reference():

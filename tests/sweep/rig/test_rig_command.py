@@ -43,7 +43,7 @@ def test_a_matrix_becomes_a_table_a_file_and_a_plot(tmp_path, config):
     with reading.open(output) as found:
         assert found["normal_load"].values.tolist() == [5.0, 10.0, 2000.0]
         assert found["sticks_exact"].values[2] == 1 and (found["model_rpn"] >= 1).all()
-        assert "rig" in found.attrs["history"] and '"stroke": 0.004' in found.attrs["configuration"]
+        assert found.attrs["history"].endswith(": run") and "stroke: 0.004" in found.attrs["configuration"]
 
 
 def test_the_names_of_files_may_stand_in_the_configuration(tmp_path, config, monkeypatch):
@@ -88,18 +88,43 @@ def test_a_page_shows_the_matrix_and_its_size_is_said(tmp_path, config):
 
 def test_of_a_large_matrix_the_first_rows_are_shown_and_the_rest_counted(config):
     config.write_text(TEXT.replace("[5 N, 10 N, 2 kN]", "{start: 5, stop: 10, num: 62}"))
-    done = invoke("rig", config)
+    done = invoke("rig", config, "--plot", config.with_suffix(".png"), "-o", config.with_suffix(".csv"))
     assert done.exit_code == 0 and "... and 2 more" in done.output
+    assert config.with_suffix(".png").stat().st_size > 10_000  # a heat map
+    assert len(config.with_suffix(".csv").read_text().splitlines()) == 1 + 62
 
 
-def test_an_interrupted_matrix_writes_nothing_and_says_so(tmp_path, config, monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
+def test_an_interrupted_matrix_is_resumed_by_the_same_command(tmp_path, config, monkeypatch):
+    evaluated = []
 
-    monkeypatch.setattr("stickslip.rig.simulation.run_matrix", interrupted)
+    def interrupted(record, settings):
+        evaluated.append(features(record, settings))
+        if len(evaluated) == 2:
+            raise KeyboardInterrupt
+        return evaluated[-1]
+
+    config.write_text(TEXT + "execution: {threads: 1}\n")
+    monkeypatch.setattr("stickslip.rig.simulation.features", interrupted)
     done = invoke("rig", config, "-o", tmp_path / "matrix.nc")
-    assert done.exit_code == 1 and "interrupted: nothing more was written" in done.output
-    assert not (tmp_path / "matrix.nc").exists()
+    assert done.exit_code == 1 and "1 of 3 tests" in done.output and not (tmp_path / "matrix.nc").exists()
+    done = invoke("rig", config, "-o", tmp_path / "matrix.nc")
+    assert done.exit_code == 0 and len(evaluated) == 4, done.output
+    assert not (tmp_path / "matrix.nc.parts").exists()
+    assert "is complete already" in invoke("rig", config, "-o", tmp_path / "matrix.nc").output and len(evaluated) == 4
+
+
+def test_shards_of_a_matrix_are_collected_into_the_file_of_an_undivided_run(tmp_path, config):
+    whole, parts = tmp_path / "whole.nc", tmp_path / "parts.nc"
+    assert invoke("rig", config, "-o", whole).exit_code == 0
+    for shard in ("1/2", "2/2"):
+        done = invoke("rig", "run", config, "-o", parts, "--shard", shard)
+        assert done.exit_code == 0 and not parts.exists(), done.output
+    assert "3 of 3" in invoke("status", f"{parts}.parts").output
+    assert invoke("collect", f"{parts}.parts").exit_code == 0
+    with reading.open(whole) as one, reading.open(parts) as other:
+        assert one.drop_attrs(deep=False).identical(other.drop_attrs(deep=False))
+    shown = invoke("inspect", parts)
+    assert shown.exit_code == 0 and RPN_NAME in shown.output
 
 
 def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from helpers.rig_signals import record, saw_tooth, times
 from stickslip.cli import main
 from stickslip.cli.rig_features import feature_screen_table
+from stickslip.config.risk import INPUTS
 from stickslip.files import reading
 from stickslip.rig import RPN_NAME, Risk, feature_table, load_settings, read_record
 from stickslip.rig.plots import plot_records
-from stickslip.rig.rpn import INPUTS
 
 
 def invoke(*arguments):
@@ -110,7 +110,7 @@ def test_the_same_file_twice_is_refused_and_the_same_name_is_not(tmp_path, files
 def test_calibrate_prints_a_configuration_and_keeps_its_remarks_apart(tmp_path):
     random = np.random.default_rng(8)
     features = 10 ** random.uniform([0, -1, -1.5], [2.7, 2.2, 2], (30, 3))
-    truth = Risk(0.5, 0.8, 1.7, 0.6)
+    truth = Risk(base=0.5, weight_sticks=0.8, weight_acceleration_max=1.7, weight_acceleration_integral=0.6)
     rpn = truth.number(dict(zip(INPUTS, features.T, strict=True)))
     pairs = tmp_path / "pairs.csv"
     rows = [f"{n:.6g}, {a:.6g}, {i:.6g}, {r}" for (n, a, i), r in zip(features, rpn, strict=True)]
@@ -281,7 +281,7 @@ FEATURES = "sticks, acceleration_max [m/s2], acceleration_integral [m/s]"
     [
         (f"{FEATURES}, model_rpn", "#, #, #, 3", "model_rpn is computed by this program"),
         (f"{FEATURES}, rpn", "#, #, #, 11", "got 11, expected a number from 1 to 10"),
-        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "got the column rpn twice"),
+        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "'rpn', expected it once"),
         ("sticks, acceleration_max [N], acceleration_integral [m/s], rpn", "#, #, #, 3", "acceleration_max [N]"),
         ("sticks, acceleration_max [furlong], acceleration_integral, rpn", "#, #, #, 3", "acceleration_max [furlong]"),
         ("sticks, rpn", "#, 3", "no column is called acceleration_max and acceleration_integral"),
@@ -383,7 +383,7 @@ def test_parameters_are_identified_from_a_simulated_record(rated):
         (["--parameter", "mu_start", "--test", "6"], "test 6 of 6"),
         (["--parameter", "mu_start", "--set", "system.normal_load=20 N"], "normal_load is 10 N, and 20 N"),
         (["--parameter", "mu_start", "--start", "mass=1 kg"], "name it with --parameter"),
-        (["--parameter", "mass", "--start", "mass=heavy"], "--start mass=heavy: expected a mass"),
+        (["--parameter", "mass", "--start", "mass=heavy"], "--start: mass: got 'heavy', expected a mass"),
         (["--parameter", "mu_static"], "gives no mu_static to begin with"),
         ([], "--parameter"),
     ],

@@ -1,16 +1,17 @@
 """Configurations of rigs: every mistake is explained where it stands."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from helpers.rig_cases import data, rig
+from stickslip.config.checks import MOST_TESTS
 from stickslip.config.grid import build_grid
-from stickslip.config.reader import load_config, parse_config
+from stickslip.config.reader import is_rig, load_config, parse_config
 from stickslip.errors import ConfigError
 from stickslip.rig import load_rig, make_rig
-from stickslip.rig.config import MOST_TESTS, is_rig, parse_rig
 
 SYSTEM = "system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}\n"
 FRICTION = "friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}\n"
@@ -18,6 +19,7 @@ DRIVE = "drive:\n  stroke: 20 mm\n"  # lines 3 and 4
 TEXT = SYSTEM + FRICTION + DRIVE
 MAP = SYSTEM.replace("stiffness: 5 N/mm, ", "") + FRICTION
 STIFFNESS = "axes: {stiffness: [1 N/mm, 2 N/mm]}\n"
+parse_rig = partial(parse_config, rig=True)
 CONFIGS = Path(__file__).parents[3] / "configs" / "rig"
 
 
@@ -84,9 +86,7 @@ def test_a_rig_is_no_map_and_a_map_no_rig(tmp_path):
     (tmp_path / "rig.yaml").write_text(MAP + DRIVE + STIFFNESS)
     with pytest.raises(ConfigError) as caught:
         load_config(tmp_path / "rig.yaml")
-    assert "rig.yaml:3:1: drive: expected no drive or sensor in a map\n  hint: stickslip rig computes rigs" in str(
-        caught.value
-    )
+    assert "rig.yaml:3:1: drive: expected no drive in a map\n  hint: stickslip rig computes rigs" in str(caught.value)
     assert is_rig(tmp_path / "rig.yaml") and load_rig(tmp_path / "rig.yaml")
     (tmp_path / "map.yaml").write_text(MAP + STIFFNESS)
     assert not is_rig(tmp_path / "map.yaml")
@@ -122,7 +122,7 @@ axes:
   waiting_time: {start: 1 s, stop: 100 s, num: 3, spacing: log}
 """
     made = parse_rig(text)
-    grid = build_grid(made.config)
+    grid = build_grid(made)
     assert grid.dims == ("dwell", "speed", "waiting_time") and grid.shape == (2, 2, 3)
     cells = grid[:]
     assert cells["dwell"].tolist() == [0.0] * 6 + [1.0] * 6

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stickslip.config.risk import BANDS, INPUTS, band_of, decades, number_of
 from stickslip.rig import RPN_NAME, Risk, calibrate
 from stickslip.rig.pairs import calibrate_file
-from stickslip.rig.rpn import BANDS, INPUTS, band_of, decades, number_of
 from stickslip.rig.settings import load_settings
 
 SIZES = st.floats(0, 1e9)
@@ -17,6 +17,11 @@ RISKS = st.builds(
     **{f"weight_{name}": st.floats(0, 10) for name in INPUTS},
     **{f"scale_{name}": st.floats(1e-6, 1e6) for name in INPUTS},
 )
+
+
+def risk_of(*values):
+    """A model of its first parameters, in the order of the vocabulary."""
+    return Risk(**dict(zip(Risk.model_fields, values, strict=False)))
 
 
 def inputs(sticks, largest, integral):
@@ -84,7 +89,7 @@ def pairs(count, seed, risk=TRUE):
 
 
 def test_exact_levels_give_back_the_parameters_but_for_what_the_prior_pulls():
-    found, risk = pairs(60, 1, Risk(-2.0, 1.6, 3.4, 1.2))
+    found, risk = pairs(60, 1, risk_of(-2.0, 1.6, 3.4, 1.2))
     level = risk.level(found)
     inside = (level > 1) & (level < 10)
     assert 24 < inside.sum() < 60
@@ -95,7 +100,7 @@ def test_exact_levels_give_back_the_parameters_but_for_what_the_prior_pulls():
 
 
 def test_scales_are_recovered_too_if_asked_for():
-    found, risk = pairs(200, 2, Risk(0.5, 0.8, 1.7, 0.6, 3.0, 0.4, 2.5))
+    found, risk = pairs(200, 2, risk_of(0.5, 0.8, 1.7, 0.6, 3.0, 0.4, 2.5))
     fit = calibrate(found, np.clip(risk.level(found), 1, 10), scales=True)
     for name in fit.fitted:
         low, high = fit.interval[name]
@@ -194,7 +199,7 @@ def test_the_answer_depends_neither_on_the_order_nor_on_the_start(order, base, w
     rpn = risk.number(found).astype(float)
     one = calibrate(found, rpn)
     shuffled = {name: values[list(order)] for name, values in found.items()}
-    start = Risk(base, weight, weight, weight)
+    start = risk_of(base, weight, weight, weight)
     two = calibrate(shuffled, rpn[list(order)], start)
     for name in one.fitted:
         assert getattr(two.risk, name) == pytest.approx(getattr(one.risk, name), abs=1e-4)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.config.sections import Sensor
+from stickslip.config.rigs import Sensor
 from stickslip.rig import apparatus
 
 RATE, OVER = 2000.0, 8

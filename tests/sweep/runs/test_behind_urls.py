@@ -7,7 +7,7 @@ import xarray as xr
 import stickslip
 from helpers.runs import FEW, opened, same, stop_early, with_axes
 from stickslip.errors import StoreError
-from stickslip.files import locations, writing
+from stickslip.files import locations, targets, writing
 from stickslip.files.locations import Url
 from stickslip.runs.workdir.lock import hold_lock
 
@@ -32,7 +32,7 @@ class Killed(BaseException):
 @pytest.fixture
 def killed(monkeypatch):
     """Kills writers at a copy: `killed(2)` at the second; `killed(None)` lets them live."""
-    copy, clear, count = locations.RemoteFolder.copy, locations._clear, [0]
+    copy, clear, count = locations.RemoteFolder.copy, targets._clear, [0]
 
     def kill(at):
         count[0] = 0
@@ -44,7 +44,7 @@ def killed(monkeypatch):
             copy(self, keys, to)
 
         monkeypatch.setattr(locations.RemoteFolder, "copy", dying)
-        monkeypatch.setattr(locations, "_clear", clear if at is None else lambda folder: None)
+        monkeypatch.setattr(targets, "_clear", clear if at is None else lambda folder: None)
 
     return kill
 

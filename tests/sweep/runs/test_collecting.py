@@ -12,9 +12,9 @@ import stickslip
 from helpers.runs import FEW, block_files, same, stop_early, with_axes
 from stickslip.cli import main
 from stickslip.errors import StoreError
+from stickslip.files.locations import folder_at
 from stickslip.runs import session, work
-from stickslip.runs.request import request_for
-from stickslip.runs.workdir.folder import folder_at
+from stickslip.runs.session import request_for
 from stickslip.runs.workdir.manifest import _checksum as checksum
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------

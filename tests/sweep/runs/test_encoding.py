@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from stickslip.config.reader import make_config
+from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import DamagedBlockError, DamagedManifestError
-from stickslip.files.packing import PACKINGS
+from stickslip.files.netcdf import PACKINGS
 from stickslip.runs.blocks import blocks_of
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import MAGIC, decode, encode
@@ -111,7 +111,7 @@ def manifest():
 def test_a_manifest_comes_back():
     made = manifest()
     assert manifests.decode(manifests.encode(made)) == made
-    assert made.config("here").title == "µ"
+    assert parse_config(made.configuration).title == "µ"
 
 
 @given(st.data())

@@ -6,8 +6,7 @@ import os
 import pytest
 
 from stickslip.errors import StoreError
-from stickslip.files.locations import RemoteFolder
-from stickslip.runs.workdir import folder as folders
+from stickslip.files.locations import LocalFolder, RemoteFolder
 
 
 @pytest.fixture(params=["links", "no links", "memory"])
@@ -21,7 +20,7 @@ def folder(request, tmp_path, monkeypatch):
             raise OSError(errno.EPERM, "Operation not permitted")
 
         monkeypatch.setattr(os, "link", refused)
-    return folders.LocalFolder(tmp_path / "map.nc.parts")
+    return LocalFolder(tmp_path / "map.nc.parts")
 
 
 def test_what_is_written_is_read_listed_and_removed(folder):

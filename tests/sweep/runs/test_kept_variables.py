@@ -16,13 +16,13 @@ from helpers.runs import FEW, MANY, block_files, same, stop_early, with_axes
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import load_config, make_config, parse_config
-from stickslip.config.studies import Border, alone
 from stickslip.dataset.summary import why_absent
 from stickslip.engine import bytes_per_cell, columns
 from stickslip.errors import ConfigError, PlotError, StoreError
-from stickslip.runs.settings import fingerprint
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir.encoding import decode
+from stickslip.runs.workdir.manifest import fingerprint
+from stickslip.studies.borders import Border
 from stickslip.vocabulary.results import VARIABLES
 
 SIDE = 30
@@ -77,8 +77,8 @@ def test_only_maps_can_do_without_variables(few):
 
 
 def test_borders_asked_on_the_command_line_have_all_their_variables(few):
-    asked = Border.model_construct(along="stiffness", between=None, tolerance=1e-6, scan=16)
-    config = load_config(few).model_copy(update=alone("border", asked))
+    asked = Border(along="stiffness", tolerance=1e-6, scan=16)
+    config = load_config(few).model_copy(update={"study": asked})
     assert "variables" not in parse_config(config.to_yaml()).resolved()["output"]
 
 

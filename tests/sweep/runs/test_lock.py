@@ -12,7 +12,7 @@ import pytest
 import stickslip
 from helpers.runs import block_files, same
 from stickslip.errors import StoreError
-from stickslip.files import process
+from stickslip.files import targets
 from stickslip.runs.workdir import lock
 
 
@@ -38,7 +38,7 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
 
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    for changes in ({"seen": time.time() - 1000}, {"host": process.host(), "space": process.space(), "pid": gone.pid}):
+    for changes in ({"seen": time.time() - 1000}, {"host": targets.host(), "space": targets.space(), "pid": gone.pid}):
         holding(output, **changes)
         said = []
         same(stickslip.run(config, output, fresh=True, notice=said.append), whole)
@@ -47,9 +47,9 @@ def test_a_stale_lock_is_taken_over(config, output, whole):
 
 @pytest.mark.parametrize("changes", [
     {"seen": time.time() + 1e6}, {"seen": float("nan")}, {"since": 1e18}, {"since": -1e18}, {"seen": 1e300},
-    {"host": process.host(), "space": process.space(), "pid": 2**70},
-    {"host": process.host(), "space": process.space(), "pid": -1},
-    {"host": process.host(), "space": process.space(), "pid": 0},
+    {"host": targets.host(), "space": targets.space(), "pid": 2**70},
+    {"host": targets.host(), "space": targets.space(), "pid": -1},
+    {"host": targets.host(), "space": targets.space(), "pid": 0},
 ])  # fmt: skip
 def test_a_lock_of_no_time_or_process_holds_nobody_up(config, output, whole, changes):
     holding(output, **changes)
@@ -98,7 +98,7 @@ def test_a_process_of_another_user_counts_as_alive(config, output, monkeypatch):
         raise PermissionError
 
     monkeypatch.setattr("os.kill", forbidden)
-    holding(output, host=process.host(), space=process.space())
+    holding(output, host=targets.host(), space=targets.space())
     with pytest.raises(StoreError, match="another run works there"):
         stickslip.run(config, output)
 

@@ -7,8 +7,8 @@ from helpers.configs import write_config
 from stickslip import engine
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import load_config
-from stickslip.runs import probe as probing
-from stickslip.runs.probe import probe
+from stickslip.runs import estimate as probing
+from stickslip.runs.estimate import probe
 
 
 def grid(folder, num):

@@ -126,6 +126,7 @@ def test_a_full_disk_is_told_and_the_run_goes_on_once_there_is_room(tmp_path, mo
     same_bits(output, stickslip.run(config))
 
 
+@pytest.mark.slow
 @posix
 def test_shards_at_once_are_merged_to_the_bits_of_one_run(tmp_path):
     config, output = write_config(tmp_path, num=200), tmp_path / "map.nc"

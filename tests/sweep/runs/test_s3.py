@@ -12,9 +12,8 @@ import stickslip
 from helpers.configs import write_config
 from helpers.runs import until
 from stickslip.errors import StoreError
-from stickslip.files.locations import RemoteFolder
-from stickslip.runs.request import request_for
-from stickslip.runs.workdir.folder import folder_at
+from stickslip.files.locations import RemoteFolder, folder_at
+from stickslip.runs.session import request_for
 
 pytest.importorskip("zarr")
 s3fs = pytest.importorskip("s3fs")

@@ -19,7 +19,7 @@ from helpers.configs import write_config
 from helpers.runs import block_files, same, stop_early
 from stickslip.cli import main
 from stickslip.errors import StoreError
-from stickslip.files import netcdf_chunks, writing
+from stickslip.files import netcdf, writing
 from stickslip.runs import work
 from stickslip.runs.blocks import Blocks
 from stickslip.runs.workdir import block_store
@@ -76,10 +76,14 @@ def test_the_chunks_of_a_map_are_its_blocks_and_all_else_is_as_written_at_once(c
 def test_a_packed_chunk_goes_into_the_file_as_the_thread_made_it(config, tmp_path, monkeypatch):
     """Nothing is compressed once more but what is one value in all cells of a chunk, and axes."""
     compressed = []
-    pack = netcdf_chunks.filtered
-    monkeypatch.setattr(netcdf_chunks, "filtered", lambda data, filters: compressed.append(data) or pack(data, filters))
+    pack = netcdf._packed
+    monkeypatch.setattr(netcdf, "_packed", lambda filters, data: compressed.append(data) or pack(filters, data))
     stickslip.run(config, tmp_path / "map.nc", keep_parts=True).close()
-    assert all(np.unique(data.reshape(-1, 8), axis=0).shape[0] == 1 for data in compressed if data.size == 16 * SIDE)
+    assert all(
+        np.unique(data.reshape(-1).view(np.uint8).reshape(-1, 8), axis=0).shape[0] == 1
+        for data in compressed
+        if data.nbytes == 16 * SIDE
+    )
     blocks = block_files(tmp_path / "map.nc.parts")
     in_store = b"".join((tmp_path / "map.nc.parts" / name).read_bytes() for name in blocks)
     assert sum(chunk in in_store for chunk in chunks_of(tmp_path / "map.nc", "breakaway_time")) == SIDE / 2
@@ -162,6 +166,7 @@ def test_threads_and_names_of_files_are_no_other_configuration(config, output, c
     assert computed == []
 
 
+@pytest.mark.slow
 def test_another_title_is_written_without_computing(config, output, computed, whole):
     stickslip.run(config, output).close()
     config.write_text(config.read_text().replace("A small map", "Another title"))

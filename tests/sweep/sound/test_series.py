@@ -7,19 +7,25 @@ from scipy import integrate
 import stickslip
 from helpers.cycles import COULOMB, STICKING, SUSTAINED, coulomb_harmonics, hard_cells
 from helpers.scipy_oscillator import SHAPES
-from stickslip.engine import Options, sampled
-from stickslip.sound.cycles import cycles_of, results_of
+from stickslip.engine import Options, compute, sampled
+from stickslip.sound.cycles import cycles_of
 from stickslip.sound.series import Series, samples_for, series_of
 from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUSES
 
 CASES = STICKING | SUSTAINED
 
 
+def results_of(cell, options):
+    """What becomes of a cell."""
+    return compute(Cells.of(as_cells(cell)), options).results
+
+
 def series(law, cell, count, oversampling=8, rtol=1e-9, lead=0.02):
     """The series of the cycle of a cell, and the cycle."""
     options = Options(law, rtol)
-    cycles = cycles_of(as_cells(cell), results_of(as_cells(cell), options), lead)
+    cycles = cycles_of(as_cells(cell), results_of(cell, options), lead)
     intervals = samples_for(cycles.period, count / float(cycles.period[0]), np.zeros(1), oversampling)
     motions, ends, _ = sampled(cycles.cells, cycles.period / intervals, intervals + 1, options)
     return series_of(motions[0], ends[0], float(cycles.period[0]), count), cycles
@@ -67,7 +73,7 @@ def test_harmonics_are_those_of_many_samples_of_the_acceleration(name):
 @pytest.mark.parametrize("name", SUSTAINED)
 def test_cycles_without_stick_are_told_by_their_status(name):
     law, cell = SUSTAINED[name]
-    found = results_of(as_cells(cell), Options(law, 1e-9))
+    found = results_of(cell, Options(law, 1e-9))
     assert STATUSES[int(found["status"][0])] == name
 
 
@@ -91,7 +97,7 @@ def test_squares_sum_to_what_scipy_integrates_over_the_slip(name):
     """DOP853 and quad, which know nothing of the kernels; break-away is where the kernels say."""
     law, given = STICKING[name]
     cell = {name: float(values[0]) for name, values in as_cells(given).items()}
-    broke = float(results_of(as_cells(given), Options(law, 1e-10))["mu_breakaway"][0])
+    broke = float(results_of(given, Options(law, 1e-10))["mu_breakaway"][0])
     a1, a2, a3, a4, c, belt = (cell[key] for key in ("a1", "a2", "a3", "a4", "damping", "belt_speed"))
 
     def acceleration(x, v):

@@ -62,8 +62,8 @@ def test_a_covariance_says_the_standard_deviations():
     quantities = "belt_speed: {normal: {mean: 1 m/s}}, displacement: {normal: {mean: 1 mm}}"
     matrix = "covariance: {between: [displacement, belt_speed], matrix: [[1e-6, 2e-5], [2e-5, 0.01]]}"
     said = read(quantities, matrix).uncertain
-    assert [one.arguments[1] for one in said.quantities] == pytest.approx([0.1, 0.001])
-    assert said.correlation[0][1] == pytest.approx(0.2)
+    assert [one.normal.std for one in said.quantities.values()] == pytest.approx([0.1, 0.001])
+    assert said.correlation.matrix[0][1] == pytest.approx(0.2)
 
 
 BAD = {
@@ -129,8 +129,8 @@ BAD = {
     "a matrix that is not symmetric": (
         text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
              "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.4, 1]]}"),
-        "map.yaml:5:57: uncertain.correlation.matrix: got 0.5 and 0.4 for belt_speed with damping, "
-        "expected a symmetric matrix",
+        "map.yaml:5:57: uncertain.correlation.matrix: got a list, expected a symmetric matrix\n"
+        "  hint: belt_speed with damping has 0.5 in one place and 0.4 in the other",
     ),
     "indices of correlated inputs": (
         text(f"{SPEED}, damping: {{uniform: [0, 1]}}", "indices: true",
@@ -155,7 +155,7 @@ BAD = {
     ),
     "more draws than a run can have": (
         text(SPEED, "draws: 67108864", "scramblings: 512") ,
-        "map.yaml:5:10: uncertain.draws: got 1.03e+11 draws of every cell, expected at most 1e+10\n"
+        "map.yaml:5:10: uncertain.draws: got 1.03e+11 cells (103079215104 draws), expected at most 1e+10\n"
         "  hint: use fewer draws or scramblings",
     ),
     "truncation that leaves nothing": (
@@ -219,7 +219,7 @@ def test_a_fitted_coefficient_may_be_truncated(tmp_path):
     more = "fit: points.csv, quantities: {a2: {truncated: {low: 0}}}"
     path.write_text(path.read_text().replace("fit: points.csv", more))
     said = load_config(path).uncertain
-    assert {one.name: one.low for one in said.quantities}["a2"] == 0.0
+    assert said.quantities["a2"].ends == {"low": 0.0}
     assert said.correlation is not None
 
 

@@ -23,7 +23,6 @@ from stickslip.config.sections import LOCAL
 from stickslip.engine import processor, processors
 from stickslip.errors import ClusterError, Interrupted
 from stickslip.runs.dask.worker import describe, loaded, unlike, versions
-from stickslip.runs.request import Request
 from stickslip.runs.workdir.lock import Notice
 
 if TYPE_CHECKING:
@@ -69,48 +68,42 @@ class Cluster:
 
 
 @contextmanager
-def connected(request: Request) -> Iterator[Cluster]:
+def connected(cluster: Any, threads: int | None, notice: Notice) -> Iterator[Cluster]:
     """The cluster a run is to be computed on, quiet, its workers of the same versions as this process.
+
+    cluster : address of a scheduler, its file, `local` for so many processes on this machine; or a client.
 
     Raises ClusterError: the scheduler does not answer, a worker is of another version, `distributed` is missing.
     """
     with ExitStack() as stack:
         try:
-            cluster = _found(stack, request)
-            _check_alike(cluster)
+            if isinstance(cluster, str):
+                client, where = _connect(stack, cluster, threads)
+            else:
+                client, where = cluster, cluster.scheduler.address
+            connection = Cluster(client, where, notice)
+            _check_alike(connection)
         except KeyboardInterrupt:
-            raise Interrupted(0, 0, during=f"connecting to the Dask scheduler ({request.cluster})") from None
-        yield cluster
+            raise Interrupted(0, 0, during=f"connecting to the Dask scheduler ({cluster})") from None
+        yield connection
 
 
-def _found(stack: ExitStack, request: Request) -> Cluster:
-    """The cluster that a request names, or brings."""
-    if not isinstance(request.cluster, str):
-        return Cluster(request.cluster, request.cluster.scheduler.address, request.notice)
-    _require_distributed()
-    stack.enter_context(_silenced())
-    patience = _STARTING if request.cluster == LOCAL else PATIENCE
-    stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{patience:g} s"}))
-    return _connect(stack, request.cluster, request)
-
-
-def _require_distributed() -> None:
+def _connect(stack: ExitStack, address: str, threads: int | None) -> tuple[Client, str]:
+    """A client of the scheduler at an address, and the name of that for people."""
     try:
-        import distributed  # noqa: F401
+        from distributed import Client
     except ModuleNotFoundError as error:
         raise ClusterError(
             "computing on a Dask cluster needs the optional package distributed\n"
             "hint: pip install 'stickslip[dask]', here and where the workers run"
         ) from error
-
-
-def _connect(stack: ExitStack, address: str, request: Request) -> Cluster:
-    from distributed import Client
-
+    stack.enter_context(_silenced())
+    patience = _STARTING if address == LOCAL else PATIENCE
+    stack.enter_context(dask.config.set({"distributed.comm.timeouts.connect": f"{patience:g} s"}))
     if address == LOCAL:
         where = "this machine"
         try:
-            target: Any = stack.enter_context(_local_cluster(request.config.execution.threads))
+            target: Any = stack.enter_context(_local_cluster(threads))
         except (OSError, RuntimeError) as error:
             raise ClusterError(f"{where}: cannot start worker processes ({error})\n{_HOW}") from error
     else:
@@ -125,7 +118,7 @@ def _connect(stack: ExitStack, address: str, request: Request) -> Cluster:
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise ClusterError(f"{where}: cannot be connected to ({reason})\n{_HOW}") from error
     stack.callback(client.close, timeout=PATIENCE)
-    return Cluster(client, where, request.notice)
+    return client, where
 
 
 def _knock(address: str) -> None:
@@ -156,24 +149,17 @@ def _local_cluster(threads: int | None) -> Any:
     count = threads or processors()
     own = dask.config.get("distributed.worker.preload", None) or []
     preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.dask.worker"]
-    with _no_ctrl_c():
+    # Ctrl-C is ignored for a second or two: here, since half of a cluster cannot be closed, and in what starts.
+    is_main = threading.current_thread() is threading.main_thread()  # signals are set there and nowhere else
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
+    try:
         return LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address=None,
             silence_logs=_SILENT, preload=preload,
         )  # fmt: skip
-
-
-@contextmanager
-def _no_ctrl_c() -> Iterator[None]:
-    """Have Ctrl-C ignored for a second or two: here, since half of a cluster cannot be closed, and in what starts."""
-    if threading.current_thread() is not threading.main_thread():  # signals are set there and nowhere else
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        if is_main:
+            signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

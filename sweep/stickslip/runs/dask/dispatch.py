@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import uuid
 from collections import deque
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Collection
 from dataclasses import astuple, dataclass
 from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stickslip.engine import Progress, StopFlag
-from stickslip.errors import BlockFailedError, ClusterError, DamagedBlockError, UncomputedError, UnlikeWorkerError
+from stickslip.errors import ClusterError, DamagedBlockError, UnlikeWorkerError
+from stickslip.files.locations import TEMPORARY
 from stickslip.runs.dask.connecting import Cluster
-from stickslip.runs.dask.worker import Job, bits, compute_block, versions
+from stickslip.runs.dask.worker import Job, compute_block, versions
 from stickslip.runs.threads import Tally
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.encoding import decode
-from stickslip.runs.workdir.folder import TEMPORARY
 
 if TYPE_CHECKING:
     from distributed import Future
@@ -32,49 +33,26 @@ _LOOK, _COUNT, _LONELY, _SETTLE = 0.2, 2.0, 5.0, 60.0  # s: at the keyboard, wor
 
 
 def compute_blocks(
-    cluster: Cluster,
-    store: BlockStore,
-    work: Work,
-    numbers: Collection[int],
-    tally: Tally,
-    stop: StopFlag,
-    *,
-    stop_on_error: bool,
-    progress: Progress | None,
-) -> None:
+    cluster: Cluster, store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: StopFlag, *,
+    stop_on_error: bool, progress: Progress | None,
+) -> None:  # fmt: skip
     """Compute these blocks on a cluster: as `threads.compute_blocks`, and raises ClusterError if that is lost."""
-    with _token(store) as token:
-        job = Job(
-            configuration=work.config.to_yaml(),
-            blocks=astuple(work.blocks),
-            packing=store.packing,
-            place=store.folder.absolute,
-            token=token,
-            versions=versions(),
-        )
-        flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
-        try:
-            flight.send_all(sorted(numbers))
-            flight.try_alone()
-        finally:
-            flight.cancel()
-    _settle(store, set(numbers).difference(tally.failed), stop)
-
-
-@contextmanager
-def _token(store: BlockStore) -> Iterator[str]:
-    """A name in the store by which workers know it; being temporary it is swept away should we be killed."""
+    # A name in the store by which workers know it; being temporary it is swept away should we be killed.
     token = f".dask-{uuid.uuid4().hex}{TEMPORARY}"
+    job = Job(
+        configuration=work.config.to_yaml(), blocks=astuple(work.blocks), packing=store.packing,
+        place=store.folder.absolute, token=token, versions=versions(),
+    )  # fmt: skip
+    flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
     store.folder.write(token, b"")
     try:
-        yield token
+        flight.send_all(sorted(numbers))
+        flight.try_alone()
     finally:
+        flight.cancel()
         store.folder.remove(token)
-
-
-def _settle(store: BlockStore, written: set[int], stop: StopFlag) -> None:
-    """Wait until blocks that other machines wrote are listed here too: network file systems take their time."""
-    end = monotonic() + _SETTLE
+    # Blocks that other machines wrote may be listed here later: network file systems take their time.
+    written, end = set(numbers).difference(tally.failed), monotonic() + _SETTLE
     while not stop[0] and not written <= store.finished() and monotonic() < end:
         sleep(1.0)
 
@@ -145,7 +123,7 @@ class _Flight:
         known = self.work.known_cells(number)
         if known is not None and known[0].all():
             return self._save(number, self.work.compute(number))
-        mask = None if known is None else bits(~known[0])
+        mask = None if known is None else np.packbits(~known[0]).tobytes()
         key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
         future = self.cluster.client.submit(
             compute_block, self.job, number, mask, key=key, retries=_RETRIES, pure=False
@@ -178,9 +156,7 @@ class _Flight:
 
     def _receive(self, number: int, future: Future) -> None:
         """A block was computed: it is written already, or its bytes are fetched and written here."""
-        if future.type is type(None):
-            return self._count(number, 0)
-        data = self.cluster.ask(future.result)
+        data = None if future.type is type(None) else self.cluster.ask(future.result)
         if data is None:
             return self._count(number, 0)
         try:
@@ -204,9 +180,7 @@ class _Flight:
         self._count(number, block.reused)
 
     def _count(self, number: int, reused: int) -> None:
-        self.tally.finished += 1
-        self.tally.cells += len(self.store.blocks.cells(number))
-        self.tally.reused += reused
+        self.tally.finish(len(self.store.blocks.cells(number)), reused)
 
     def _handle_error(self, number: int, future: Future) -> None:
         from distributed import KilledWorker
@@ -224,7 +198,4 @@ class _Flight:
         self._fail(number, error)
 
     def _fail(self, number: int, error: Exception) -> None:
-        self.store.note_failure(number, error, error.trace if isinstance(error, UncomputedError) else None)
-        self.tally.failed.append(number)
-        if self.stop_on_error:
-            raise BlockFailedError(number) from error
+        self.tally.fail(self.store, number, error, self.stop_on_error)

@@ -7,20 +7,16 @@ from __future__ import annotations
 
 import platform
 import signal
-import traceback
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, TypedDict
 
 from stickslip._version import __version__
-from stickslip.errors import UncomputedError, UnlikeWorkerError
-from stickslip.files.process import host
+from stickslip.errors import StoreError, UncomputedError, UnlikeWorkerError
+from stickslip.files.targets import host
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from stickslip.runs.work import Block, Work
+    from stickslip.runs.work import Work
     from stickslip.runs.workdir.manifest import Manifest
 
 
@@ -100,36 +96,33 @@ def compute_block(job: Job, number: int, mask: bytes | None = None) -> bytes | N
     try:
         return _computed(job, number, mask)
     except Exception as error:
-        trace = "".join(traceback.format_exception(error))
-        raise UncomputedError(f"{type(error).__name__}: {error}", trace) from None
+        raise UncomputedError.of(error) from None
 
 
 def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
+    import numpy as np
+
     from stickslip import engine
-    from stickslip.runs.workdir.block_store import encoded
+    from stickslip.files.locations import folder_at
+    from stickslip.runs.workdir.block_store import BlockStore, encoded
     from stickslip.runs.workdir.encoding import encode
 
     work, manifest = _loaded(job["configuration"], job["blocks"])
     for law in work.study.kernels:
         engine.warm_up(law)
     if mask is not None:
-        return encode({}, work.compute_some(number, flags(mask, len(work.blocks.cells(number)))))
+        flags = np.unpackbits(np.frombuffer(mask, np.uint8), count=len(work.blocks.cells(number)))
+        return encode({}, work.compute_some(number, flags.astype(bool)))
     block = work.compute(number)
-    return None if _written(job, manifest, number, block) else encoded(manifest, number, block, job["packing"])
-
-
-def bits(flags: NDArray[np.bool_]) -> bytes:
-    """Flags as bytes, for `flags` to read."""
-    import numpy as np
-
-    return np.packbits(flags).tobytes()
-
-
-def flags(bits: bytes, count: int) -> NDArray[np.bool_]:
-    """The flags that `bits` wrote."""
-    import numpy as np
-
-    return np.unpackbits(np.frombuffer(bits, np.uint8), count=count).astype(bool)
+    try:
+        # If this machine sees the store too, the token is there. Another folder of that name has no such token, nor
+        # has the store once the run is over: a worker that comes late leaves nothing behind.
+        folder = folder_at(job["place"])
+        folder.read(job["token"])
+        BlockStore(folder, manifest, job["packing"]).save(number, block)
+    except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
+        return encoded(manifest, number, block, job["packing"])
+    return None
 
 
 @lru_cache(maxsize=2)
@@ -142,22 +135,3 @@ def _loaded(configuration: str, blocks: tuple[int, int, int]) -> tuple[Work, Man
 
     work = Work(parse_config(configuration), cut=Blocks(*blocks))
     return work, manifest_of(work)
-
-
-def _written(job: Job, manifest: Manifest, number: int, block: Block) -> bool:
-    """Write a block, if this machine sees the store too: then the token is there.
-
-    Another folder of that name has no such token, nor has the store once the run is over: a worker that comes late
-    leaves nothing behind.
-    """
-    from stickslip.errors import StoreError
-    from stickslip.runs.workdir.block_store import BlockStore
-    from stickslip.runs.workdir.folder import folder_at
-
-    try:
-        folder = folder_at(job["place"])
-        folder.read(job["token"])
-        BlockStore(folder, manifest, job["packing"]).save(number, block)
-    except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
-        return False
-    return True

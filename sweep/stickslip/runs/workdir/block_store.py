@@ -9,24 +9,30 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from stickslip import engine
 from stickslip._version import __version__
 from stickslip.config.model import Config
+from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import software
-from stickslip.errors import ConfigError, DamagedBlockError, DamagedManifestError, ForeignBlockError, StoreError
-from stickslip.files.locations import Location
-from stickslip.files.packing import PLAIN
-from stickslip.runs.settings import described, differences, fingerprint
+from stickslip.errors import (
+    ConfigError,
+    DamagedBlockError,
+    DamagedManifestError,
+    ForeignBlockError,
+    StoreError,
+    UncomputedError,
+)
+from stickslip.files.locations import TEMPORARY, Folder, Location
+from stickslip.files.netcdf import PLAIN
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import Column, encode, opened
-from stickslip.runs.workdir.folder import TEMPORARY, Folder
 from stickslip.runs.workdir.lock import Notice, is_lock
-from stickslip.runs.workdir.manifest import Manifest
+from stickslip.runs.workdir.manifest import Manifest, described, differences, fingerprint
 
 SUFFIX = ".parts"
 START_OVER = "{fresh} starts over and replaces it; {output} names another file"
@@ -69,7 +75,7 @@ class BlockStore:
         return self._numbers(_FAILED) - self.finished()
 
     def cells(self, numbers: Iterable[int]) -> int:
-        """Return how many cells these blocks have."""
+        """The number of cells that these blocks have."""
         return sum(len(self.blocks.cells(number)) for number in numbers)
 
     def save(self, number: int, block: Block) -> None:
@@ -77,7 +83,7 @@ class BlockStore:
         self.put(number, self.packed(number, block))
 
     def packed(self, number: int, block: Block) -> bytes:
-        """Return what the file of a computed block holds."""
+        """The bytes of the file of a computed block."""
         return encoded(self.manifest, number, block, self.packing)
 
     def put(self, number: int, data: bytes) -> None:
@@ -95,8 +101,7 @@ class BlockStore:
 
     def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
         header, columns = opened(data)
-        cells = self.blocks.cells(number)
-        expected = {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+        expected = _identity(self.manifest, number)
         if wrong := [name for name, value in expected.items() if header.get(name) != value]:
             raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
@@ -109,13 +114,12 @@ class BlockStore:
         self.folder.remove(_block_name(number))
         self.clear_failure(number)
 
-    def note_failure(self, number: int, error: Exception, trace: str | None = None) -> None:
-        """Record why a block could not be computed; `trace` is the traceback, if not that of the error."""
-        message = f"{type(error).__name__}: {error}" if trace is None else str(error)
-        trace = "".join(traceback.format_exception(error)) if trace is None else trace
+    def note_failure(self, number: int, error: Exception) -> None:
+        """Record why a block could not be computed, here or elsewhere."""
+        failure = error if isinstance(error, UncomputedError) else UncomputedError.of(error)
         record = {
-            "run": self.manifest.fingerprint, "block": number, "message": message,
-            "traceback": trace, "stickslip": __version__,
+            "run": self.manifest.fingerprint, "block": number, "message": failure.message,
+            "traceback": failure.trace, "stickslip": __version__,
         }  # fmt: skip
         self.folder.write(_failed_name(number), json.dumps(record, ensure_ascii=False).encode())
 
@@ -139,7 +143,20 @@ class BlockStore:
         """Note that a fresh run is finished: another one begins again."""
         if self.manifest.fresh:
             self.manifest = replace(self.manifest, fresh=False)
-            self.folder.write(manifests.NAME, manifests.encode(self.manifest))
+            self.write_manifest()
+
+    def write_manifest(self) -> None:
+        """Put the manifest on the disk."""
+        self.folder.write(manifests.NAME, manifests.encode(self.manifest))
+
+    def config(self) -> Config:
+        """The configuration the store was made from. Raises StoreError."""
+        try:
+            text, source = self.manifest.configuration, f"{self.where}/{manifests.NAME}"
+            return parse_config(text, source).shown_in(self.manifest.written_in)
+        except ConfigError as error:
+            message = f"{self.where}: made from a configuration that this version does not read\n{error}"
+            raise StoreError(message) from None
 
     def delete(self) -> None:
         """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
@@ -152,13 +169,14 @@ class BlockStore:
 
 
 def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
-    """Return what the file of a block holds."""
+    """The bytes of the file of a block."""
+    by = {"reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1]}
+    return encode(_identity(manifest, number) | by, block.results, packing, manifest.blocks.length)
+
+
+def _identity(manifest: Manifest, number: int) -> dict[str, Any]:
     cells = manifest.blocks.cells(number)
-    header = {
-        "run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop,
-        "reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1],
-    }  # fmt: skip
-    return encode(header, block.results, packing, manifest.blocks.length)
+    return {"run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
 
 
 def _block_name(number: int) -> str:
@@ -169,17 +187,16 @@ def _failed_name(number: int) -> str:
     return f"failed-{number:08d}.json"
 
 
+def remove_temporary(folder: Folder) -> None:
+    """Remove the temporary files of runs that were killed. Only for who holds the store alone."""
+    for name in filter(_is_temporary, folder.names()):
+        folder.remove(name)
+
+
 def clear(folder: Folder) -> None:
     """Remove blocks, records of failures and left-over temporary files."""
     for name in folder.names():
         if _BLOCK.fullmatch(name) or _FAILED.fullmatch(name) or _is_temporary(name):
-            folder.remove(name)
-
-
-def remove_temporary(folder: Folder) -> None:
-    """Remove the temporary files of runs that were killed. Only for who holds the store alone."""
-    for name in folder.names():
-        if _is_temporary(name):
             folder.remove(name)
 
 
@@ -209,7 +226,7 @@ def is_empty(folder: Folder) -> bool:
 def find(folder: Folder) -> BlockStore:
     """The store in a folder, whatever it computes. Raises StoreError."""
     try:
-        manifest = manifests.decode(folder.read(manifests.NAME))
+        manifest = _read(folder)
     except FileNotFoundError:
         check_ours(folder)
         raise StoreError(f"{folder.where}: no working store there") from None
@@ -222,6 +239,19 @@ def find(folder: Folder) -> BlockStore:
     return BlockStore(folder, manifest)
 
 
+def check_before(folder: Folder, work: Work, shard: bool) -> None:
+    """Raise StoreError for the store of another configuration, before anybody's lock is touched.
+
+    shard : whether a shard is to be computed. A store that cannot be read is left to `prepare`.
+    """
+    try:
+        manifest = _read(folder)
+    except (FileNotFoundError, DamagedManifestError):
+        return
+    _check_version(folder, manifest)
+    check_same(BlockStore(folder, manifest), work, shard)
+
+
 def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> BlockStore:
     """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
 
@@ -231,22 +261,27 @@ def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: st
 
     Raises StoreError for a store of another configuration, or of another major version.
     """
-    store = _prepared(folder, work, fresh, notice)
-    store.packing = packing
-    return store
-
-
-def _prepared(folder: Folder, work: Work, fresh: bool, notice: Notice) -> BlockStore:
+    before, damage = None, None
     try:
-        manifest = manifests.decode(folder.read(manifests.NAME))
+        before = _read(folder)
     except FileNotFoundError:
-        return _new(folder, work, fresh)
-    except DamagedManifestError as damaged:
-        return _new(folder, work, fresh) if fresh else _mended(folder, work, damaged, notice)
-    if fresh and not goes_on_fresh(manifest, work):
-        return _new(folder, work, fresh)
-    _check_version(folder, manifest)
-    return _gone_on_with(BlockStore(folder, manifest), work, notice)
+        pass
+    except DamagedManifestError as error:
+        damage = error
+    if before is not None and (not fresh or goes_on_fresh(before, work)):
+        _check_version(folder, before)
+        manifest = _resumed(BlockStore(folder, before), work, notice)
+    else:
+        manifest = manifest_of(work, fresh)
+        if fresh:
+            clear(folder)
+        elif damage is not None:
+            _check_blocks(BlockStore(folder, manifest), work, damage)
+            notice(f"{manifests.NAME} was damaged ({damage}) and is written again from the configuration")
+    store = BlockStore(folder, manifest, packing)
+    if manifest is not before:
+        store.write_manifest()
+    return store
 
 
 def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
@@ -255,25 +290,17 @@ def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
     return manifest.fresh and same == (manifest.fingerprint, manifest.size, manifest.kernels[-1], manifest.format)
 
 
-def _new(folder: Folder, work: Work, fresh: bool) -> BlockStore:
-    if fresh:
-        clear(folder)
-    store = BlockStore(folder, manifest_of(work, fresh))
-    folder.write(manifests.NAME, manifests.encode(store.manifest))
-    return store
-
-
 def manifest_of(work: Work, fresh: bool = False) -> Manifest:
     """The manifest of a store that this process begins."""
     return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
 
 
-def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: Notice) -> BlockStore:
-    """The store with its manifest written again, unless its blocks say that they belong to something else.
+def _check_blocks(store: BlockStore, work: Work, damaged: DamagedManifestError) -> None:
+    """Raise StoreError if blocks beside a damaged manifest say that they belong to something else.
 
     A damaged block says nothing, and will be computed again.
     """
-    store, looked_at = BlockStore(folder, manifest_of(work)), 0
+    looked_at = 0
     for number in sorted(store.finished()):
         if looked_at == _LOOKED_AT:
             break
@@ -282,26 +309,23 @@ def _mended(folder: Folder, work: Work, damaged: DamagedManifestError, notice: N
             looked_at += 1
         except ForeignBlockError as other:
             raise StoreError(
-                f"{folder.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
+                f"{store.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
                 f"configuration: {other}",
                 hint="{fresh} starts over, or name another place with {store}",
             ) from None
         except (DamagedBlockError, FileNotFoundError):
             continue
-    notice(f"{manifests.NAME} was damaged ({damaged}) and is written again from the configuration")
-    folder.write(manifests.NAME, manifests.encode(store.manifest))
-    return store
 
 
-def _gone_on_with(store: BlockStore, work: Work, notice: Notice) -> BlockStore:
+def _resumed(store: BlockStore, work: Work, notice: Notice) -> Manifest:
+    """The manifest of a store that this process goes on with."""
     check_same(store, work)
     manifest, digest = store.manifest, engine.kernels_digest()
-    if digest != manifest.kernels[-1]:
-        if store.finished():
-            notice("the kernels were changed since this run began; blocks of both will make up the map")
-        manifest = replace(manifest, kernels=(*manifest.kernels, digest))
-        store.folder.write(manifests.NAME, manifests.encode(manifest))
-    return BlockStore(store.folder, manifest)
+    if digest == manifest.kernels[-1]:
+        return manifest
+    if store.finished():
+        notice("the kernels were changed since this run began; blocks of both will make up the map")
+    return replace(manifest, kernels=(*manifest.kernels, digest))
 
 
 def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
@@ -313,28 +337,7 @@ def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
     if there.fingerprint != fingerprint(work.config) or there.size != work.size:
         place = shlex.quote(store.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
         remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
-        refuse(store.where, config_of(store), work.config, remedy if no_fresh else START_OVER)
-
-
-def check_before(folder: Folder, work: Work, shard: bool) -> None:
-    """Raise StoreError for the store of another configuration, before anybody's lock is touched.
-
-    shard : whether a shard is to be computed. A store that cannot be read is left to `prepare`.
-    """
-    try:
-        manifest = manifests.decode(folder.read(manifests.NAME))
-    except (FileNotFoundError, DamagedManifestError):
-        return
-    _check_version(folder, manifest)
-    check_same(BlockStore(folder, manifest), work, shard)
-
-
-def config_of(store: BlockStore) -> Config:
-    """The configuration a store was made from. Raises StoreError."""
-    try:
-        return store.manifest.config(store.where)
-    except ConfigError as error:
-        raise StoreError(f"{store.where}: made from a configuration that this version does not read\n{error}") from None
+        refuse(store.where, store.config(), work.config, remedy if no_fresh else START_OVER)
 
 
 def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
@@ -345,14 +348,19 @@ def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) ->
     raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
 
+def same_major(version: str) -> bool:
+    """Tell whether a version resumes what this one began: the same major version."""
+    return version.partition(".")[0] == __version__.partition(".")[0]
+
+
+def _read(folder: Folder) -> Manifest:
+    """The manifest in a folder. Raises FileNotFoundError or DamagedManifestError."""
+    return manifests.decode(folder.read(manifests.NAME))
+
+
 def _check_version(folder: Folder, manifest: Manifest) -> None:
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
             hint="resume with that version, or start over: {run} with {fresh}",
         )
-
-
-def same_major(version: str) -> bool:
-    """Tell whether a version resumes what this one began: the same major version."""
-    return version.partition(".")[0] == __version__.partition(".")[0]

@@ -3,7 +3,7 @@
     a line that names the format | length of the header, 4 bytes | header, JSON | columns | SHA-256 of all before
 
 Everything is little-endian; a column is one value that all cells share (NaN, mostly), or packed as the header says: as
-a chunk of the file that is to be written, so that it goes there as it is (`files/packing.py`). Format 1 packed nothing.
+a chunk of the file that is to be written, so that it goes there as it is (`files/netcdf.py`). Format 1 packed nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import DamagedBlockError
-from stickslip.files.packing import PLAIN, packed, unpacked
+from stickslip.files.netcdf import PLAIN, packed, unpacked
 from stickslip.files.seal import content_of
 
 MAGIC = b"stickslip block 2\n"

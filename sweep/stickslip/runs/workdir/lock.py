@@ -20,10 +20,9 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from stickslip.errors import StoreError, printable
-from stickslip.files.locations import Location, Url
-from stickslip.files.process import host, is_alive, space
+from stickslip.files.locations import Folder, Location, Url
+from stickslip.files.targets import host, is_alive, space
 from stickslip.runs.blocks import Shard
-from stickslip.runs.workdir.folder import Folder
 
 PREFIX = "lock"
 WHOLE = "lock.json"
@@ -57,11 +56,6 @@ class Holder:
         return printable(f"{who}, process {self.pid}, since {since} (last seen {age:.0f} s ago)")
 
 
-def lock_name(shard: Shard | None) -> str:
-    """Name of the lock of a whole run, or of a shard."""
-    return WHOLE if shard is None else f"{PREFIX}-{shard.number}-of-{shard.count}.json"
-
-
 def shard_of(name: str) -> Shard | None:
     """The shard whose lock has this name; None for a whole run."""
     match = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
@@ -87,7 +81,7 @@ def hold_lock(folder: Folder, shard: Shard | None, lost: Callable[[], None], not
 
     lost : called from another thread if the lock is taken over.
     """
-    lock = Lock(folder, lock_name(shard), lost)
+    lock = Lock(folder, WHOLE if shard is None else f"{PREFIX}-{shard.number}-of-{shard.count}.json", lost)
     _make_room(folder, lock, notice)
     try:
         folder.create(lock.name, lock.content())
@@ -122,7 +116,7 @@ class Lock:
         self.holder = Holder(uuid.uuid4().hex, host(), space(), os.getpid(), _user(), now, now)
 
     def content(self) -> bytes:
-        """Return what is written into the file, as of now."""
+        """The bytes of the file, as of now."""
         return json.dumps({**asdict(self.holder), "seen": time.time()}).encode()
 
     @property
@@ -135,20 +129,21 @@ class Lock:
     def refreshed(self) -> Iterator[None]:
         """Refresh the file from a thread."""
         over = threading.Event()
-        thread = threading.Thread(target=self._refresh, args=(over,), name="lock", daemon=True)
+
+        def refresh() -> None:
+            while not over.wait(REFRESH):
+                with suppress(OSError):  # a full disk, a network that is away: the blocks will tell
+                    if not self.ours:
+                        return self._lost()
+                    self.folder.write(self.name, self.content())
+
+        thread = threading.Thread(target=refresh, name="lock", daemon=True)
         thread.start()
         try:
             yield
         finally:
             over.set()
             thread.join()
-
-    def _refresh(self, over: threading.Event) -> None:
-        while not over.wait(REFRESH):
-            with suppress(OSError):  # a full disk, a network that is away: the blocks will tell
-                if not self.ours:
-                    return self._lost()
-                self.folder.write(self.name, self.content())
 
     def release(self) -> None:
         """Remove the file, if it is still ours."""

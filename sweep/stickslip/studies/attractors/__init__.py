@@ -6,10 +6,8 @@ all other cells. `study.py` puts them together, cell by cell; `ramp.py` follows
 attractors as a parameter goes slowly up and down.
 """
 
-from stickslip.studies.attractors.box import Box, Sampling
-from stickslip.studies.attractors.ramp import ramp_study
-from stickslip.studies.attractors.study import COLUMNS, AttractorStudy, attractor_study, find_attractors
+from stickslip.studies.attractors.ramp import Ramp, RampStudy
+from stickslip.studies.attractors.section import Attractors
+from stickslip.studies.attractors.study import COLUMNS, AttractorStudy, find_attractors
 
-__all__ = [
-    "COLUMNS", "AttractorStudy", "Box", "Sampling", "attractor_study", "find_attractors", "ramp_study",
-]  # fmt: skip
+__all__ = ["COLUMNS", "AttractorStudy", "Attractors", "Ramp", "RampStudy", "find_attractors"]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, stop_flag
 from stickslip.studies.attractors import plain
 from stickslip.studies.attractors.area import Orbits, area_in_box, velocities_at_rest_point
-from stickslip.studies.attractors.box import Box
 from stickslip.studies.attractors.cycle import find_cycles, sampled_motion
+from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import Regimes, Work, settled
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
@@ -31,7 +31,7 @@ _MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitud
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What the theorems of `plain.py` say of some cells: their masks, empty where they say nothing.
+    """Verdicts of the theorems of `plain.py` on some cells: their masks, empty where they say nothing.
 
     nowhere : nothing settles. everywhere : all states do. inside : those inside the unstable cycle do.
     """
@@ -51,8 +51,8 @@ def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
     return Verdicts(known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES))
 
 
-def exact_results(cells: Parameters, stick: Regimes, box: Box, work: Work) -> tuple[Flags, Results]:
-    """Of which cells the share is exact, and their results, by names of `ATTRACTOR_VARIABLES`; NaN elsewhere."""
+def exact_results(cells: Parameters, stick: Regimes, box: Attractors, work: Work) -> tuple[Flags, Results]:
+    """Of which cells the share is exact, and their results, by names of the variables of attractors; NaN elsewhere."""
     which = verdicts(cells, stick, work)
     n = stick.size
     found: Results = {name: np.full(n, np.nan) for name in _MEASURED}
@@ -66,7 +66,7 @@ def exact_results(cells: Parameters, stick: Regimes, box: Box, work: Work) -> tu
     return np.isfinite(found["settling_share"]), found
 
 
-def _inside_cycles(cells: Parameters, box: Box, work: Work) -> Results:
+def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where the cycle was not found."""
     ahead = plain.forward(cells)
     cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
@@ -87,7 +87,7 @@ def _inside_cycles(cells: Parameters, box: Box, work: Work) -> Results:
     return found
 
 
-def _mirrored_box(cells: Parameters, box: Box) -> tuple[Floats, Floats, Floats, Floats]:
+def _mirrored_box(cells: Parameters, box: Attractors) -> tuple[Floats, Floats, Floats, Floats]:
     """The box in the plane of the motion backwards in time: displacements from steady sliding, of the other sign.
 
     Where the belt goes the other way the whole plane is mirrored.

@@ -2,40 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
+from pydantic import BeforeValidator, Field
 
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.studies import ramp_dataset
+from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import RANGE, StudySection, of_row
+from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
+from stickslip.dataset.display import displayed
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import StoppedError
-from stickslip.studies.attractors.box import Box
+from stickslip.errors import ArgumentError, StoppedError
 from stickslip.studies.attractors.exact import exact_results
+from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
+from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
-from stickslip.studies.borders.lines import CellsOrConfig, Side, lines_along
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.borders.lines import (
+    PARAMETER,
+    CellsOrConfig,
+    Side,
+    check_line,
+    lines_along,
+    range_along,
+)
+from stickslip.studies.report import MOST_ROWS, cells_over
+from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.parameter import of_section
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import BETWEEN_VARIABLES, RAMP_VARIABLES
+from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.results import VARIABLES
 
 Floats = NDArray[np.float64]
 Lines = NDArray[np.intp]
 State = tuple[Floats, Floats]
 
 _VIBRATION_END = "vibration_end"
+_CELL = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
+_OF_BOTH = ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio")
+# By line, direction and value ("along" stands for the parameter); between both branches, by line and value.
+_BRANCHES = {name: replace(VARIABLES[name], dims=("direction", "along")) for name in _CELL}
+_BETWEEN = {name: replace(OF_ATTRACTORS[name], dims=("along",)) for name in _OF_BOTH}
+_END = Variable(
+    _VIBRATION_END, "parameter", "where vibration ends, between this value and the next of the ramp",
+    dims=("direction", "along"),
+)  # fmt: skip
 _TOGETHER = 256  # cells that are held with the samples of their cycles
-_ANY = Box((0.0, 1.0), (-1.0, 1.0))  # of starting states, whose share nobody asks for
+_STATES = of_section("start", PARAMETERS.values())
+_CARRIED = "is a starting state, which a ramp carries from value to value"
+_ANY = Attractors(displacement=(0.0, 1.0), velocity=(-1.0, 1.0))  # of starting states, whose share nobody asks for
 _STICK_SLIP, _SUSTAINED, _STUCK = (REGIMES.index(name) for name in ("stick_slip", "sustained", "stuck"))
 _HALVINGS = 30  # of a step of the ramp
 _DECIDED = 10  # of these, the first; closer to the end motions are within the tolerance of it, and may be undecided
+
+
+class Ramp(StudySection):
+    """Ends of vibration as a parameter goes slowly up and down; the other axes are lines."""
+
+    key = "ramp"
+    rows = table(
+        Parameter("points", "1", "values to wait at, on each way", key,
+                  default=200, at_least=2, at_most=10_000_000, whole=True),
+    )  # fmt: skip
+    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell that goes up and down")
+    between: Annotated[tuple[float, float] | None, BeforeValidator(range_along)] = Field(
+        None, description="both ends of the ramp, the lower one first; those of the axis unless given",
+        json_schema_extra=RANGE,
+    )  # fmt: skip
+    points: int = of_row(rows["points"])
 
 
 class RampStudy(Study):
@@ -45,22 +87,70 @@ class RampStudy(Study):
     disturbance of `DISTURBANCE` of the belt speed is left. It begins with an unloaded contact that sticks; down goes on
     where up ended. A value where the motion stays undecided passes on the state it started from.
 
-    Columns: `RAMP_VARIABLES` and `vibration_end` by line, direction and value; `BETWEEN_VARIABLES` by line and value.
+    Columns: `_BRANCHES` and `vibration_end` by line, direction and value; `_BETWEEN` by line and value.
     """
 
+    section, variables = Ramp, _BRANCHES | {_VIBRATION_END: _END} | _BETWEEN
+    about = (
+        "Each value starts from where the motion at the one before ended. The other axes of CONFIG are lines of their "
+        "own; a plot shows a single line."
+    )
+    examples = (
+        "configs/quickstart.yaml --along belt_speed --plot ramp.png",
+        'configs/quickstart.yaml --along belt_speed --between 0.2 "1 m/s" -o ramp.nc',
+    )
+    caption = "ramp"
     name, counted, ragged, weight = "ramp", "lines", True, 64
 
     def __init__(self, cells: Cells, side: Side, options: Options) -> None:
         self._cells, self._side = cells, side
+        self.title = f"Slow ramp: {QUANTITIES[side.name].long_name}"
         self._values = np.linspace(side.low, side.high, side.points)
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each, self.options = 3 * side.points, replace(options, early_stop=True)
-        names = (*RAMP_VARIABLES, _VIBRATION_END, *BETWEEN_VARIABLES)
+        names = (*_BRANCHES, _VIBRATION_END, *_BETWEEN)
         self.columns = dict.fromkeys(names, np.dtype(np.float64))
-        if side.name in of_section("start", PARAMETERS.values()):
-            raise ValueError(f"along: {side.name} is a starting state, which a ramp carries from value to value")
+        if side.name in _STATES:
+            raise ArgumentError("along", f"{side.name} {_CARRIED}")
         for end in self._values[[0, -1]]:
             self._at(end, np.arange(cells.size))
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Ramp, options: Options) -> RampStudy:
+        """The ramps of cells along the parameter of the section."""
+        return cls(*lines_along(given, section.along, section.between, section.points, options), options)
+
+    @classmethod
+    def check(cls, section: Ramp, config: Config, problems: ProblemCollector) -> None:
+        """Note a parameter that no ramp can have, and lines that there are not."""
+        if section.along in _STATES:
+            problems.add((section.key, "along"), f"{section.along} {_CARRIED}")
+        else:
+            check_line(section, config, problems)
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """Report the changes of regime on the way up, and on the way down."""
+        *dims, _, along = ds["regime"].dims
+        values, unit = displayed(ds[along])
+        for number, (where, line) in enumerate(cells_over(ds, dims)):
+            if number == MOST_ROWS:
+                yield "... and more lines; --output FILE.nc keeps them all"
+                return
+            for direction, step in (("up", 1), ("down", -1)):
+                codes = line["regime"].sel(direction=direction).values[::step]
+                yield f"{where}{direction:4} {'; '.join(_changes(codes, values[::step], unit))}"
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure:
+        """The branches of a variable."""
+        from stickslip.plots.attractors import plot_of_ramp
+        from stickslip.plots.kinds import check_plain
+
+        check_plain(look, "a ramp")
+        return plot_of_ramp(ds, variable, select=select, title=title)
 
     def _at(self, value: ArrayLike, lines: Lines) -> Parameters:
         """The cells of some lines at a value of the parameter."""
@@ -77,28 +167,36 @@ class RampStudy(Study):
 
     def blank(self, items: range) -> Results:
         """Lines of which nothing is known."""
-        each = {name: (1 if name in BETWEEN_VARIABLES else 2) * self._values.size for name in self.columns}
+        each = {name: (1 if name in _BETWEEN else 2) * self._values.size for name in self.columns}
         return {name: np.full(len(items) * each[name], np.nan) for name in self.columns}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The ramps with the dimensions of the lines, `direction` and the parameter."""
         points = self._values.size
-        results = {name: values.reshape(*self.shape, *((points,) if name in BETWEEN_VARIABLES else (2, points)))
-                   for name, values in joined(parts).items()}  # fmt: skip
-        return ramp_dataset(
-            self._side.name, self._values, self.dims, grid_coordinates(self._cells), results, results, attributes,
-            self._side.written_in,
-        )  # fmt: skip
+        name, unit, about = self._side.name, self._side.written_in, QUANTITIES[self._side.name]
+        rows = self.variables | {_VIBRATION_END: replace(_END, units=about.units)}
+        rows = {key: replace(row, dims=tuple(name if dim == "along" else dim for dim in row.dims))
+                for key, row in rows.items()}  # fmt: skip
+        values = {key: column.reshape(-1, *((points,) if key in _BETWEEN else (2, points)))
+                  for key, column in joined(parts).items()}  # fmt: skip
+        axis = {"units": about.units, "long_name": about.long_name, "axis_spacing": "linear"}
+        coordinates = grid_coordinates(self._cells) | {
+            name: shown_in(xr.Variable((name,), self._values, axis, NO_FILL), unit),
+            "direction": text_index("direction", ("up", "down"), "direction of the ramp"),
+        }
+        ds = study_dataset("ramp", rows, values, self.dims, self.shape, coordinates, attributes)
+        shown_in(ds[_VIBRATION_END].variable, unit)
+        return ds
 
     def _followed(self, lines: Lines, work: Work, moved: Moved) -> Results:
-        """By names of `RAMP_VARIABLES`, and `vibration_end`, arrays (lines, direction, values).
+        """By names of `_BRANCHES`, and `vibration_end`, arrays (lines, direction, values).
 
         `vibration_end`, at the last value that vibrates: the one, between it and the next, at which vibration gives way
         to steady sliding; NaN elsewhere, and where that is not known.
         """
         values = self._values
         shape = (lines.size, 2, values.size)
-        found: Results = {name: np.full(shape, np.nan) for name in (*RAMP_VARIABLES, _VIBRATION_END)}
+        found: Results = {name: np.full(shape, np.nan) for name in (*_BRANCHES, _VIBRATION_END)}
         state = None
         for direction, order in enumerate((range(values.size), range(values.size)[::-1])):
             vibrated, before = np.zeros(lines.size, np.bool_), order[0]
@@ -106,7 +204,7 @@ class RampStudy(Study):
                 cells = self._at(values[i], lines)
                 state = unloaded(cells) if state is None else state
                 results = work.results(cells, *state)
-                for name in RAMP_VARIABLES:
+                for name in _BRANCHES:
                     found[name][:, direction, i] = results[name]
                 ended = np.flatnonzero(vibrated & settled(results["regime"]))
                 if ended.size:
@@ -135,7 +233,7 @@ class RampStudy(Study):
         return np.where(known, 0.5 * (last + first), np.nan)
 
     def _between(self, lines: Lines, work: Work, moved: Moved) -> Results:
-        """By names of `BETWEEN_VARIABLES`, arrays (lines, values): unstable cycle, stability of steady sliding.
+        """By names of `_BETWEEN`, arrays (lines, values): unstable cycle, stability of steady sliding.
 
         NaN where there is no unstable cycle, or it is not known exactly (`plain.py` says of which cells it is).
         """
@@ -148,14 +246,16 @@ class RampStudy(Study):
             _, known = exact_results(some, start["regime"], _ANY, work)
             parts.append(known | {"damping_ratio": start["damping_ratio"]})
             moved(some["mass"].size)
-        return {name: np.concatenate([part[name] for part in parts]) for name in BETWEEN_VARIABLES}
+        return {name: np.concatenate([part[name] for part in parts]) for name in _BETWEEN}
 
 
-def ramp_study(
-    given: CellsOrConfig, along: str, between: tuple[float, float] | None, points: int, options: Options
-) -> RampStudy:
-    """The ramps of cells along a parameter. Raises TypeError or ValueError for what cannot be."""
-    return RampStudy(*lines_along(given, along, between, points, options), options)
+def _changes(codes: NDArray[Any], values: NDArray[Any], unit: str) -> list[str]:
+    """`stick_slip -> damped from 0.79 to 0.8 m/s` for each change on the way."""
+    changes = [
+        f"{REGIMES[codes[i]]} -> {REGIMES[codes[i + 1]]} from {values[i]:.6g} to {values[i + 1]:.6g} {unit}".rstrip()
+        for i in np.flatnonzero(np.diff(codes))
+    ]
+    return changes or [f"{REGIMES[codes[0]]} all the way"]
 
 
 def _passed_on(cells: Parameters, results: Results, state: State) -> State:

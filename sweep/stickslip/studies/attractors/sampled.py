@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.engine import Scales
-from stickslip.studies.attractors.box import Box, Sampling
+from stickslip.studies.attractors.section import RANDOMISATIONS, Attractors
 from stickslip.studies.attractors.starts import Work, decided, settled
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_with
-from stickslip.vocabulary.settings import RANDOMISATIONS
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -40,28 +39,28 @@ class Shares:
     reached: NDArray[np.bool_]
 
 
-def starting_states(box: Box, sampling: Sampling) -> Floats:
+def starting_states(box: Attractors) -> Floats:
     """Scrambled Sobol points in the box: (randomisations, points, 2), the same for every cell."""
-    seeds = np.random.SeedSequence(sampling.seed).spawn(RANDOMISATIONS)
-    unit = [qmc.Sobol(2, scramble=True, rng=np.random.default_rng(seed)).random(sampling.points) for seed in seeds]
+    seeds = np.random.SeedSequence(box.seed).spawn(RANDOMISATIONS)
+    unit = [qmc.Sobol(2, scramble=True, rng=np.random.default_rng(seed)).random(box.points) for seed in seeds]
     low, high = zip(box.displacement, box.velocity, strict=True)
-    return np.asarray(qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, sampling.points, 2)
+    return np.asarray(qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, box.points, 2)
 
 
-def sampled_shares(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Shares:
+def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:
     """The shares of the box that settle, from states drawn in it.
 
     The randomisations are independent and each is unbiased, so that their scatter gives the standard error of their
     mean; that of independent points (the binomial one) would be too large several times, since Sobol points fill the
     box evenly. Where all agree the error is that of one state in all of them.
     """
-    states, each = starting_states(box, sampling).reshape(-1, 2), sampling.samples
+    states, each = starting_states(box).reshape(-1, 2), box.samples
     total = cells["mass"].size * each
     found = []
     for first in range(0, total, _TOGETHER):
         cell, state = divmod(np.arange(first, min(first + _TOGETHER, total)), each)
         found.append(work.regimes(taken(cells, cell), states[state, 0], states[state, 1]))
-    regimes = np.concatenate(found).reshape(-1, RANDOMISATIONS, sampling.points)
+    regimes = np.concatenate(found).reshape(-1, RANDOMISATIONS, box.points)
     ends, known = settled(regimes), decided(regimes)
     with np.errstate(invalid="ignore"):
         share = ends.sum(axis=(1, 2)) / known.sum(axis=(1, 2))

@@ -1,4 +1,4 @@
-"""Where motions are started, and which regimes they reach."""
+"""Starting states of motions, and the regimes they reach."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def decided(regimes: Regimes) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Work:
-    """How starting states of cells are computed.
+    """Computing from starting states of cells.
 
     Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing. moved : called with
     motions computed, now and then.

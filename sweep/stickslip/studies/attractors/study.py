@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stickslip.config.checks import STATES_IN_BOX, state_axes
 from stickslip.config.grid import build_grid
-from stickslip.config.model import Config
-from stickslip.config.studies import Attractors
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.given import given_cells
-from stickslip.dataset.studies import attractor_dataset
+from stickslip.config.model import Config, Group
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, study_dataset
+from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import ArgumentError, StoppedError
+from stickslip.errors import ArgumentError, Path, StoppedError
 from stickslip.studies.attractors import cycle, exact, sampled
-from stickslip.studies.attractors.box import Box, Sampling
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.plain import slips_on_curve
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
+from stickslip.studies.attractors.section import RANDOMISATIONS, VARIABLES, Attractors
 from stickslip.studies.attractors.starts import (
     DISTURBANCE,
     Work,
@@ -34,19 +34,18 @@ from stickslip.studies.attractors.starts import (
     unloaded,
 )
 from stickslip.studies.borders.lines import CellsOrConfig
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.report import MOST_ROWS, attributes, cells_over
+from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters, taken
-from stickslip.vocabulary.flags import FLAGS, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import ATTRACTOR_VARIABLES
-from stickslip.vocabulary.settings import RANDOMISATIONS
 
 Floats = NDArray[np.float64]
 
 COLUMNS: dict[str, np.dtype[Any]] = {
-    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in ATTRACTOR_VARIABLES
+    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in VARIABLES
 }
 TOGETHER = 256  # cells that are held with their samples
 
@@ -54,13 +53,12 @@ TOGETHER = 256  # cells that are held with their samples
 def find_attractors(
     cells: Cells,
     items: range,
-    box: Box,
-    sampling: Sampling,
+    box: Attractors,
     options: Options,
     stop: StopFlag,
     moved: Callable[[int], None] | None = None,
 ) -> Results:
-    """By names of `ATTRACTOR_VARIABLES`, of the cells with these numbers; in this thread.
+    """By names of `VARIABLES`, of the cells with these numbers; in this thread.
 
     The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
     Raises StoppedError once `stop` is raised.
@@ -69,11 +67,11 @@ def find_attractors(
     found = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
-        found.append(_attractors(cells[first:last], box, sampling, work))
+        found.append(_attractors(cells[first:last], box, work))
     return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
 
 
-def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> Results:
+def _attractors(cells: Parameters, box: Attractors, work: Work) -> Results:
     """The same of cells that are held together."""
     n, steady = cells["mass"].size, steady_state(cells, work.options)
     found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
@@ -92,7 +90,7 @@ def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> 
     rest = np.flatnonzero(~exact)
     if rest.size:
         some = taken(cells, rest)
-        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, sampling, work, found)
+        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, work, found)
     _settle_exactly(found, exact, reached)
     for kind in ("shock", "shift"):
         ways = found[f"critical_{kind}_along"], found[f"critical_{kind}_against"]
@@ -102,11 +100,11 @@ def _attractors(cells: Parameters, box: Box, sampling: Sampling, work: Work) -> 
 
 
 def _sample(
-    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Box, sampling: Sampling,
+    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Attractors,
     work: Work, found: Results,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Fill in what sampling tells of some cells; the regimes their starting states reached."""
-    shares = sampled_shares(cells, box, sampling, work)
+    shares = sampled_shares(cells, box, work)
     found["settling_share"][where], found["share_error"][where] = shares.share, shares.error
     found["settling_share_low"][where], found["settling_share_high"][where] = shares.low, shares.high
     slides = settled(sliding)
@@ -125,6 +123,7 @@ def _settle_exactly(found: Results, exact: NDArray[np.bool_], reached: NDArray[n
 
 
 _STATE = ("displacement", "velocity")  # of a start, which the box replaces
+_STATES_IN_BOX = "expected no axis: the starting states are those of the box (attractors)"
 _PROBED = 64  # cells that tell what the others may take
 _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the search for critical disturbances
 
@@ -132,21 +131,74 @@ _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the searc
 class AttractorStudy(Study):
     """The attractors of cells."""
 
+    section, variables = Attractors, VARIABLES
+    title, subject, caption = "Attractors", "settling_share", "share that settles"
+    about = "How large a share of a box of starting states settles, and how large a shock ends sliding."
+    examples = (
+        "configs/attractors.yaml",
+        'configs/quickstart.yaml --displacement 0 "2 m" --velocity -1 1 -o basins.nc',
+    )
     name, counted, weight = "attractor set", "cells", 4096 // TOGETHER
     columns = COLUMNS
 
-    def __init__(self, cells: Cells, box: Box, sampling: Sampling, options: Options) -> None:
-        self._cells, self._box, self._sampling = cells, box, sampling
+    def __init__(self, cells: Cells, box: Attractors, options: Options) -> None:
+        self._cells, self._box = cells, box
         self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
         known = slips_on_curve(cells[: min(cells.size, _PROBED)], options)
         share = float(known.mean()) if known.size else 1.0
-        self.cells_each = _EXACT_COST + int((1.0 - share) * (sampling.samples + _SEARCH_COST))
+        self.cells_each = _EXACT_COST + int((1.0 - share) * (box.samples + _SEARCH_COST))
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
+        """The attractors from the box of the section; what is said of the state at the start is left out."""
+        if not isinstance(given, Config):
+            return cls(given_cells(given, options), section, options)
+        if given.drive is not None:
+            raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
+        for path in _state_axes(given):
+            raise ArgumentError(str(path[-1]), _STATES_IN_BOX)
+        return cls(build_grid(given), section, options)
+
+    @classmethod
+    def check(cls, section: Attractors, config: Config, problems: ProblemCollector) -> None:
+        """Note axes of starting states, which are those of the box."""
+        for path in _state_axes(config):
+            problems.add(path, _STATES_IN_BOX, at_key=True)
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """Which regimes coexist, how much of the box settles, and what a shock may be."""
+        share, masks = ds["settling_share"].values, ds["coexisting"].values
+        if share.size <= MOST_ROWS:
+            for where, cell in cells_over(ds, ds["settling_share"].dims):
+                regimes = _regimes_in(int(cell["coexisting"])) or "not computed"
+                yield f"{where}{regimes}; {_share(cell)}; {_shock(cell)}"
+        else:
+            for mask, count in zip(*np.unique(masks, return_counts=True), strict=True):
+                yield f"cells    {count:,} with {_regimes_in(int(mask)) or 'nothing computed'}"
+            if (known := share[np.isfinite(share)]).size:
+                yield f"settling {known.mean():.1%} of the starting states on average"
+        yield from attributes(ds, shares="attractors_found")
+        yield f"box      displacement {ds.attrs['box_displacement']}, velocity {ds.attrs['box_velocity']}"
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure | None:
+        """Over one parameter lines of the share; over more a map of it."""
+        from stickslip.plots.attractors import plot_attractors
+        from stickslip.plots.kinds import check_plain
+
+        if variable not in (None, cls.subject) or len(set(ds[cls.subject].dims) - set(select)) != 1:
+            return None
+        check_plain(look, "no map: lines over one parameter")
+        return plot_attractors(ds, select=select, title=title)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The attractors of a range of cells."""
         try:
-            return Finished(find_attractors(self._cells, items, self._box, self._sampling, self.options, stop, moved))
+            return Finished(find_attractors(self._cells, items, self._box, self.options, stop, moved))
         except StoppedError:
             return Finished({}, False)
 
@@ -162,26 +214,50 @@ class AttractorStudy(Study):
         """The attractors with the dimensions of the cells."""
         whole = joined(parts)
         coordinates = {name: c for name, c in grid_coordinates(self._cells).items() if name not in _STATE}
-        attributes = dict(attributes) | _attributes(whole, self._box, self._sampling, self.options)
-        return attractor_dataset(self.dims, self.shape, coordinates, whole, attributes)
+        attributes = dict(attributes) | _attributes(whole, self._box, self.options)
+        values = {name: whole[name] for name in VARIABLES}
+        ds = study_dataset("attractors", VARIABLES, values, self.dims, self.shape, coordinates, attributes)
+        coexisting = ds["coexisting"].variable
+        names = REGIMES[1:]  # a bit each; the code of a regime counts them from 1
+        masks = coexisting.attrs | {
+            "flag_masks": (2 ** np.arange(len(names))).astype(np.int8),
+            "flag_meanings": " ".join(names),
+            "comment": "; ".join(f"{name}: {REGIME_MESSAGES[name]}" for name in names),
+        }
+        ds["coexisting"] = xr.Variable(coexisting.dims, coexisting.values.astype(np.int8), masks, NO_FILL)
+        return ds
 
 
-def attractor_study(given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
-    """The attractors that a section of a configuration asks for; what is said of the state at the start is left out.
-
-    Raises ArgumentError where an axis is a starting state, or the belt has a drive.
-    """
-    box, sampling = Box(section.displacement, section.velocity), Sampling(section.samples, section.seed)
-    if not isinstance(given, Config):
-        return AttractorStudy(given_cells(given, options), box, sampling, options)
-    if given.drive is not None:
-        raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
-    for path in state_axes(given):
-        raise ArgumentError(str(path[-1]), STATES_IN_BOX)
-    return AttractorStudy(build_grid(given), box, sampling, options)
+def _regimes_in(mask: int) -> str:
+    """`stick_slip or damped`: the regimes of a mask."""
+    return " or ".join(name for code, name in enumerate(REGIMES) if code and mask >> (code - 1) & 1)
 
 
-def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) -> dict[str, str | float]:
+def _share(cell: xr.Dataset) -> str:
+    share, error = float(cell["settling_share"]), float(cell["share_error"])
+    low, high = float(cell["settling_share_low"]), float(cell["settling_share_high"])
+    bounds = f", {low:.4g} to {high:.4g} with undecided states" if high > low else ""
+    return f"share that settles {share:.6g} ({f'+- {error:.2g}' if error else 'exact'}{bounds})"
+
+
+def _shock(cell: xr.Dataset) -> str:
+    shock = float(cell["critical_shock"])
+    if shock != shock:
+        return "critical shock unknown"
+    if shock == float("inf"):
+        return "no shock ends sliding"
+    return f"critical shock {unit_of(cell['critical_shock']).text(shock)}" if shock else "any shock ends sliding"
+
+
+def _state_axes(config: Config) -> Iterator[Path]:
+    """The axes along which a starting state varies."""
+    for axis in config.axes:
+        for member in axis.members:
+            if member.name in _STATE:
+                yield ("axes", axis.name, "zip", member.name) if isinstance(axis, Group) else ("axes", axis.name)
+
+
+def _attributes(found: Results, box: Attractors, options: Options) -> dict[str, str | float]:
     """Return what was asked, how it was found, and how good it is, as global attributes."""
     scan = sampled.SCAN
     counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}
@@ -196,8 +272,8 @@ def _attributes(found: Results, box: Box, sampling: Sampling, options: Options) 
         "attractors_start": f"steady sliding: {DISTURBANCE:g} of the belt speed from it",
         "share_exact": f"by theorems of the plane; the unstable cycle at rtol {cycle.RTOL:g}, known to {cycle.CLOSED:g}"
         f" of the belt speed, its area to {exact.AREA_ERROR:g}",
-        "share_sampled": f"{RANDOMISATIONS} randomisations of {sampling.points} scrambled Sobol points, seed "
-        f"{sampling.seed}; the error is that of their mean, or of one point in {sampling.samples} where all agree",
+        "share_sampled": f"{RANDOMISATIONS} randomisations of {box.points} scrambled Sobol points, seed "
+        f"{box.seed}; the error is that of their mean, or of one point in {box.samples} where all agree",
         "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
         f"belt speed plus load {BREAKAWAY}/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
         "attractors_rtol": options.rtol,

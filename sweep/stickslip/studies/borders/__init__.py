@@ -1,18 +1,18 @@
-"""Where along a parameter the regime changes, to as many digits as asked for.
+"""Borders of regimes along a parameter, to as many digits as asked for.
 
 `search.py` finds where labels change along lines and knows nothing of friction (`search.py`: where to look next);
 `lines.py` leaves one or two parameters of cells open; `border.py` puts the two together through the engine.
 
-In planes of two parameters: `walk.py` follows borders over the cells of a grid, `tracing.py` joins crossings to lines,
-`tracing.py` closes in on where three regimes meet; `contours.py` puts these together.
+In planes of two parameters: `walk.py` follows borders over the cells of a grid, `tracing.py` joins crossings to lines
+and closes in on where three regimes meet; `plane.py` puts these together, and `contours.py` makes a study of it.
 """
 
-from stickslip.studies.borders.border import BorderStudy, Limits, border_study
-from stickslip.studies.borders.contours import ContourStudy, contour_study
-from stickslip.studies.borders.lines import Side, lines_along, plane_over
+from stickslip.studies.borders.border import Border, BorderStudy
+from stickslip.studies.borders.contours import Contours, ContourStudy
+from stickslip.studies.borders.lines import Side, fine_enough, lines_along, plane_over
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 
 __all__ = [
-    "BorderStudy", "ContourStudy", "Limits", "Looked", "Scan", "Side", "border_study", "contour_study", "lines_along",
+    "Border", "BorderStudy", "ContourStudy", "Contours", "Looked", "Scan", "Side", "fine_enough", "lines_along",
     "plane_over", "search_lines",
 ]  # fmt: skip

@@ -2,56 +2,92 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from numbers import Integral
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field
 
-from stickslip.config.studies import Border
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.studies import border_dataset
+from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import RANGE, StudySection, of_row
+from stickslip.config.studies import Finished, Moved, Regime, Study, Table
+from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
+from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
-from stickslip.studies.borders.lines import CellsOrConfig, Side, lines_along
+from stickslip.studies.borders.lines import (
+    PARAMETER,
+    CellsOrConfig,
+    Lines,
+    Side,
+    check_line,
+    fine_enough,
+    limits,
+    line_along,
+    lines_along,
+    range_along,
+)
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.report import attributes, axes_over, cells_over, first, parts_over
+from stickslip.studies.study import joined
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import METHODS, UNDECIDED
+from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
+from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.settings import BORDER
 
 _OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
 _METHOD = METHODS.index("bisection"), METHODS.index("restick_margin")  # by whether the margin led to the border
 
+_EACH = ("crossing",)
+_VARIABLES = table(
+    Variable("border", "parameter", "where the regime changes", comment="the middle of the last bracket", dims=_EACH),
+    Variable("regime_below", "1", "regime just below the border", dims=_EACH),
+    Variable("regime_above", "1", "regime just above the border", dims=_EACH),
+    Variable("border_width", "parameter", "width of the last bracket of the border", dims=_EACH),
+    Variable("method", "1", "how the border was found", dims=_EACH),
+    Variable("regime_throughout", "1", "regime all along a line without borders", comment="as far as the scan sees"),
+    Variable("scan_undecided", "1", "cells of the scan that were unresolved or failed"),
+)
 
-@dataclass(frozen=True)
-class Limits:
-    """How finely to look: places of the scan of each line, and the width, relative to the border, to stop at."""
 
-    scan: int = 64
-    tolerance: float = 1e-9
+class Border(StudySection):
+    """Border of the regimes along a parameter; the other axes are the lines that are searched."""
 
-    def __post_init__(self) -> None:
-        for name in ("scan", "tolerance"):
-            row, value = BORDER[name], getattr(self, name)
-            if isinstance(value, bool) or row.whole and not isinstance(value, Integral) or not row.allows(value):
-                raise ValueError(f"{name}: got {value!r}, expected {row.expected}")
-
-    def applied(self, options: Options, rtol: float | None) -> Options:
-        """Return how to integrate; `rtol` is None for a tolerance that leaves borders their digits."""
-        rtol = float(np.clip(self.tolerance / 100, 1e-12, 1e-6)) if rtol is None else float(rtol)
-        return replace(options, rtol=rtol, early_stop=True)
+    key = "border"
+    rows = limits(
+        key,
+        "a border",
+        Parameter("scan", "1", "places of each line that are looked at first", key,
+                  default=64, at_least=2, at_most=10_000_000, whole=True),
+    )  # fmt: skip
+    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell to search along")
+    between: Annotated[tuple[float, float] | None, BeforeValidator(range_along)] = Field(
+        None,
+        description="both ends of the range to search, the lower one first; those of the axis unless given",
+        json_schema_extra=RANGE,
+    )
+    tolerance: float = of_row(rows["tolerance"])
+    scan: int = of_row(rows["scan"])
+    rtol: float | None = of_row(rows["rtol"])
 
 
 class BorderStudy(Study):
     """The borders of lines; its items are the lines."""
 
+    section, variables = Border, _VARIABLES
+    title, subject, places, over_map = "Borders of regimes", "border", "lines", True
+    about = "The other axes of CONFIG are the lines that are searched, but those that --at gives a value."
+    examples = (
+        "configs/quickstart.yaml --along belt_speed",
+        'configs/quickstart.yaml --along belt_speed --at stiffness="5 N/mm"',
+        'configs/quickstart.yaml --along belt_speed --between 1 "1.2 m/s" -o top.nc',
+    )
     name, counted, ragged = "borders", "lines", True
     columns: Mapping[str, np.dtype[Any]] = {
         "found": np.dtype(np.int32), "undecided": np.dtype(np.int32), "throughout": np.dtype(np.int8),  # by line ...
@@ -59,12 +95,51 @@ class BorderStudy(Study):
         "below": np.dtype(np.int8), "above": np.dtype(np.int8), "guided": np.dtype(np.int8),
     }  # fmt: skip
 
-    def __init__(self, cells: Cells, side: Side, limits: Limits, options: Options) -> None:
-        self._cells, self._side, self._limits = cells, side, limits
+    def __init__(self, cells: Cells, side: Side, section: Border, options: Options) -> None:
+        self._cells, self._side, self._tolerance = cells, side, section.tolerance
         self.dims, self.shape = cells.dims, cells.shape
-        self.cells_each = limits.scan + int(-np.log2(limits.tolerance))
-        self.weight = max(limits.scan // _LANES_FED, 1)
+        self.cells_each = section.scan + int(-np.log2(section.tolerance))
+        self.weight = max(section.scan // _LANES_FED, 1)
         self.options = replace(options, early_stop=True)
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:
+        """The borders along the parameter of the section."""
+        options = fine_enough(section, options)
+        return cls(*lines_along(given, section.along, section.between, section.scan, options), section, options)
+
+    @classmethod
+    def check(cls, section: Border, config: Config, problems: ProblemCollector) -> None:
+        """Note lines that cannot be searched."""
+        check_line(section, config, problems)
+
+    @classmethod
+    def lines_in(cls, section: Border, config: Config) -> Lines:
+        """The lines that are searched."""
+        return {section.along: line_along(config, section.along, section.between)}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The first borders, how many there are, and what can be missed."""
+        rows = int(ds["border"].notnull().sum())
+        if "regime_throughout" in ds:
+            rows += int((ds["regime_throughout"] != 0).sum())
+        yield from first(_lines(ds), rows)
+        yield from attributes(ds, borders="border_found", scan="border_scan")
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Table:
+        """The borders along each line, with the regimes on either side; and lines without a border."""
+        ds = ds.transpose(..., "crossing")
+        axes = axes_over(ds, ds["border"].dims[:-1])
+        along = str(ds.attrs.get("border_parameter", "border")).replace("_", " ")
+        words = [*(axis.name for axis in axes), along, "below it", "above it"]
+        return Table("The borders", words, ["known within"], _rows(ds, axes))
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True for borders of many lines of a configuration."""
+        return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The borders of a range of lines."""
@@ -94,7 +169,7 @@ class BorderStudy(Study):
                 scanned.append(answer)
             return answer
 
-        brackets, undecided = search_lines(len(items), self._side, self._limits.tolerance, regimes)
+        brackets, undecided = search_lines(len(items), self._side, self._tolerance, regimes)
         labels, decided = (values.reshape(len(items), self._side.points) for values in scanned[0][:2])
         first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
         return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
@@ -111,17 +186,55 @@ class BorderStudy(Study):
         whole, side = joined(parts), self._side
         throughout = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
         results = _table(whole) | {"regime_throughout": throughout, "scan_undecided": whole["undecided"]}
-        return border_dataset(
-            side.name, self.dims, self.shape, grid_coordinates(self._cells), results,
-            dict(attributes) | _attributes(whole, side, self._limits, self.options), side.written_in,
-        )  # fmt: skip
+        attributes = dict(attributes) | _attributes(whole, side, self._tolerance, self.options)
+        return labelled(side, results, self.dims, self.shape, grid_coordinates(self._cells), attributes)
 
 
-def border_study(given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:
-    """The borders that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
-    limits = Limits(section.scan, section.tolerance)
-    options = limits.applied(options, section.rtol)
-    return BorderStudy(*lines_along(given, section.along, section.between, limits.scan, options), limits, options)
+def labelled(
+    side: Side, results: Mapping[str, NDArray[Any]], dims: Sequence[str], shape: Sequence[int],
+    coordinates: Mapping[str, xr.Variable], attributes: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """The borders along a parameter as a dataset; dims, shape and coordinates are those of the lines."""
+    rows = _VARIABLES | {name: of_parameter(_VARIABLES[name], side.name) for name in ("border", "border_width")}
+    ds = study_dataset("border", rows, {name: results[name] for name in rows}, dims, shape, coordinates, attributes)
+    for name in ("border", "border_width"):
+        shown_in(ds[name].variable, side.written_in)
+    return ds
+
+
+def _crossings(line: xr.Dataset) -> list[xr.Dataset]:
+    """The borders on a line."""
+    return [line.isel(crossing=int(i)) for i in np.flatnonzero(np.isfinite(line["border"].values))]
+
+
+def _sides(crossing: xr.Dataset) -> list[str]:
+    return [REGIMES[int(crossing[name])] for name in ("regime_below", "regime_above")]
+
+
+def _lines(ds: xr.Dataset) -> Iterator[str]:
+    """A line of text per border: the regimes on either side, where it is, how it was found; or for a line without."""
+    unit = unit_of(ds["border"])
+    for where, line in cells_over(ds, ds["border"].dims[:-1]):
+        crossings = _crossings(line)
+        if not crossings and (code := int(line["regime_throughout"]) if "regime_throughout" in line else 0):
+            yield f"{where}{REGIMES[code]} throughout, no border"
+        for border in crossings:
+            below, above = _sides(border)
+            how = f"width {unit.of(float(border['border_width'])):.2g}, by {METHODS[int(border['method'])]}"
+            yield f"{where}{below} -> {above} at {unit.text(float(border['border']), 12)} ({how})"
+
+
+def _rows(ds: xr.Dataset, axes: Sequence[MapAxis]) -> Iterator[list[str]]:
+    """A row of a table per border, or per line without any."""
+    unit = unit_of(ds["border"])
+    for place, line in parts_over(ds, ds["border"].dims[:-1]):
+        where = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
+        crossings = _crossings(line)
+        for crossing in crossings:
+            width = f"{unit.of(float(crossing['border_width'])):.2g} {unit.name}"
+            yield [*where, unit.text(float(crossing["border"])), *map(Regime, _sides(crossing)), width]
+        if not crossings:
+            yield [*where, "none: one regime throughout", "", "", ""]
 
 
 def _table(found: Results) -> dict[str, NDArray[np.float64]]:
@@ -140,7 +253,7 @@ def _table(found: Results) -> dict[str, NDArray[np.float64]]:
     return tables
 
 
-def _attributes(found: Results, scan: Side, limits: Limits, options: Options) -> dict[str, str | float]:
+def _attributes(found: Results, scan: Side, tolerance: float, options: Options) -> dict[str, str | float]:
     """Return what was done and what it cannot see, as global attributes."""
     row = QUANTITIES[scan.name]
     places, unit = scan.places, units.spelled(row.units)
@@ -148,7 +261,7 @@ def _attributes(found: Results, scan: Side, limits: Limits, options: Options) ->
     if scan.spacing == "log":
         apart = f"a factor of {places[1] / places[0]:.6g}"
     low, high = found["low"], found["high"]
-    wide = int(np.count_nonzero(high - low > scan.width(limits.tolerance, low, high)))
+    wide = int(np.count_nonzero(high - low > scan.width(tolerance, low, high)))
     undecided = int(found["undecided"].sum(dtype=np.int64))
     result = f"{low.size} on {np.count_nonzero(found['found'])} of {found['found'].size} lines"
     if not low.size:
@@ -165,7 +278,7 @@ def _attributes(found: Results, scan: Side, limits: Limits, options: Options) ->
         "border_scan_points": scan.points,
         "border_method": "restick_margin where it passes zero at the border, by a bracketed secant (ITP), else "
         "bisection of the regime: see `method`",
-        "border_tolerance": limits.tolerance,
+        "border_tolerance": tolerance,
         "border_rtol": options.rtol,
         "border_found": result,
     }

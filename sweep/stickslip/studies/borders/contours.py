@@ -2,47 +2,123 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from pydantic import Field
 
-from stickslip.config.studies import Contours
-from stickslip.dataset.build import grid_coordinates
-from stickslip.dataset.studies import contour_dataset
-from stickslip.engine import Options, Results, StopFlag, solve
+from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
+from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
+from stickslip.dataset.display import unit_of
+from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
+from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
-from stickslip.studies.borders.border import Limits
-from stickslip.studies.borders.lines import CellsOrConfig, Side, plane_over
-from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
-from stickslip.studies.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
-from stickslip.studies.borders.walk import Points, border_cells, corner_labels
-from stickslip.studies.study import Finished, Moved, Study
+from stickslip.studies.borders.lines import (
+    PARAMETER,
+    CellsOrConfig,
+    Lines,
+    Side,
+    check_lines,
+    fine_enough,
+    limits,
+    plane_along,
+    plane_over,
+)
+from stickslip.studies.borders.plane import JUNCTION, PlaneSearch, share_of
+from stickslip.studies.borders.search import Integers
+from stickslip.studies.report import attributes, first
 from stickslip.studies.study import joined as end_to_end
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES, UNDECIDED
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.parameter import Parameter, Variable, table
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 
-OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
-_ALONG_X, _ALONG_Y, _JUNCTION = range(3)
-_SMALLEST = 1e-15  # of the share of a side
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
-_CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
-_ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
-# Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
-_SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
+
+_LINE, _NODE = ("line",), ("node",)
+_VARIABLES = table(
+    Variable("node_count", "1", "nodes of the line", dims=_LINE),
+    Variable("regime_left", "1", "regime to the left of the line", dims=_LINE),
+    Variable("regime_right", "1", "regime to the right of the line", dims=_LINE),
+    Variable("closed", "1", "whether the line is a loop", comment="its last node is its first", dims=_LINE),
+    Variable("node_width", "1", "width of the last bracket, over the side of the grid cell it lies on",
+             dims=_NODE),
+    Variable(
+        "node_along", "1", "parameter that was searched along at the node",
+        comment="the other one has the value of a grid point; junction: three or more regimes meet inside a grid cell",
+        dims=_NODE,
+    ),
+)  # fmt: skip
+
+
+def _two_axes(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 2 or value[0] == value[1]:
+        raise refused("a list of the names of two different parameters, y and x")
+    return value
+
+
+def _ranges(value: object) -> object:
+    """Ranges by parameter."""
+    if not isinstance(value, Mapping):
+        raise refused("a range for each of the two parameters: {belt_speed: [0.1, 1]}")
+    names = [choice(name, SEARCHABLE, "a parameter of a cell", inside=True) for name in value]
+    return {name: interval(QUANTITIES[name], value[name]) for name in names}
+
+
+class Contours(StudySection):
+    """Borders of the regimes in planes of two parameters, as lines; the other axes are the panels."""
+
+    key, options = "contours", {"axes": "--over"}
+    rows = limits(
+        "contours",
+        "a node",
+        Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed", key,
+                  default=512, at_least=2, at_most=65_536, whole=True),
+        Parameter("scan", "1", "points of the grid along both parameters that are looked at first", key,
+                  default=64, at_least=2, at_most=65_536, whole=True),
+    )  # fmt: skip
+    axes: Annotated[
+        tuple[Annotated[str, PARAMETER], Annotated[str, PARAMETER]] | None,
+        Read(_two_axes, {"type": "array", "minItems": 2, "maxItems": 2, "uniqueItems": True,
+                         "items": PARAMETER.schema}),
+    ] = Field(None, description="the two parameters, y and x; the last two axes unless given")  # fmt: skip
+    between: Annotated[
+        dict[str, tuple[float, float]] | None,
+        Read(_ranges, {"type": "object", "propertyNames": PARAMETER.schema, "additionalProperties": RANGE}),
+    ] = Field(
+        None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
+    )
+    points: int = of_row(rows["points"])
+    tolerance: float = of_row(rows["tolerance"])
+    scan: int = of_row(rows["scan"])
+    rtol: float | None = of_row(rows["rtol"])
 
 
 class ContourStudy(Study):
     """The lines of all panels of a plane; its items are the panels.
 
-    Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node what
-    `contour_dataset` takes.
+    Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node
+    the variables; `node_along` is 0 on a side along x, 1 along y, 2 at a junction.
     """
 
+    section, variables = Contours, _VARIABLES
+    title, subject, over_map = "Contours of regimes", "node_count", True
+    about = (
+        "Lines, loops among them, whose points are found one by one to the tolerance. Only the surroundings of a line "
+        "are computed, so that a fine grid costs no more than its lines are long. Other axes of CONFIG become panels."
+    )
+    examples = (
+        "configs/quickstart.yaml --plot borders.png",
+        "configs/quickstart.yaml -o borders.nc --csv borders.csv",
+        "configs/start_state.yaml --points 1024 --plot basins.svg",
+    )
     name, counted, ragged = "contours", "panels", True
     columns: Mapping[str, np.dtype[Any]] = {
         "lines": np.dtype(np.int32), "looked_at": np.dtype(np.float64), "computed": np.dtype(np.float64),
@@ -52,18 +128,48 @@ class ContourStudy(Study):
         "node_width": np.dtype(np.float64), "node_along": np.dtype(np.int8),
     }  # fmt: skip
 
-    def __init__(self, cells: Cells, y: Side, x: Side, limits: Limits, options: Options) -> None:
-        self._cells, self.y, self.x, self._limits = cells, y, x, limits
+    def __init__(self, cells: Cells, y: Side, x: Side, section: Contours, options: Options) -> None:
+        self._cells, self._y, self._x, self._section = cells, y, x, section
         self.dims, self.shape = cells.dims, cells.shape
-        self.cells_each = limits.scan**2 + _PER_POINT * (x.points + y.points)
+        self.cells_each = section.scan**2 + _PER_POINT * (x.points + y.points)
         self.weight = max(_PANEL, x.points * y.points // _PER_CELL)
         self.options = replace(options, early_stop=True)
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
+        """The lines in the plane of the section."""
+        options = fine_enough(section, options)
+        return cls(*plane_over(given, section.axes, section.between or {}, section.points, options), section, options)
+
+    @classmethod
+    def check(cls, section: Contours, config: Config, problems: ProblemCollector) -> None:
+        """Note a plane that cannot be searched."""
+        check_lines(section.key, lambda: cls.lines_in(section, config), section.between or (), config, problems)
+
+    @classmethod
+    def lines_in(cls, section: Contours, config: Config) -> Lines:
+        """The lines along both parameters, y and x."""
+        return plane_along(config, section.axes, section.between or {})
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The first lines, how many there are, and what can be missed."""
+        yield from first(_lines(ds), ds.sizes["line"])
+        yield from attributes(
+            ds, lines="contour_found", grid="contour_grid", scan="contour_scan", looked="contour_looked_at"
+        )
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """Lines always are."""
+        return True
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The lines of a range of panels."""
         parts = []
         for panel in items:
-            search = _Search(self._cells, self.y, self.x, panel, self._limits, self.options, stop, moved)
+            how = self._section.scan, self._section.tolerance, self.options, stop, moved
+            search = PlaneSearch(self._cells, self._y, self._x, panel, *how)
             try:
                 parts.append(search.columns())
             except StoppedError:
@@ -77,190 +183,73 @@ class ContourStudy(Study):
         return blank | {name: np.zeros(len(items), self.columns[name]) for name in ("lines", "looked_at", "computed")}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The lines in the manner of CF geometries."""
-        whole, y, x = end_to_end(parts), self.y, self.x
-        table = whole | {"panel": np.repeat(np.arange(self._cells.size), whole["lines"])}
-        return contour_dataset(
-            (x.name, y.name), (x.spacing, y.spacing), self.dims, self.shape, grid_coordinates(self._cells), table,
-            dict(attributes) | _attributes(whole, y, x, self._limits, self.options), (x.written_in, y.written_in),
-        )  # fmt: skip
+        """The lines in the manner of CF geometries (section 7.5).
+
+        `line` counts lines, `node` their nodes one line after the other. The container ``geometry`` says which
+        variables hold nodes and how many each line has; a closed line repeats its first node.
+        """
+        whole, y, x = end_to_end(parts), self._y, self._x
+        panel = np.repeat(np.arange(self._cells.size), whole["lines"])
+        attributes = {**attributes, **_attributes(whole, y, x, self._section, self.options), "result": "contours"}
+        geometry = {"geometry_type": "line", "node_count": "node_count", "node_coordinates": f"{x.name} {y.name}"}
+        variables = {CONTAINER: xr.Variable((), np.int8(0), geometry, NO_FILL)}
+        meanings = {"closed": ("open", "closed"), "node_along": (x.name, y.name, "junction")}  # of this dataset alone
+        for name, row in _VARIABLES.items():
+            if name in meanings:
+                flags = attributes_of(row, meanings[name])
+                variables[name] = xr.Variable(row.dims, whole[name].astype(np.int8), flags, NO_FILL)
+            else:
+                variables[name] = variable_of(row, row.dims, whole[name])
+        for name in ("regime_left", "regime_right"):
+            variables[name].attrs[CONTAINER] = CONTAINER
+        nodes = {}
+        for side, axis in ((x, "x"), (y, "y")):
+            about = {"units": SEARCHABLE[side.name].units, "long_name": SEARCHABLE[side.name].long_name}
+            about |= {"axis": axis.upper(), "axis_spacing": side.spacing}
+            nodes[side.name] = shown_in(xr.Variable("node", whole[axis], about, NO_FILL), side.written_in)
+        return xr.Dataset(variables, attrs=attributes).assign_coords(self._panels(panel) | nodes)
+
+    def _panels(self, panel: Integers) -> dict[str, xr.Variable]:
+        """The coordinates of the panels, by line; those that are equal in all of them stay single numbers."""
+        by_line = {}
+        for name, variable in grid_coordinates(self._cells).items():
+            if not variable.dims or variable.size == 1:
+                by_line[name] = xr.Variable((), variable.values.reshape(()), variable.attrs, variable.encoding)
+                continue
+            own = tuple(n if dim in variable.dims else 1 for dim, n in zip(self.dims, self.shape, strict=True))
+            ordered = variable.transpose(*(dim for dim in self.dims if dim in variable.dims)).values.reshape(own)
+            values = np.broadcast_to(ordered, self.shape).ravel()[panel]
+            by_line[name] = xr.Variable("line", values, variable.attrs, variable.encoding)
+        if self._cells.size > 1:
+            for dim, place in zip(self.dims, np.unravel_index(panel, self.shape), strict=True):
+                about = {"units": "1", "long_name": f"position along {dim}"}
+                by_line.setdefault(dim, xr.Variable("line", np.asarray(place, np.int32), about))
+        return by_line
 
 
-def contour_study(given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
-    """The lines that a section of a configuration asks for. Raises TypeError or ValueError for what cannot be."""
-    limits = Limits(section.scan, section.tolerance)
-    options = limits.applied(options, section.rtol)
-    plane = plane_over(given, section.axes, section.between or {}, section.points, options)
-    return ContourStudy(*plane, limits, options)
-
-
-@dataclass
-class _Nodes:
-    """Points of lines: (n,) each. `along` : which parameter was searched along there, or a junction.
-
-    of_side : the crossings of a side of the grid (direction, panel, row, column), in ascending order: node numbers,
-        with the labels before and after.
-    """
-
-    panel: Integers
-    x: Floats
-    y: Floats
-    width: Floats
-    along: NDArray[np.int8]
-    of_side: dict[tuple[int, ...], list[Crossing]]
-
-    def add(self, panel: int, x: float, y: float, width: float) -> int:
-        """Append a junction, and give its number."""
-        self.panel, self.x = np.append(self.panel, panel), np.append(self.x, x)
-        self.y, self.width = np.append(self.y, y), np.append(self.width, width)
-        self.along = np.append(self.along, np.int8(_JUNCTION))
-        return self.x.size - 1
-
-
-class _Search:
-    """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
-
-    def __init__(
-        self, cells: Cells, y: Side, x: Side, panel: int, limits: Limits, options: Options, stop: StopFlag,
-        moved: Moved | None = None,
-    ) -> None:  # fmt: skip
-        self.cells, self.x, self.y, self.panel = cells, x, y, panel
-        self.limits, self.options, self.stop, self.moved = limits, options, stop, moved
-        self.computed = 0
-        self.points = Points((1, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
-
-    def columns(self) -> Results:
-        """The lines, as columns of a study."""
-        cells = border_cells(self.points, (self.limits.scan, self.limits.scan))
-        nodes = self.nodes(cells)
-        chains = chained(self.segments(cells, nodes))
-        counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
-        return {name: np.array([one]) for name, one in counts.items()} | _table(chains, nodes)
-
-    def labels(self, panel: Integers, x: Floats, y: Floats) -> Labels:
-        """Regimes of cells; what is undecided is `OPEN`."""
-        return self.looked(panel, x, y)[0]
-
-    def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
-        """Regimes of cells, and the guide to where stick-slip ends by grazing."""
-        cells = self.cells.take(panel + self.panel, **{self.x.name: x, self.y.name: y})
-        results = solve(cells, self.options, self.stop, self.moved)
-        self.computed += panel.size
-        regime = results["regime"]
-        labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
-        return labels, np.asarray(results["restick_margin"], np.float64)
-
-    def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
-        """Regimes at shares of grid cells (n, 3) along both sides."""
-        panel, row, column = cells.T
-        return self.labels(panel, self.x.at(column, x), self.y.at(row, y))
-
-    def nodes(self, cells: Integers) -> _Nodes:
-        """Return where labels change on the sides of grid cells."""
-        sides = _sides(cells, corner_labels(self.points, cells))
-        found = self._crossings(sides)
-        direction, panel, row, column = sides[found["line"]].T
-        middle, across = found["low"] + (found["high"] - found["low"]) / 2, np.zeros(found.size)
-        flat = direction == _ALONG_X
-        x = self.x.at(column, np.where(flat, middle, across))
-        y = self.y.at(row, np.where(flat, across, middle))
-        of_side: dict[tuple[int, ...], list[Crossing]] = {}
-        for node, one in enumerate(found):
-            side = tuple(sides[one["line"]].tolist())
-            of_side.setdefault(side, []).append(Crossing(node, int(one["below"]), int(one["above"])))
-        return _Nodes(panel, x, y, found["high"] - found["low"], direction.astype(np.int8), of_side)
-
-    def _crossings(self, sides: Integers) -> Brackets:
-        """Brackets on sides of the grid, as lines from 0 to 1 whose ends are known."""
-        direction, panel, row, column = sides.T
-        flat = direction == _ALONG_X
-        low = self.points(panel, row, column)
-        high = self.points(panel, np.where(flat, row, row + 1), np.where(flat, column + 1, column))
-        open_ended = (low == OPEN) | (high == OPEN)
-
-        def labels_at(line: Integers, place: Floats) -> Looked:
-            x = self.x.at(column[line], np.where(flat[line], place, 0.0))
-            y = self.y.at(row[line], np.where(flat[line], 0.0, place))
-            labels, guide = self.looked(panel[line], x, y)
-            labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
-            return Looked(labels, (labels != OPEN) | open_ended[line], guide)
-
-        shares = [_share(side, self.limits.tolerance) for side in (self.x, self.y)]
-        found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)
-        return found
-
-    def segments(self, cells: Integers, nodes: _Nodes) -> list[Segment]:
-        """Return what is inside the grid cells; where three labels meet, a node is added."""
-        rings = [_ring(cell, nodes.of_side) for cell in cells.tolist()]
-        centres: list[int | None] = [None] * len(cells)
-        many = np.array([i for i, ring in enumerate(rings) if len(ring) > 2], np.int64)
-        half = np.full(many.size, 0.5)
-        for i, label in zip(many, self.labels_in_cells(cells[many], half, half), strict=True):
-            centres[i] = int(label)
-        parts = [joined(*one, junction=-1) for one in zip(rings, centres, strict=True)]
-        ends = np.array([i for i, part in enumerate(parts) if any(piece.end == -1 for piece in part)], np.int64)
-        place, width = meeting_points(
-            ends.size, lambda which, x, y: self.labels_in_cells(cells[ends[which]], x, y), _ROUNDS
+def _lines(ds: xr.Dataset) -> Iterator[str]:
+    """A line of text per contour."""
+    names = plane_names(ds)
+    units = [unit_of(ds[name]) for name in names]
+    panels = [name for name, coordinate in ds.coords.items() if coordinate.dims == ("line",)]
+    for number, line in enumerate(polylines(ds)):
+        where = ", ".join(f"{name} = {ds[name].values[number]}" for name in panels)
+        ranges = ", ".join(
+            f"{name} {unit.of(values.min()):.6g} to {unit.text(values.max())}"
+            for name, values, unit in zip(names, (line.x, line.y), units, strict=True)
         )
-        for i, share, window in zip(ends, place, width, strict=True):
-            panel, row, column = cells[i]
-            x, y = (
-                float(side.at(np.array(number), part))
-                for side, number, part in ((self.x, column, share[0]), (self.y, row, share[1]))
-            )
-            if window > _CLOSED_IN:
-                around = [one.node for one in rings[i]]
-                x, y = float(nodes.x[around].mean()), float(nodes.y[around].mean())
-            parts[i] = joined(rings[i], centres[i], nodes.add(panel, x, y, window))
-        return [piece for part in parts for piece in part]
+        kind = "loop" if line.closed else "line"
+        sides = f"{REGIMES[line.left]} | {REGIMES[line.right]}"
+        yield f"{where}{': ' if where else ''}{sides}: {kind} of {len(line.x)} points, {ranges}"
 
 
-def _share(side: Side, tolerance: float) -> float:
-    """Return how much of a side of a grid cell the tolerance is, at least, where a border may lie."""
-    low, high = np.abs(side.places[:-1]), np.abs(side.places[1:])
-    scale = (np.maximum(low, high) / np.diff(side.places)).min()
-    return float(np.clip(tolerance * scale, _SMALLEST, 0.5))
-
-
-def _sides(cells: Integers, labels: Labels) -> Integers:
-    """The sides of cells whose ends differ, once each: (n, 4) of direction, panel, row and column."""
-    differs = labels != np.roll(labels, -1, axis=1)
-    found = [np.zeros((0, 4), np.int64)]
-    for k, (direction, row, column, _) in enumerate(_SIDES):
-        begins = cells[differs[:, k]] + (0, row, column)
-        found.append(np.insert(begins, 0, direction, axis=1))
-    return np.unique(np.concatenate(found), axis=0)
-
-
-def _ring(cell: list[int], of_side: Mapping[tuple[int, ...], list[Crossing]]) -> list[Crossing]:
-    """The crossings around a cell, counter-clockwise from its lower left corner."""
-    panel, row, column = cell
-    found: list[Crossing] = []
-    for direction, up, right, backwards in _SIDES:
-        there = of_side.get((direction, panel, row + up, column + right), [])
-        found += [Crossing(one.node, one.after, one.before) for one in reversed(there)] if backwards else there
-    return found
-
-
-def _table(chains: list[Chain], nodes: _Nodes) -> Results:
-    """Lines and nodes as columns."""
-    order = np.array([node for chain in chains for node in chain.nodes], np.int64)
-    return {
-        "node_count": np.array([len(chain.nodes) for chain in chains], np.int32),
-        "closed": np.array([chain.closed for chain in chains], np.int8),
-        "regime_left": np.array([chain.left for chain in chains], np.int8),
-        "regime_right": np.array([chain.right for chain in chains], np.int8),
-        "x": nodes.x[order], "y": nodes.y[order], "node_width": nodes.width[order], "node_along": nodes.along[order],
-    }  # fmt: skip
-
-
-def _attributes(whole: Results, y: Side, x: Side, limits: Limits, options: Options) -> dict[str, str | float]:
+def _attributes(whole: Results, y: Side, x: Side, section: Contours, options: Options) -> dict[str, str | float]:
     """Return what was done and what it cannot see, as global attributes."""
     rows, columns = y.points, x.points
     lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
-    inside = whole["node_along"] == _JUNCTION
+    inside = whole["node_along"] == JUNCTION
     meetings = np.unique(np.stack([whole["x"][inside], whole["y"][inside]]), axis=1).shape[1]
-    narrow = 2 * max(_share(side, limits.tolerance) for side in (x, y))
+    narrow = 2 * max(share_of(side, section.tolerance) for side in (x, y))
     wide = np.count_nonzero(whole["node_width"][~inside] > narrow)
     found = f"{lines} lines, {loops} of them closed, with {meetings} junctions"
     if not lines:
@@ -272,10 +261,10 @@ def _attributes(whole: Results, y: Side, x: Side, limits: Limits, options: Optio
         "contour_parameters": f"{x.name} {y.name}",
         "contour_grid": f"{rows} x {columns} points over {y.name} and {x.name}: what is narrower than "
         "their distance can be passed over",
-        "contour_scan": f"{min(limits.scan, rows)} x {min(limits.scan, columns)} of these points were looked at first: "
-        "a loop between them is missed",
+        "contour_scan": f"{min(section.scan, rows)} x {min(section.scan, columns)} of these points were looked at "
+        "first: a loop between them is missed",
         "contour_looked_at": f"{looked} of {whole['lines'].size * rows * columns} grid points, {computed} cells in all",
-        "contour_tolerance": limits.tolerance,
+        "contour_tolerance": section.tolerance,
         "contour_rtol": options.rtol,
         "contour_found": found,
     }

@@ -2,35 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from pydantic import ValidationInfo
 
-from stickslip.config.checks import (
-    Between,
-    Line,
-    broken_rules,
-    checked_range,
-    line_along,
-    plane_along,
-    two_parameters,
-)
+from stickslip.config.checks import add_finding
 from stickslip.config.grid import build_grid
-from stickslip.config.model import Config
-from stickslip.dataset.given import given_cells
+from stickslip.config.model import Axis, Config, Group, Range
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.rules import Finding, Space, findings
+from stickslip.config.sections import interval, one_of
+from stickslip.dataset.build import given_cells
 from stickslip.engine import Options
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.search import Floats, Integers, Scan
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.models import model_of
-from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
-from stickslip.vocabulary.suggest import listed, suggest
+from stickslip.vocabulary.parameter import NAN, Parameter, table
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.suggest import listed
 
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config
+Between = tuple[float, float]
+PARAMETER = one_of(SEARCHABLE, "a parameter of a cell")  # of a field of a section
+
+
+def range_along(value: object, info: ValidationInfo) -> Between:
+    """The range of the parameter `along` of a section, unless that is refused already."""
+    return interval(QUANTITIES[info.data["along"]], value) if "along" in info.data else (NAN, NAN)
+
+
+def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
+    """The rows of a section, with those that say how exactly `what` is looked for."""
+    return table(
+        *rows,
+        Parameter(  # neighbouring floating-point numbers are 1e-16 apart
+            "tolerance", "1", f"width of the bracket of {what}, over the border", section,
+            default=1e-9, at_least=1e-15, at_most=0.1,
+        ),
+        Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", section,
+                  at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
+    )  # fmt: skip
+
+
+def fine_enough(section: Any, options: Options) -> Options:
+    """Return how to integrate: at a tolerance that leaves borders their digits, unless the section says another."""
+    rtol = float(np.clip(section.tolerance / 100, 1e-12, 1e-6)) if section.rtol is None else section.rtol
+    return replace(options, rtol=rtol, early_stop=True)
 
 
 @dataclass(frozen=True)
@@ -51,6 +74,120 @@ class Side(Scan):
         return np.asarray(here + share * (there - here))
 
 
+# --- of a configuration -----------------------------------------------------------------------------------------------
+
+
+class Line(NamedTuple):
+    """Lines along one parameter. axis : of the parameter, None if it is fixed. spacing : of that axis where its range
+    is searched, else None."""
+
+    axis: Axis | None
+    between: Between
+    spacing: str | None
+
+
+Lines = dict[str, Line]  # by parameter; of a plane y and x
+
+
+def line_along(config: Config, along: str, between: Between | None) -> Line:
+    """The lines along a parameter; without a range, over that of its axis. Raises ArgumentError."""
+    if config.drive is not None:
+        raise ArgumentError("along", "the configuration has a drive: cells of a rig have no regime to search for")
+    if config.uncertain is not None:
+        message = "the configuration has uncertain quantities, and a border is that of known ones; leave uncertain out"
+        raise ArgumentError("along", message)
+    names = {member.name for axis in config.axes for member in axis.members} | set(config.fixed())
+    model = model_of(config.friction.law)
+    forms = (model.replaced, tuple(model.measured))
+    for form, other, whole in zip(forms, reversed(forms), model.forms, strict=False):
+        if along in form and names & set(other):
+            follows = f"{along} follows from {listed(other, 'and')} in this configuration"
+            raise ArgumentError("along", f"{follows}; give the curve by {listed(whole, 'and')} to search along it")
+    for axis in config.axes:
+        if isinstance(axis, Group) and any(member.name == along for member in axis.members):
+            raise ArgumentError("along", f"{along} varies together with others in the axis {axis.name}")
+    own = next((axis for axis in config.axes if not isinstance(axis, Group) and axis.name == along), None)
+    if between is not None:
+        return Line(own, between, None)
+    if own is None:
+        raise ArgumentError("between", f"missing; {along} is no axis of the configuration, so it needs a range")
+    numbers = own.points()[~np.isnan(own.points())]
+    if np.unique(numbers).size < 2:
+        raise ArgumentError("between", f"missing; the axis {along} has no range, which takes two numbers")
+    return Line(own, (float(numbers.min()), float(numbers.max())), own.spacing if isinstance(own, Range) else None)
+
+
+def plane_along(config: Config, axes: tuple[str, str] | None, between: Mapping[str, Between]) -> Lines:
+    """The plane over two parameters, y and x; the last two axes unless named. Raises ArgumentError."""
+    if axes is None:
+        names = [axis.name for axis in config.axes[-2:] if not isinstance(axis, Group)]
+        if len(names) < 2:
+            message = "missing; the last two axes of the configuration are not two single parameters"
+            raise ArgumentError("axes", message)
+        axes = names[0], names[1]
+    plane = {}
+    for name in _with_ranges(axes, between):
+        try:
+            plane[name] = line_along(config, name, between.get(name))
+        except ArgumentError as error:
+            raise ArgumentError("axes" if error.key == "along" else error.key, error.what) from None
+    return plane
+
+
+def _with_ranges(axes: tuple[str, str], between: Mapping[str, Between]) -> tuple[str, str]:
+    """The parameters of a plane, to one of which every range belongs. Raises ArgumentError."""
+    for name in between:
+        if name not in axes:
+            raise ArgumentError("between", f"got a range for {name!r}, expected {axes[0]} or {axes[1]}")
+    return axes
+
+
+def broken_rules(config: Config, lines: Lines) -> Iterator[Finding]:
+    """Everything that must hold between quantities and does not, somewhere on lines or in a plane.
+
+    The path of what is searched is ("between",), in a plane with the name of the parameter.
+    """
+    rest = config.without(*lines)
+    searched = [
+        Range.model_construct(name=name, spacing="linear", start=line.between[0], stop=line.between[1], num=2)
+        for name, line in lines.items()
+    ]
+    for finding in findings(Space(rest.fixed(), (*rest.axes, *searched), law=config.friction.law)):
+        is_searched = finding.path[0] == "axes" and finding.path[1:2] and finding.path[1] in lines
+        between = ("between", *(finding.path[1:2] if len(lines) > 1 else ()))
+        yield finding._replace(path=between) if is_searched else finding
+
+
+def check_lines(
+    key: str, lines: Callable[[], Lines], given: Collection[str], config: Config, problems: ProblemCollector
+) -> None:
+    """Note what keeps the lines, or the plane, of a section from being searched: they exist, and cells are possible.
+
+    key : of the section. given : the parameters whose range it says.
+    """
+    try:
+        searched = lines()
+    except ArgumentError as error:
+        problems.add((key, error.key), error.what)
+        return
+    for finding in broken_rules(config, searched):
+        path = finding.path
+        if path[0] == "between":
+            name = path[-1] if len(searched) > 1 else next(iter(searched))
+            path = (key, *path) if name in given else ("axes", name)
+        add_finding(problems, finding._replace(path=path))
+
+
+def check_line(section: Any, config: Config, problems: ProblemCollector) -> None:
+    """The same of a section with a parameter `along` and its range `between`."""
+    along, between = section.along, section.between
+    given = () if between is None else (along,)
+    check_lines(section.key, lambda: {along: line_along(config, along, between)}, given, config, problems)
+
+
+# --- lines and planes of cells ----------------------------------------------------------------------------------------
+
+
 def lines_along(
     given: CellsOrConfig, along: str, between: Between | None, points: int, options: Options
 ) -> tuple[Cells, Side]:
@@ -58,10 +195,6 @@ def lines_along(
 
     Raises TypeError or ValueError for what cannot be searched.
     """
-    if along not in SEARCHABLE:
-        near = suggest(str(along), SEARCHABLE)
-        hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
-        raise TypeError(f"along: {along!r} is not a parameter of a cell{hint}")
     if isinstance(given, Config):
         cells, (side,) = _of_config(given, {along: line_along(given, along, between)}, points)
     else:
@@ -70,11 +203,7 @@ def lines_along(
 
 
 def plane_over(
-    given: CellsOrConfig,
-    axes: tuple[str, str] | None,
-    between: Mapping[str, Between],
-    points: int,
-    options: Options,
+    given: CellsOrConfig, axes: tuple[str, str] | None, between: Mapping[str, Between], points: int, options: Options
 ) -> tuple[Cells, Side, Side]:
     """Planes of cells over two parameters (y, x), by default the last two axes of a configuration; and both.
 
@@ -85,12 +214,12 @@ def plane_over(
     elif axes is None:
         raise ValueError("axes: missing; cells need the names of the two parameters that vary, (y, x)")
     else:
-        names = two_parameters(axes, between)
-        cells, (y, x) = _of_cells(given, {name: between.get(name) for name in names}, points, options)
+        ranges = {name: between.get(name) for name in _with_ranges(axes, between)}
+        cells, (y, x) = _of_cells(given, ranges, points, options)
     return cells, y, x
 
 
-def _of_config(config: Config, lines: dict[str, Line], points: int) -> tuple[Cells, list[Side]]:
+def _of_config(config: Config, lines: Lines, points: int) -> tuple[Cells, list[Side]]:
     for rule in broken_rules(config, lines):
         got = rule.got or "values"
         raise ArgumentError(str(rule.path[-1]), f"got {got} for which no cell is possible, expected {rule.expected}")
@@ -106,13 +235,11 @@ def _of_cells(
     """Cells are checked at the corners of the ranges: bounds that hold there hold between, since they are linear."""
     sides = []
     for name, between in ranges.items():
-        if name not in PARAMETERS and name in SEARCHABLE:
+        if name not in PARAMETERS:
             others = listed(model_of(options.law).replaced, "and")
             raise ValueError(f"along: {name} is measured of a curve; cells have {others} instead")
         if between is None:
             raise ValueError(f"between: missing; cells need a range of {name} to search, (low, high)")
-        if name in PARAMETERS:  # others are refused with the cells
-            between = checked_range(name, between)
         sides.append(_side(name, between, points))
     for corner in product(*((side.high, side.low) for side in sides)):
         values = dict(zip(ranges, corner, strict=True))

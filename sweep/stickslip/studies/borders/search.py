@@ -1,4 +1,4 @@
-"""Where labels change along lines: a scan, then every bracket of every line narrowed together.
+"""Changes of labels along lines: a scan, then every bracket of every line narrowed together.
 
 A line is a number, a place on it a float, a label a small integer. Some places have no label that can be believed; they
 are `undecided`. A bracket is a pair of decided places with different labels and only undecided ones known between.
@@ -54,7 +54,7 @@ def guess(low: Floats, high: Floats, at_low: Floats, at_high: Floats, first: Flo
 
 
 class Looked(NamedTuple):
-    """What is known of places: labels, whether to believe them, and the guide (NaN: none there)."""
+    """Knowledge of places: labels, whether to believe them, and the guide (NaN: none there)."""
 
     labels: Labels
     decided: Flags
@@ -78,7 +78,7 @@ _JUMP = 0.01  # share of its change that the guide may keep at the end; one that
 
 @dataclass(frozen=True)
 class Scan:
-    """Where lines are looked at first: `points` from `low` to `high`, both included; spacing "linear" or "log"."""
+    """Places of lines to look at first: `points` from `low` to `high`, both included; spacing "linear" or "log"."""
 
     low: float
     high: float

@@ -1,13 +1,11 @@
-"""How far cells are from a border: along each parameter by itself, and by the cheapest change of several.
+"""Distances of cells from a border: along each parameter by itself, and by the cheapest change of several.
 
 `reach.py` says how far each parameter may go, `single.py` asks the engine and looks along one parameter at a time,
 `joint.py` along rays in the space of all of them; `margins.py` puts it together.
 """
 
-from stickslip.studies.margins.margins import MarginStudy, Question, margin_study
-from stickslip.studies.margins.reach import CHANGEABLE, FACTOR, parameters_of
+from stickslip.studies.margins.margins import MarginStudy
+from stickslip.studies.margins.section import SIDES, Margins
 from stickslip.studies.margins.single import worst
 
-__all__ = [
-    "CHANGEABLE", "FACTOR", "MarginStudy", "Question", "margin_study", "parameters_of", "worst",
-]  # fmt: skip
+__all__ = ["SIDES", "MarginStudy", "Margins", "worst"]

@@ -1,4 +1,4 @@
-"""How far each parameter of a cell may be changed, and what a change is measured in.
+"""Reach of each parameter of a cell, and the measure of its changes.
 
 A change is the logarithm of the ratio to the value that the cell has; where that is 0, or where a parameter may change
 its sign (the starting state), it is the difference over a scale of the cell.
@@ -6,7 +6,6 @@ its sign (the starting state), it is the difference over a scale of the cell.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,16 +13,13 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Scales
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.models import MODELS, model_with
+from stickslip.vocabulary.models import model_with
 from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip.vocabulary.suggest import suggest
 
 Floats = NDArray[np.float64]
-Within = Mapping[str, float | tuple[float, float]]  # a factor, or a range in SI, by parameter
 
 CHANGEABLE = ("belt_speed", "stiffness", "damping", "normal_load", "mass", "mu_stop", "mu_static")
 _IF_GIVEN = ("mu_stop", "mu_static")  # changed where a cell has them
-FACTOR = 10.0
 _SIGNED = ("displacement", "velocity")  # changed by amounts, not by factors
 
 
@@ -65,37 +61,6 @@ class Reach:
 def parameters_of(cells: Parameters) -> tuple[str, ...]:
     """The parameters of `CHANGEABLE` that cells have."""
     return tuple(name for name in CHANGEABLE if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
-
-
-def within_of(within: float | Within, parameters: tuple[str, ...]) -> dict[str, float | tuple[float, float]]:
-    """A factor above 1, or a range (low, high) in SI, for each parameter. Raises TypeError or ValueError."""
-    for name in parameters:
-        if name not in SEARCHABLE:
-            near = suggest(str(name), SEARCHABLE)
-            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(SEARCHABLE)}"
-            raise TypeError(f"parameters: {name!r} is not a parameter of a cell{hint}")
-    for model in MODELS:
-        if (both := set(model.replaced) & set(parameters)) and set(model.measured) & set(parameters):
-            measured = next(name for name in parameters if name in model.measured)
-            raise ValueError(f"parameters: got {measured} and {min(both)}, expected one form of the curve")
-    given = dict(within) if isinstance(within, Mapping) else dict.fromkeys(parameters, within)
-    if unknown := set(given) - set(parameters):
-        raise ValueError(f"within: got {sorted(unknown)[0]!r}, expected {', '.join(parameters)}")
-    checked: dict[str, float | tuple[float, float]] = {}
-    for name in parameters:
-        one = given.get(name, FACTOR)
-        if isinstance(one, int | float):
-            if not 1 < one < np.inf:
-                raise ValueError(f"within: got {one!r} for {name}, expected a factor above 1, or a range (low, high)")
-            checked[name] = float(one)
-        else:
-            low, high = map(float, one)
-            row = SEARCHABLE[name]
-            if not (low < high and row.allows(low) and row.allows(high)):
-                expected = row.expected.removesuffix(row.otherwise)
-                raise ValueError(f"within: got {low:g} to {high:g} for {name}, expected two of {expected}, in order")
-            checked[name] = (low, high)
-    return checked
 
 
 def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) -> Reach:

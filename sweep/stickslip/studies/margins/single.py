@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +13,7 @@ from stickslip.studies.borders.search import Brackets, Looked, Scan, search_line
 from stickslip.studies.margins.reach import Reach
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED, VIBRATING
+from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import model_of
 
 Integers = NDArray[np.int64]
@@ -81,17 +81,6 @@ def worst(regimes: Labels) -> Labels:
 def decided(regimes: Labels) -> NDArray[np.bool_]:
     """Return which regimes say what the motion is."""
     return ~np.isin(regimes, UNDECIDED)
-
-
-def codes(names: Collection[str]) -> list[int]:
-    """Codes of regimes by names; raises ValueError for others."""
-    for name in names:
-        if name not in DECIDED:
-            raise ValueError(f"into: got {name!r}, expected {', '.join(DECIDED)}")
-    return [REGIMES.index(name) for name in names]
-
-
-SIDES = ("below", "above")
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ def labels_of(regimes: NDArray[np.int8]) -> Labels:
 
 @dataclass(frozen=True)
 class Sketch:
-    """What was computed of a tile. places : of its window, each once; results : of the cells there, by column."""
+    """Computed cells of a tile. places : of its window, each once; results : of the cells there, by column."""
 
     tile: Tile
     depth: int

@@ -26,7 +26,7 @@ _SEED = 20_150_417  # any number, the same in all runs
 
 @dataclass(frozen=True)
 class Audit:
-    """What came of it. inferred : cells that were not computed when the points were tried."""
+    """Outcome of an audit. inferred : cells that were not computed when the points were tried."""
 
     tried: int
     wrong: int
@@ -93,7 +93,7 @@ def _settled(boxes: Boxes, places: Places) -> Generator[Places, Labels, None]:
 
 @dataclass(frozen=True)
 class Refined:
-    """What was computed of several tiles, in the order it was asked for.
+    """Computed cells of several tiles, in the order it was asked for.
 
     tiles : to which of them, counted from 0, each computed cell belongs. places : where it is in its window.
     audits : of each tile.

@@ -2,27 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import prod
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import Field
 
-from stickslip.config.checks import refined_axes
 from stickslip.config.grid import build_grid
-from stickslip.config.model import Config
-from stickslip.config.studies import Refine
+from stickslip.config.model import Axis, Config, Range
+from stickslip.config.options import map_options_of
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import BOOLEAN, StudySection, of_row
+from stickslip.config.studies import Finished, Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
 from stickslip.studies.refinement.boxes import Labels
 from stickslip.studies.refinement.painting import Painter, Sketch, labels_of
 from stickslip.studies.refinement.rounds import CONFIDENCE, Audit, Refined, density, refine
 from stickslip.studies.refinement.tiles import Indices, Tiles
-from stickslip.studies.study import Finished, Moved, Study, joined
+from stickslip.studies.study import joined
+from stickslip.vocabulary.parameter import Parameter, table
+from stickslip.vocabulary.results import MAP_VARIABLES
 
 _OF_TILE = ("computed_cells", "audit_tried", "audit_wrong", "audit_inferred")  # columns with one value for each tile
+_MOST_IN_BOX = 18  # a box has at most about 2^18 cells: tiles of several boxes a side must fit into memory
 _PLACE = "place"  # column of where in the window of its tile a computed cell is
+
+
+class Refine(StudySection):
+    """A map of which cells are computed only where regimes meet, and at few points elsewhere."""
+
+    key, is_map = "refine", True
+    rows = table(
+        Parameter("depth", "1", "how often boxes may be halved: the largest have 2^depth + 1 cells a side", key,
+                  default=5, at_least=0, at_most=_MOST_IN_BOX, whole=True),
+        Parameter("audit", "1", "random points tried, over the corners and centres of the largest boxes", key,
+                  default=1.0, at_least=0.0, at_most=1000.0),
+    )  # fmt: skip
+    depth: int = of_row(rows["depth"])
+    audit: float = of_row(rows["audit"])
+    interpolate: Annotated[bool, BOOLEAN] = Field(
+        False, description="whether cells that are not computed get metrics between others"
+    )
+
+    def along(self, axes: Sequence[Axis]) -> tuple[int, ...]:
+        """The positions of the axes along which boxes extend: ranges of at least the points that a box has on a side.
+
+        Along the others (lists, groups, short ranges) every point is a map of its own.
+        """
+        return tuple(i for i, axis in enumerate(axes) if isinstance(axis, Range) and axis.size > 2**self.depth)
 
 
 class RefinedMap(Study):
@@ -31,26 +61,57 @@ class RefinedMap(Study):
     The results of tiles hold the cells that were computed, tile after tile; `painter` makes full maps of them.
     """
 
+    section, variables = Refine, MAP_VARIABLES
     name, counted, ragged = "map", "tiles", True
 
-    def __init__(self, config: Config, asked: Refine, options: Options) -> None:
+    def __init__(self, config: Config, section: Refine, options: Options) -> None:
         self.grid = build_grid(config)
-        self.options, self._asked = options, asked
-        dims = refined_axes(config.axes, asked.depth)
-        self.tiles = Tiles(self.grid.shape, dims, asked.depth)
-        self._density = density(asked.audit, asked.depth, len(dims)) if asked.depth else 0.0
+        self.options, self._section = options, section
+        dims = section.along(config.axes)
+        self.tiles = Tiles(self.grid.shape, dims, section.depth)
+        self._density = density(section.audit, section.depth, len(dims)) if section.depth else 0.0
         self.dims, self.shape = self.grid.dims, self.tiles.shape
         self.cells_each = self.weight = self._cells_per_tile()
         whole = dict.fromkeys((*_OF_TILE, _PLACE), np.dtype(np.int32))
         self.columns = {**whole, **columns(options)}
         self.map_columns = {**columns(options), "computed": np.dtype(np.int8)}
 
+    @classmethod
+    def of(cls, given: Config, section: Refine, options: Options) -> RefinedMap:
+        """The map of a configuration, of which some variables may be all that is kept."""
+        return cls(given, section, map_options_of(given))
+
+    @classmethod
+    def check(cls, section: Refine, config: Config, problems: ProblemCollector) -> None:
+        """Note boxes that do not fit into the axes."""
+        dims = section.along(config.axes)
+        ranges = {axis.name: axis.size for axis in config.axes if isinstance(axis, Range)}
+        if not ranges:
+            hint = "a list of values has nothing between them; leave refine out to compute every cell"
+            message = "got no range among the axes, expected an axis with start, stop and num"
+            problems.add((section.key,), message, hint, at_key=True)
+        elif not dims:
+            name = max(ranges, key=lambda name: ranges[name])
+            hint = f"boxes have 2^depth + 1 points a side, and the longest range, {name}, has {ranges[name]}"
+            problems.refuse((section.key, "depth"), f"at most {(ranges[name] - 1).bit_length() - 1}", hint)
+        elif section.depth * len(dims) > _MOST_IN_BOX:
+            hint = f"boxes would have 2^{section.depth * len(dims)} cells in {len(dims)} dimensions"
+            problems.refuse((section.key, "depth"), f"at most {_MOST_IN_BOX // len(dims)}", hint)
+
+    @classmethod
+    def explain(cls, section: Refine, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The size of boxes, where they extend, and what the cells get that are not computed."""
+        names = [config.axes[i].name for i in section.along(config.axes)]
+        others = "interpolated" if section.interpolate else "only where they were computed"
+        meaning = f"audit {section.audit:g}; other metrics {others}"
+        yield "refine", f"boxes of 2^{section.depth} + 1 cells along {', '.join(names)}", meaning
+
     def _cells_per_tile(self) -> int:
         """About how many cells of a tile are computed: corners, centres, audit, and what a straight border takes."""
         lengths = [min(self.tiles.length, self.grid.shape[i]) for i in self.tiles.refined]
-        boxes = prod(-(-length // 2**self._asked.depth) + 1 for length in lengths)
+        boxes = prod(-(-length // 2**self._section.depth) + 1 for length in lengths)
         border = 4 * prod(lengths) // min(lengths)
-        return int(min((2.0 + 2.0 * self._asked.audit) * boxes + border, prod(lengths)))
+        return int(min((2.0 + 2.0 * self._section.audit) * boxes + border, prod(lengths)))
 
     def described(self) -> str:
         """`250,000 cells: stiffness (500) x belt_speed (500), refined in 1 tile`."""
@@ -66,7 +127,7 @@ class RefinedMap(Study):
             parts.append(computed.results)
             return labels_of(computed.results["regime"]) if computed.complete else None
 
-        refined = refine(tiles, self._asked.depth, self._density, look)
+        refined = refine(tiles, self._section.depth, self._density, look)
         if refined is None:
             return Finished(self.blank(items), False)
         return Finished(_columns(refined, joined(parts)))
@@ -88,7 +149,7 @@ class RefinedMap(Study):
         audit = Audit(*map(int, counts[1:]))
         wrong = audit.bound * audit.inferred / self.grid.size
         return {
-            "refine_box": 2**self._asked.depth,
+            "refine_box": 2**self._section.depth,
             "refine_cells_computed": int(counts[0]),
             "audit_points": audit.tried,
             "audit_wrong": audit.wrong,
@@ -106,9 +167,9 @@ class RefinedMap(Study):
             if part.start == part.stop:
                 return None
             cells = {name: results[name][part] for name in columns(self.options)}
-            return Sketch(self.tiles.tile(number), self._asked.depth, results[_PLACE][part].astype(np.int64), cells)
+            return Sketch(self.tiles.tile(number), self._section.depth, results[_PLACE][part].astype(np.int64), cells)
 
-        return Painter(self.tiles, sketch, self._blank_cells, self._asked.interpolate)
+        return Painter(self.tiles, sketch, self._blank_cells, self._section.interpolate)
 
     def _blank_cells(self, count: int) -> Results:
         return blank_results(count, self.options) | {"computed": np.zeros(count, np.int8)}

@@ -91,7 +91,7 @@ def _combined(numbers: Integers, directions: Integers) -> Integers:
 
 
 class Place(NamedTuple):
-    """Where items stand: four rows of numbers. matrix : 0 is A, 1 is B, 2 + i is A with the column i of B."""
+    """Places of items: four rows of numbers. matrix : 0 is A, 1 is B, 2 + i is A with the column i of B."""
 
     cell: Integers
     scrambling: Integers

@@ -58,7 +58,7 @@ class Indices(NamedTuple):
 
 
 class IndexSums(NamedTuple):
-    """What indices are made of, of one scrambling: (..., quantities), the variance with a last dimension 1."""
+    """Sums behind the indices of one scrambling: (..., quantities), the variance with a last dimension 1."""
 
     first: Floats
     total: Floats
@@ -92,14 +92,14 @@ _CODES = np.array([REGIMES.index(name) for name in STATES], np.int8)
 
 
 class Summary(NamedTuple):
-    """What is told of the metrics."""
+    """Statistics of the metrics."""
 
     metrics: Sequence[str]
     quantiles: Sequence[float]
 
 
 class _Unit(NamedTuple):
-    """What one scrambling of one cell says.
+    """Estimates by one scrambling of one cell.
 
     counts : of each state (states,), and of draws that are known at all, `known`. sums, held, quantiles : of each
     metric, how many have it, and their quantiles (metrics, quantiles). inside, outside : sums of the indices with

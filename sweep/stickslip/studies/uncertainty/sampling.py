@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import prod
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 from stickslip.config.model import Config
-from stickslip.dataset.studies import uncertain_dataset
+from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns
-from stickslip.studies.study import Finished, Moved, Study
+from stickslip.studies.report import attributes
 from stickslip.studies.uncertainty.design import Design
-from stickslip.studies.uncertainty.inputs import Inputs
+from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
 from stickslip.studies.uncertainty.reduction import STATES, Summary, reduced
+from stickslip.studies.uncertainty.subset import RareStudy
 from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.flags import flag_label
 
 
 class SampleStudy(Study):
     """The draws of a configuration; what is kept of each is the regime, and the metrics asked for."""
 
+    section, variables = Uncertain, VARIABLES
+    subject = caption = "probability"
     name, counted = "sample", "draws"
 
     def __init__(self, config: Config, options: Options) -> None:
@@ -33,6 +39,64 @@ class SampleStudy(Study):
         self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
         self.options, types = options, columns(options)
         self.columns: Mapping[str, np.dtype[Any]] = {name: types[name] for name in ("regime", *uncertain.metrics)}
+
+    @classmethod
+    def of(cls, given: Config, section: Uncertain, options: Options) -> Study:
+        """The draws of a configuration, or its subset simulations."""
+        return cls(given, options) if section.subset is None else RareStudy(given, section.subset, options)
+
+    @classmethod
+    def explain(cls, section: Uncertain, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The quantities with their distributions, and how they are drawn."""
+        for name, scatter in section.quantities.items():
+            yield name, "uncertain", scatter.in_words(name)
+        if section.correlation is not None:
+            yield "correlation", "of uncertain quantities", section.correlation_in_words
+        yield "sampling", "subset simulation" if section.subset else "Sobol points", section.method_in_words
+
+    @classmethod
+    def own_dims(cls) -> set[str]:
+        """Those of probabilities and indices, and that of quantiles."""
+        return super().own_dims() | {"quantile"}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """The probability of each regime (of many cells its range), which quantity decides, what is not known."""
+        dims = [str(dim) for dim in ds["probability"].dims if dim != "state"]
+        rows = []
+        for name in ds["state"].values:
+            regime = ds.sel(state=name)
+            value, error = regime["probability"], regime["probability_error"]
+            if "levels" in ds or float(regime["probability_high"].max()) > 0:
+                numbers = (value, error) if not dims else (value.min(), value.max(), error.max())
+                rows.append([flag_label(str(name)), *(f"{float(number):.4g}" for number in numbers)])
+        headings = ("probability", "standard error") if not dims else ("from", "to", "largest error")
+        yield Table("", ("regime",), headings, rows)
+        if not dims and "sobol_total" in ds:
+            yield from _indices(ds)
+        if float(ds["undecided"].max()) > 0:
+            undecided = ds.attrs["uncertain_undecided"]
+            yield f"bounds   {undecided}: probability_low and probability_high allow for them"
+        yield from attributes(ds, method="uncertain_method")
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True but for the probability of one rare event."""
+        return "levels" not in ds or ds["probability"].ndim > 1
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure | None:
+        """The probability of a state; metrics are maps."""
+        from stickslip.dataset.selection import selected
+        from stickslip.plots.uncertainty import plot_probability
+
+        if variable not in (None, "regime"):
+            return None
+        places = dict(select)
+        state = places.pop("state", state)
+        return plot_probability(selected(ds, places)[0], state, title=title, look=look)
 
     @property
     def size(self) -> int:
@@ -59,5 +123,15 @@ class SampleStudy(Study):
         """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
         uncertain, grid = self.inputs.uncertain, self.inputs.grid
         results = reduced(parts, grid.size, self.design, Summary(uncertain.metrics, uncertain.quantiles))
-        attributes = dict(attributes) | self.inputs.attributes(float(results["undecided"].mean()))
-        return uncertain_dataset(grid, STATES, uncertain.names, uncertain.quantiles, results, attributes)
+        return self.inputs.dataset(STATES, uncertain.quantiles, results, attributes)
+
+
+def _indices(ds: xr.Dataset) -> Iterator[str]:
+    """The Sobol indices of the first regime that has some."""
+    for name in ds["state"].values:
+        regime = ds.sel(state=name)
+        if not bool(regime["sobol_total"].isnull().all()):
+            names, one, total = (regime[key].values for key in ("quantity", "sobol_first", "sobol_total"))
+            texts = ", ".join(f"{names[i]} {one[i]:.2f} ({total[i]:.2f})" for i in np.argsort(-total))
+            yield f"indices  of {str(name).replace('_', '-')}, first order (total): {texts}"
+            return

@@ -24,12 +24,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.model import Config
-from stickslip.config.uncertain import Subset
-from stickslip.dataset.studies import uncertain_dataset
+from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.uncertain import Subset, Uncertain
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
-from stickslip.studies.study import Finished, Moved, Study, joined
-from stickslip.studies.uncertainty.inputs import Inputs
+from stickslip.studies.study import joined
+from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,7 @@ _MOST_LEVELS = 16  # 1e-16 is beyond what normal deviates from uniform numbers o
 
 @dataclass(frozen=True)
 class Rare:
-    """What one simulation found.
+    """Outcome of one simulation.
 
     probability : of g < 0; 0 where `_MOST_LEVELS` did not meet it, NaN where g was level before that: nothing then
     tells which way to go.
@@ -119,6 +119,7 @@ _LEVELS = 6  # about as many as are simulated, for estimates of time
 class RareStudy(Study):
     """The subset simulations of a configuration."""
 
+    section, variables = Uncertain, VARIABLES
     name, counted = "sample", "simulations"
     columns: Mapping[str, np.dtype[Any]] = {
         "probability": np.dtype(np.float64), "unknown": np.dtype(np.float64),
@@ -176,8 +177,7 @@ class RareStudy(Study):
             "levels": whole["levels"].max(1).astype(np.float64),
             "evaluations": whole["evaluations"].sum(1, dtype=np.float64),
         }
-        attributes = dict(attributes) | self.inputs.attributes(float(unknown.mean()))
-        return uncertain_dataset(grid, STATES, self.inputs.uncertain.names, (), results, attributes)
+        return self.inputs.dataset(STATES, (), results, attributes)
 
 
 def limit_of(results: Results) -> Floats:

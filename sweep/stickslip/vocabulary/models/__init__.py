@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Container
 from typing import Any
 
-from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, Rule, Slider
+from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
 from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, STRIBECK
 
 MODELS: tuple[Model, ...] = (STRIBECK,)
@@ -18,7 +18,7 @@ _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
     "BREAKAWAY", "CURVE", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "ROUNDING", "STRIBECK", "Curve",
-    "Model", "Rule", "Slider", "laws_with", "model_of", "model_with",
+    "Model", "OwnKernels", "Rule", "Slider", "laws_with", "model_of", "model_with",
 ]  # fmt: skip
 
 
@@ -35,4 +35,7 @@ def laws_with(name: str) -> tuple[str, ...]:
 
 def model_with(names: Container[Any]) -> Model:
     """The model of cells that have parameters of these names."""
-    return next(model for model in MODELS if all(name in names for name in model.needed))
+    for model in MODELS:
+        if all(name in names for name in model.needed):
+            return model
+    raise KeyError(f"no model has all it needs among {names}")

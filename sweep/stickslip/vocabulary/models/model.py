@@ -34,9 +34,17 @@ class Curve(NamedTuple):
     decay: str
 
 
-@dataclass(frozen=True)
+class OwnKernels(NamedTuple):
+    """Faster kernels for cells with certain values of a parameter; row : of that parameter in the kernels."""
+
+    parameter: str
+    row: str
+    by_value: Mapping[float, str]
+
+
+@dataclass(frozen=True, eq=False)
 class Rule:
-    """What must hold between quantities of a cell.
+    """A relation that must hold between quantities of a cell.
 
     name : the quantity that is to blame. worse : those that `margin` takes, +1 if it falls as the quantity grows, -1 if
     it rises, 0 if it is not monotone; a rule about other quantities than a cell has is left out.
@@ -58,6 +66,11 @@ class Rule:
         """True where a margin of these values breaks the rule."""
         return margin <= 0.0 if self.strict else margin < -self.slack(values)
 
+    def breaks(self, values: Values) -> bool:
+        """True if any of the cells with these values breaks the rule."""
+        broken = self.is_broken(self.margin(values), values)
+        return broken if isinstance(broken, bool) else bool(broken.any())
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -70,6 +83,7 @@ class Model:
     sum is friction where the curve begins. static : the quantity that may put static friction above that.
     measured : what people measure of a curve, in place of all its parameters but the decay. of_laws : parameters and
     measured quantities that only some laws have, by name.
+    own_kernels : of laws some of whose cells have kernels of their own; those of all others have the name of the law.
     to_si : by name of a result, how it is found, in SI, from the rows of the kernels.
     """
 
@@ -83,6 +97,7 @@ class Model:
     static: str | None = None
     measured: Mapping[str, Parameter] = field(default_factory=dict)
     of_laws: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    own_kernels: Mapping[str, OwnKernels] = field(default_factory=dict)
 
     @cached_property
     def replaced(self) -> tuple[str, ...]:
@@ -110,8 +125,10 @@ class Model:
 
     def start_of(self, cells: Values) -> Any:
         """Friction where the curves of cells begin."""
-        first, *others = self.levels
-        return sum((cells[name] for name in others), start=cells[first])
+        start = cells[self.levels[0]]
+        for name in self.levels[1:]:
+            start = start + cells[name]
+        return start
 
     def static_of(self, cells: Values) -> Any:
         """Static friction of cells before it ages."""
@@ -137,7 +154,7 @@ class Model:
         return least, most
 
     def change_scale(self, name: str, cells: Values, by: Scales) -> Floats:
-        """What a change of a quantity that may be 0 is compared with."""
+        """The scale with which a change of a quantity that may be 0 is compared."""
         return {"displacement": by.length}.get(name, by.mass / by.mass)
 
     def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:

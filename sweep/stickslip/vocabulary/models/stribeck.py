@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import inf, log
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, Rule, Slider, Values
+from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider, Values
 from stickslip.vocabulary.parameter import FALL, FRICTION, NAN, Parameter, Variable, table
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ NO_MINIMUM = "friction rises first and falls without end then: hysteresis is def
 CURVE = Curve("a1", "a2", "a3", "a4")
 BREAKAWAY = "mu_start"
 FITTED = (*CURVE, BREAKAWAY)  # what a fit tells of a curve
+_WITH_EXPONENT = "stribeck_delta"  # the law that has `delta`
 _DECADE = log(10.0)
 _LEAST_CHANGE = 1e-3  # of a friction coefficient that may be 0
 
@@ -169,7 +170,7 @@ def _minimum(shape: str) -> Rule:
 
         return np.where(np.isnan(p["mu_stop"]), np.nan, -rise_to_a_maximum(shape, p))
 
-    names = {"mu_stop": 1, "a2": 0, "a3": -1, "a4": -1, "delta": -1}
+    names = {"mu_stop": 1, "a2": 0, "a3": -1, "a4": -1} | ({"delta": -1} if shape == _WITH_EXPONENT else {})
     return Rule(
         "mu_stop", names, margin,
         lambda p: "none with " + ", ".join(f"{name} = {p[name]:.6g}" for name in ("a2", "a3", "a4")), NO_MINIMUM,
@@ -291,10 +292,8 @@ class _Stribeck(Model):
     def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
         start = cell["mu_start"] if "mu_start" in cell else cell.get("a1", 0.0) + cell.get("a3", 0.0)
         doubling = start / max(abs(cell["belt_speed"]), 1e-3)  # so much doubles friction at the belt speed
-        friction, shift = (
-            (0.0, rounded(2.0 * start), 0.0),
-            rounded(2.0 * start * cell["normal_load"] / cell["stiffness"]),
-        )
+        shift = rounded(2.0 * start * cell["normal_load"] / cell["stiffness"])
+        friction = 0.0, rounded(2.0 * start), 0.0
         return {
             "a1": friction, "a3": friction, "mu_start": friction,
             "a2": (0.0, rounded(3.0 * abs(cell.get("a2", 0.0)) or doubling), 0.0),
@@ -321,5 +320,7 @@ STRIBECK = _Stribeck(
     levels=("a1", "a3"),
     static="mu_static",
     measured=_MEASURED,
-    of_laws={"delta": ("stribeck_delta",), **dict.fromkeys(_MEASURED, ("stribeck",))},
+    of_laws={"delta": (_WITH_EXPONENT,), **dict.fromkeys(_MEASURED, ("stribeck",))},
+    # Exponents with which the motion has a Taylor series.
+    own_kernels={"stribeck_delta": OwnKernels("delta", "DELTA", {1.0: "stribeck", 2.0: "gaussian"})},
 )

@@ -1,0 +1,85 @@
+"""Contacts: what friction does to the mass, a file or a folder each, behind the contract below.
+
+Lanes (`block.py`, `lanes.py`) hand out cells, commit steps, and look for what happens inside them; observers
+(`observers/`) record it. Neither knows what friction is. The type of the tag `m.contact` chooses the functions that
+both call, when the kernels are compiled, so that the choice costs nothing at run time.
+
+A contact keeps, in the frame of `layout.py`, with y' = B - w:
+
+    rows Y, W, DW, JERK     y, the slip speed w, w' and w'' of each lane
+    row WEAK                a number of its own, committed with them: an inner state, say
+    rows LEVEL, SIDE, TURN  the slip speed at which its present mode ends, if any (-inf and -1: none)
+
+and for a trial step Y_NEW ... WEAK_NEW, TAKEN, WORK, GOOD, and SERIES: the powers of w over the step, from which all
+else about it follows (`dense.py`). Rows of `cells` that are not of the oscillator are its parameters, in a meaning of
+its own.
+
+The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name; machines are named
+so), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
+without modes has `begin_cell` and `handle_event` from `smooth.py`.
+"""
+
+from importlib import import_module
+
+from .. import layout as at
+from ..dense import horner, load_and_speed, speed
+from ..jit import by_type
+from ..roots import FOR_A_VALUE, crossing
+
+_NAMES = ("stribeck.modes",)  # files of this folder
+
+_of_machine = by_type(lambda m, *_: m.types[m.fields.index("contact")])
+_inline = by_type(lambda m, *_: m.types[m.fields.index("contact")], inline=True)
+
+
+@_of_machine
+def begin_cell(m, i, c):
+    """Put cell c into lane i; DONE if it is finished at once, else RUNNING."""
+    raise NotImplementedError
+
+
+@_inline
+def try_step(m):
+    """Try a step in every lane: its end, the work done, whether it is GOOD."""
+    raise NotImplementedError
+
+
+@_inline
+def handle_event(m, i):
+    """Look at lane i, whose step was flagged: show it to the observer and commit it; RUNNING, or DONE."""
+    raise NotImplementedError
+
+
+@by_type(lambda contact, *_: contact, inline=True)
+def steady_friction(contact, law, cells, c, w):
+    """Friction coefficient of cell c in steady sliding at slip speed w >= 0."""
+    raise NotImplementedError
+
+
+@_inline
+def friction(m, i, t, w):
+    """Friction coefficient at t after the start of the step of lane i, the slip speed being w: what is left of the
+    load."""
+    y, dw = load_and_speed(m.s, i, t)[0], horner(m.s, i, t)[1]
+    return y + m.s[at.OFFSET + i] - m.s[at.G + i] * w - dw
+
+
+@_inline
+def extreme_slope(m, i, h, at_end):
+    """w' where w'' vanishes within h; at_end as for `roots.arrival`."""
+    return speed(m.s, i, crossing(m.s, i, 2, 0.0, h, at_end, FOR_A_VALUE))[1]
+
+
+def register(tag, functions):
+    """Let functions of the names above serve contacts with this tag."""
+    for name, stub in globals().items():
+        if hasattr(stub, "of") and name in functions:
+            stub.of(tag)(functions[name])
+
+
+def tags_of(name):
+    """The tags of the machine of this name: its contact and its law; and the observer of its maps."""
+    for file in (import_module(f".{contact}", __name__) for contact in _NAMES):
+        if name in file.LAWS:
+            return file.TAG, file.LAWS[name], file.REGIMES
+    raise KeyError(name)

@@ -1,0 +1,153 @@
+"""Recurrences of the weakening part of friction, one a shape: its coefficients from those of the slip speed.
+
+All of them are sums of products. With x the weakening part, coefficient m of its Taylor series is
+
+    x_m = scale_m (f_0 g_(m-1) + f_1 g_(m-2) + ... + f_(m-1) g_0)
+
+of two factors f and g, series in rows of the lane: that of w, of w' or of x itself, or one that the recurrence keeps
+in rows SERIES_FACTOR. So one loop (`taylor.py`) serves every law; a recurrence says which factors, and how the next
+coefficient of the one it keeps is found.
+"""
+
+from typing import Any, NamedTuple
+
+from ... import layout as at
+from ...jit import compiled
+
+
+class Recurrence(NamedTuple):
+    """One of them; the functions are compiled, those made by `next_f` and `next_g` for coefficient n.
+
+    f, g : first rows of the factors. begin(s, i) : what must be known before the first coefficient.
+    scale(s, i, per_m) : scale_m, given 1/m. next_f(n)(s, i, dw_n, w_1) : f_n, given coefficient n of w' and n + 1 of w.
+    next_g(n)(s, i, x_n, w_n) : g_n, given coefficients n of x and w.
+    """
+
+    f: int
+    g: int
+    begin: Any
+    scale: Any
+    next_f: Any
+    next_g: Any
+
+
+# --- parts of more than one ----------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def nothing(s, i):
+    """All is known."""
+
+
+@compiled(inline=True)
+def slope(s, i, dw_n, w_1):
+    """f = w'."""
+    return dw_n
+
+
+@compiled(inline=True)
+def weakening(s, i, x_n, w_n):
+    """g = x."""
+    return x_n
+
+
+def square(n):
+    """Coefficient n of w^2, given that of w: each product of two different coefficients comes twice."""
+    w, odd = at.SERIES, n % 2 == 1
+
+    @compiled(inline=True)
+    def coefficient(s, i, w_n):
+        if n == 0:
+            return w_n * w_n
+        half = s[w + i] * w_n
+        if n > 2:
+            for j in range(1, (n + 1) // 2):
+                half += s[w + j * at.WIDTH + i] * s[w + (n - j) * at.WIDTH + i]
+        if odd:
+            return 2.0 * half
+        middle = s[w + n // 2 * at.WIDTH + i]
+        return 2.0 * half + middle * middle
+
+    return coefficient
+
+
+# --- x = drop e^(-rate w): x' = -rate w' x --------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def exponential_scale(s, i, per_m):
+    """-rate/m."""
+    return s[at.RATE + i] * -per_m
+
+
+EXPONENTIAL = Recurrence(at.SERIES_DW, at.SERIES_WEAK, nothing, exponential_scale, lambda n: slope, lambda n: weakening)
+
+# --- x = drop/(1 + rate w): (1 + rate w) x has no coefficients but the first ----------------------------------------
+
+
+@compiled(inline=True)
+def begin_quotient(s, i):
+    """-rate/(1 + rate w) at the start of the step, into the first row of SERIES_FACTOR."""
+    rate = s[at.RATE + i]
+    s[at.SERIES_FACTOR + i] = -rate / (1.0 + rate * s[at.W + i])
+
+
+@compiled(inline=True)
+def quotient_scale(s, i, per_m):
+    """The same for every m."""
+    return s[at.SERIES_FACTOR + i]
+
+
+@compiled(inline=True)
+def speed_above(s, i, dw_n, w_1):
+    """f_n is coefficient n + 1 of w."""
+    return w_1
+
+
+QUOTIENT = Recurrence(
+    at.SERIES + at.WIDTH, at.SERIES_WEAK, begin_quotient, quotient_scale, lambda n: speed_above, lambda n: weakening
+)
+
+# --- x = drop e^(-(rate w)^2): x' = -rate^2 (w^2)' x ----------------------------------------------------------------
+
+
+@compiled(inline=True)
+def gaussian_scale(s, i, per_m):
+    """-rate^2/m."""
+    return s[at.RATE + i] * s[at.RATE + i] * -per_m
+
+
+def slope_of_square(n):
+    """f = (w^2)'."""
+    above = square(n + 1)
+
+    @compiled(inline=True)
+    def coefficient(s, i, dw_n, w_1):
+        return (n + 1.0) * above(s, i, w_1)
+
+    return coefficient
+
+
+GAUSSIAN = Recurrence(at.SERIES_FACTOR, at.SERIES_WEAK, nothing, gaussian_scale, slope_of_square, lambda n: weakening)
+
+# --- x = drop (1 - 3/2 rate w + 1/2 (rate w)^3): x' = 3/2 drop rate ((rate w)^2 - 1) w' -----------------------------
+
+
+@compiled(inline=True)
+def cubic_scale(s, i, per_m):
+    """3/2 drop rate/m."""
+    return s[at.DROP + i] * s[at.RATE + i] * (1.5 * per_m)
+
+
+def slope_of_cubic(n):
+    """g = (rate w)^2 - 1."""
+    square_n, constant = square(n), 1.0 if n == 0 else 0.0
+
+    @compiled(inline=True)
+    def coefficient(s, i, x_n, w_n):
+        return s[at.RATE + i] * s[at.RATE + i] * square_n(s, i, w_n) - constant
+
+    return coefficient
+
+
+CUBIC = Recurrence(at.SERIES_DW, at.SERIES_FACTOR, nothing, cubic_scale, lambda n: slope, slope_of_cubic)

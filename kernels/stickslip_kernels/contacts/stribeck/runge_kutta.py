@@ -1,0 +1,155 @@
+"""One step of slip by the Runge-Kutta pair in every lane: for any law, smooth or not.
+
+Loops over the lanes of one flat buffer, as in `lanes.py`; a loop a stage, rather than one long loop: a single chain of
+six exponentials is too long for the processor to overlap two of them (measured on Zen 3: 50 ns a lane and step against
+13).
+"""
+
+from ... import layout as at
+from ...dense import interpolate
+from ...exponential import rough_exp2, rough_log2
+from ...intrinsics import select, widest_vectors
+from ...jit import compiled
+from ...tableau import TSITOURAS_54
+from .equations import jerk_in_lane, slope_in_lane
+from .extreme_slope import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
+from .friction import coefficient_slope
+from .laws import inflection
+from .resolvable import may_hide
+
+STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
+STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
+ERROR_WEIGHTS = TSITOURAS_54.error_weights
+# PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.
+BETA = 0.4 / TSITOURAS_54.order
+ALPHA = 1.0 / TSITOURAS_54.order - 0.75 * BETA
+LOG2_SAFETY = -0.152003093445  # log2(0.9)
+SHRINK_MOST, GROW_MOST = 0.2, 6.0
+TINIEST_ERROR2 = 1e-16
+ERROR_SHARE = 0.05  # of the tolerance that one step may spend, so that a whole slip stays within it
+
+
+@compiled
+def try_step(law, s, rtol):
+    """A step of the size STEP in every lane; nothing is committed."""
+    stages(law, s)
+    control_step(law, s, rtol)
+    interpolate(s)
+
+
+def stage_loop(n):
+    """The loop of stage number n of the pair, counted from 0: y and w at its node, and w' there.
+
+    A function for each stage: its rows and weights are constants, so that the compiler sees straight-line code. y' =
+    b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
+    """
+    weights, node, row_w, row_dw = TSITOURAS_54.matrix[n], TSITOURAS_54.nodes[n], STAGE_W[n], STAGE_DW[n]
+    first, last = n == 1, n + 1 == len(STAGE_W)
+
+    @compiled
+    def loop(law, s):
+        widest_vectors()
+        for i in range(at.WIDTH):
+            if first:
+                s[at.TAKEN + i] = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
+            h, sum_w, sum_dw = s[at.TAKEN + i], weights[0] * s[at.W + i], weights[0] * s[at.DW + i]
+            if not first:  # around an empty loop the compiler would take the first lane apart
+                for j in range(1, n):
+                    sum_w += weights[j] * s[STAGE_W[j] + i]
+                    sum_dw += weights[j] * s[STAGE_DW[j] + i]
+            mean_belt = s[at.B + i] + 0.5 * (node * h) * s[at.ALPHA + i]  # over the time up to the node
+            y = s[at.Y + i] + h * (node * mean_belt - sum_w)
+            w = s[at.W + i] + h * sum_dw
+            if last:
+                s[at.Y_NEW + i] = y
+            s[row_w + i], s[row_dw + i] = w, slope_in_lane(law, s, i, y, w)
+
+    return loop
+
+
+def stages_from(n):
+    """The loops of stage n and the later ones, one after the other."""
+    loop = stage_loop(n)
+    if n + 1 == len(STAGE_W):
+        return loop
+    later = stages_from(n + 1)
+
+    @compiled(inline=True)
+    def loops(law, s):
+        loop(law, s)
+        later(law, s)
+
+    return loops
+
+
+stages = stages_from(1)  # the first, number 0, is the last of the step before
+
+
+@compiled(inline=True)
+def squared_error(error_y, error_w, scale_y, scale_w):
+    """Squared error norm of a step: the two errors over their scales and over ERROR_SHARE; a step is good up to 1."""
+    return (
+        (1.0 / ERROR_SHARE**2)
+        * (error_y * error_y * (scale_w * scale_w) + error_w * error_w * (scale_y * scale_y))
+        / (scale_y * scale_y * (scale_w * scale_w))
+    )
+
+
+@compiled(inline=True)
+def step_factor(error2, last_log):
+    """Factor by which the next step differs from this one, and log2 of `error2` for the next call.
+
+    A rejected or NaN step shrinks (and a NaN shrinks most).
+    """
+    log_error = rough_log2(max(error2, TINIEST_ERROR2))
+    proportional = rough_exp2(LOG2_SAFETY - 0.5 * ALPHA * log_error + 0.5 * BETA * last_log)
+    factor = min(max(proportional, SHRINK_MOST), GROW_MOST)
+    factor = select(error2 <= 1.0, factor, min(factor, 0.9))
+    return select(error2 < 1e300, factor, SHRINK_MOST), log_error
+
+
+@compiled
+def control_step(law, s, rtol):
+    """Error norm, verdict and size of the next step.
+
+    Errors are measured against the amplitude about steady sliding, so that a decaying oscillation keeps its relative
+    accuracy; the slip speed also against itself and its derivative, since at break-away, where it grows from zero, its
+    relative error is what delays the slip.
+    """
+    widest_vectors()
+    for i in range(at.WIDTH):
+        h, error_y, error_w = s[at.TAKEN + i], 0.0, 0.0
+        for j in range(len(STAGE_W)):
+            error_y -= ERROR_WEIGHTS[j] * s[STAGE_W[j] + i]
+            error_w += ERROR_WEIGHTS[j] * s[STAGE_DW[j] + i]
+        s[at.ERROR_Y + i], s[at.ERROR_W + i] = h * error_y, h * error_w
+        b = s[at.B + i] + s[at.TAKEN + i] * s[at.ALPHA + i]
+        s[at.JERK_NEW + i] = jerk_in_lane(law, s, i, s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], b)
+    for i in range(at.WIDTH):
+        floor = s[at.FLOOR + i]
+        amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
+        scale_w = min(amplitude, abs(s[at.W_NEW + i]) + abs(s[at.DW_NEW + i]) + floor)
+        error2 = squared_error(s[at.ERROR_Y + i], s[at.ERROR_W + i], rtol * amplitude, rtol * scale_w)
+        factor, error_log = step_factor(error2, s[at.ERROR_LOG + i])
+        # A step that ends far below w = 0 has crossed the zone at once, and the error estimate may not know.
+        hides = may_hide(s, i, s[at.TAKEN + i], s[at.W_NEW + i], s[at.DW_NEW + i]) | (
+            s[at.W_NEW + i] < -s[at.HIDES + i]
+        )
+        good = (error2 <= 1.0) & (not hides)
+        s[at.GOOD + i] = select(good, 1.0, 0.0)
+        s[at.STEP + i] = select(hides, min(0.5, factor) * s[at.TAKEN + i], factor * s[at.STEP + i])
+        s[at.ERROR_LOG_NEW + i] = error_log
+
+
+@compiled
+def restart(law, s, i, h):
+    """Let the next step of lane i be of size h, without a memory of errors."""
+    s[at.STEP + i], s[at.ERROR_LOG + i] = h, 0.0
+
+
+@compiled
+def begin_stepping(law, s, i, cells, c):
+    """Size of the first step of a slip, where the speed may grow as fast as the curve falls, or be thrown across it."""
+    steepest = cells[at.A4, c] * inflection(law, cells[at.DELTA, c])
+    growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[at.GAMMA, c]
+    restart(law, s, i, min(0.05 / (1.0 + growth), s[at.HIDES + i] / abs(s[at.DW + i])))

@@ -1,0 +1,182 @@
+"""The section `margins`, and the variables of its result."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator
+
+from stickslip.config.sections import (
+    BOOLEAN,
+    RANGE,
+    Read,
+    Schema,
+    StudySection,
+    choice,
+    interval,
+    list_of,
+    number,
+    number_schema,
+    of_row,
+    one_of,
+    refused,
+)
+from stickslip.errors import ArgumentError
+from stickslip.studies.borders.lines import PARAMETER, limits
+from stickslip.studies.margins.reach import Floats, parameters_of
+from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.flags import DECIDED
+from stickslip.vocabulary.models import MODELS
+from stickslip.vocabulary.parameter import Parameter, Variable, table
+from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
+from stickslip.vocabulary.suggest import listed
+
+SIDES = ("below", "above")
+_SIDE = ("side",)
+# Of cells, most of them once per parameter: `margin_stiffness`.
+VARIABLES = table(
+    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
+    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
+    Variable("border", "parameter", "nearest border on either side", dims=_SIDE),
+    Variable("border_width", "parameter", "width of the last bracket of the border", dims=_SIDE),
+    Variable("beyond", "flag", "regime just past the border", dims=_SIDE),
+    Variable("proposed", "parameter", "value past the border that was simulated", dims=_SIDE),
+    Variable("checked", "flag", "regime of the simulation past the border", dims=_SIDE),
+    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
+             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
+    Variable("joint", "parameter", "value after the cheapest joint change"),
+    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
+    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
+    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
+    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
+             comment="1: after so many steps of integration that there may be a cheaper joint change"),
+)  # fmt: skip
+ON_SIDES = {name: row.units == "flag" for name, row in VARIABLES.items() if row.dims}  # flags: True
+COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
+FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
+_CHANGED: Schema = {"enum": list(PARAMETERS)}
+_FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}
+_REACHES: Schema = {
+    "type": "object", "propertyNames": _CHANGED, "additionalProperties": {"anyOf": [_FACTOR, RANGE]},
+}  # fmt: skip
+_COSTS: Schema = {"type": "object", "propertyNames": _CHANGED, "additionalProperties": number_schema(COST)}
+_SPEED = replace(PARAMETERS["belt_speed"], above=0)
+_SPEEDS = 9  # looked at in a range of belt speeds
+
+
+def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
+    """A mapping whose keys are among the parameters that may change."""
+    if not isinstance(value, Mapping):
+        raise refused("a mapping of parameters to numbers")
+    known: Collection[str] = info.data.get("parameters") or SEARCHABLE
+    return {choice(name, known, "a parameter that may change", inside=True): inner for name, inner in value.items()}
+
+
+class Margins(StudySection):
+    """Distances of each cell from a border, along single parameters, and by the cheapest change of several."""
+
+    key = "margins"
+    rows = limits(
+        key,
+        "a border",
+        Parameter("scan", "1", "places on either side of a cell that are looked at first", key,
+                  default=32, at_least=2, at_most=65_536, whole=True),
+        Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", key,
+                  default=0.01, at_least=0.0, at_most=0.5),
+    )  # fmt: skip
+    parameters: Annotated[
+        tuple[Annotated[str, PARAMETER], ...] | None,
+        list_of(PARAMETERS, "a list of different parameters", unique=True),
+    ] = Field(None, description="parameters that may change; all that a designer chooses unless given")
+    costs: dict[str, float] = Field(
+        {},
+        description="by parameter, what changing it by a factor costs relative to the others; 1 unless given",
+        json_schema_extra=_COSTS,
+    )
+    within: dict[str, float | tuple[float, float]] | float = Field(
+        float(FACTOR.default or 0),
+        description="how far to look: a factor, or by parameter a factor or both ends of a range",
+        json_schema_extra={"anyOf": [_FACTOR, _REACHES]},
+    )
+    into: Annotated[tuple[Annotated[str, one_of(DECIDED, "a regime")], ...] | None,
+                    list_of(DECIDED, "a list of regimes")] = Field(
+        None, description="regimes that count; any other unless given"
+    )  # fmt: skip
+    speed_range: Annotated[tuple[float, float] | None, Read(lambda value: interval(_SPEED, value), RANGE)] = Field(
+        None,
+        description=f"both ends of a range of belt speeds, of {_SPEEDS} of which the worst counts; that of the cell "
+        "unless given",
+    )
+    joint: Annotated[bool, BOOLEAN] = Field(
+        False,
+        description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more",
+    )
+    scan: int = of_row(rows["scan"])
+    tolerance: float = of_row(rows["tolerance"])
+    beyond: float = of_row(rows["beyond"])
+    rtol: float | None = of_row(rows["rtol"])
+
+    @field_validator("parameters")
+    @classmethod
+    def _one_form(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for model in MODELS:
+            if set(model.measured) & set(value or ()) and set(model.replaced) & set(value or ()):
+                forms = (listed(form, "and") for form in (model.measured, model.replaced))
+                raise refused(f"one form of the curve: {', or '.join(forms)}")
+        return value
+
+    @field_validator("costs", mode="before")
+    @classmethod
+    def _costs(cls, value: object, info: ValidationInfo) -> object:
+        return {name: number(COST, cost) for name, cost in _by_parameter(value, info).items()}
+
+    @field_validator("within", mode="before")
+    @classmethod
+    def _within(cls, value: object, info: ValidationInfo) -> object:
+        if not isinstance(value, Mapping):
+            return number(FACTOR, value)
+        return {
+            name: interval(SEARCHABLE[name], reach) if isinstance(reach, list | tuple) else number(FACTOR, reach)
+            for name, reach in _by_parameter(value, info).items()
+        }
+
+    @field_validator("speed_range")
+    @classmethod
+    def _no_speed(cls, value: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        if value is not None and "belt_speed" in (info.data.get("parameters") or ()):
+            raise refused("none beside the parameter belt_speed, which is what the range of speeds is about")
+        return value
+
+    @property
+    def of_each(self) -> Floats:
+        """The cost of each parameter."""
+        return np.array([self.costs.get(name, 1.0) for name in self.reaches])
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The belt speeds (m/s) of the range, by equal ratios, both ends among them; none for that of the cell."""
+        return () if self.speed_range is None else tuple(map(float, np.geomspace(*self.speed_range, _SPEEDS)))
+
+    def of_cells(self, cells: Parameters) -> Margins:
+        """The section with its parameters named, those that cells have, and how far each may go.
+
+        Raises ArgumentError for costs and reaches of others.
+        """
+        names = self.parameters
+        if names is None:
+            names = tuple(name for name in parameters_of(cells) if not (self.speed_range and name == "belt_speed"))
+        within = self.within if isinstance(self.within, dict) else dict.fromkeys(names, self.within)
+        for key, given in (("costs", self.costs), ("within", within)):
+            if unknown := [name for name in given if name not in names]:
+                raise ArgumentError(key, f"got one for {unknown[0]!r}, expected {', '.join(names)}")
+        reaches = {name: within.get(name, FACTOR.default) for name in names}
+        return self.model_copy(update={"parameters": names, "within": reaches})
+
+    @property
+    def reaches(self) -> dict[str, float | tuple[float, float]]:
+        """Reach of each parameter, of a section of which `of_cells` is known."""
+        assert isinstance(self.within, dict)
+        return self.within

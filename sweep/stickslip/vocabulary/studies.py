@@ -1,0 +1,45 @@
+"""The studies: what may be computed instead of a map of every cell, and where each is declared."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Entry(NamedTuple):
+    """A row of `STUDIES`.
+
+    place : file and class in the room `studies`. command : what the command of this name does, where there is one.
+    """
+
+    place: str
+    command: str = ""
+
+
+# By the key of the section that asks for it, which is the name of the command and the attribute `result` as well.
+STUDIES: dict[str, Entry] = {
+    "border": Entry("borders.border:BorderStudy", "Find where along a parameter the regime changes."),
+    "contours": Entry("borders.contours:ContourStudy", "Follow the borders of regimes in a plane."),
+    "margins": Entry("margins.margins:MarginStudy"),
+    "attractors": Entry("attractors.study:AttractorStudy", "Find which regimes coexist, and what settles."),
+    "ramp": Entry("attractors.ramp:RampStudy", "Follow attractors up and down a parameter."),
+    "refine": Entry("refinement.study:RefinedMap"),
+    "uncertain": Entry("uncertainty.sampling:SampleStudy"),
+}
+
+# Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
+_MARKS = {
+    "model_rpn": "rig", "time": "trajectory", "quiet_above": "comparison", "probability": "uncertain",
+    "direction": "ramp", "settling_share": "attractors", "border_found": "border", "contour_found": "contours",
+    "margin_found": "margins",
+}  # fmt: skip
+
+
+def kind_of(ds: xr.Dataset) -> str:
+    """The kind of a result: the key of a study, rig, trajectory, comparison, or map."""
+    if (kind := ds.attrs.get("result")) in STUDIES:
+        return str(kind)
+    names = {*map(str, ds.variables), *map(str, ds.dims), *map(str, ds.attrs)}
+    return next((kind for mark, kind in _MARKS.items() if mark in names), "map")
