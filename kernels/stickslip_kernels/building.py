@@ -122,6 +122,9 @@ def _make_local(module, kept: set[str]) -> None:
     for thing in (*module.functions, *module.global_variables):
         if not thing.is_declaration:
             thing.linkage = "external" if thing.name in kept else "internal"
+    for function in module.functions:
+        if not function.is_declaration and any(f"{len(name)}{name}B" in function.name for name in jit.APART):
+            function.add_function_attribute("noinline")
 
 
 def _symbols(module) -> list[str]:

@@ -14,6 +14,7 @@ from numba.extending import overload
 from .objects import CACHE_FOLDER
 
 _parts = False  # whether functions are parts of one object, see `compile_parts`
+APART: set[str] = set()  # names of functions that are merged into no other
 
 
 def compile_parts() -> None:
@@ -22,18 +23,21 @@ def compile_parts() -> None:
     _parts = True
 
 
-def compiled(function=None, *, inline=False):
+def compiled(function=None, *, inline=False, apart=False):
     """Compile a kernel: serial, nogil, cached, IEEE except for fused multiply-add.
 
     inline : True for the small functions of the hot loop, which LLVM must merge before it can vectorise the loop, and
         for scalar functions called from one place only, since a call hands over seven words for each array.
+    apart : True for rare functions with loops of their own, which the hot loop is better without.
 
     Kernels make no arrays, so that none counts references: each count is an atomic instruction, and together they took
     a sixth of the time.
     Division by zero gives inf or NaN (`error_model="numpy"`): NaN is a signal here, and kernels never raise.
     """
     if function is None:
-        return lambda body: compiled(body, inline=inline)
+        return lambda body: compiled(body, inline=inline, apart=apart)
+    if apart:
+        APART.add(function.__qualname__)
     options = {
         "nogil": True,
         "error_model": "numpy",

@@ -177,12 +177,13 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     DECIDED_BY,  # the status then
     # the amplitude map (`observers/amplitudes.py`)
     MAP_STATE,
+    MAP_REST,  # time at which w last came to zero, or was on a line
     MAP_TAU, MAP_FROM,  # time and amplitude of the turn it begins at
     MAP_AT,  # amplitude at which the half loop under way began
     MAP_TO, MAP_TIME,  # amplitude and duration at its end; 0 before
     MAP_NODES,  # nodes so far
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 60 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 61 * WIDTH, WIDTH)  # fmt: skip
 MAP_ROWS_ASIDE, MAP_MOST_NODES = 7, 16
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map

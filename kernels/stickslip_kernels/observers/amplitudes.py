@@ -25,6 +25,11 @@ from .settling import drag_at
 from .weak import put
 
 AFTER = 1.0  # loops: the first ones lose most, and reach where the curve is steepest
+WEAKEST, STRONGEST = (
+    1e-4,
+    0.5,
+)  # damping ratios of steady sliding: below, whether a motion settles is a question of its own
+AGAIN = 0.7  # of the amplitude at which a map was refused, the next one is tried
 WORTH = 20.0  # half loops still to come from which the map costs less than they do
 FEWEST = 5  # nodes before an agreement counts
 AGREEMENT = 0.5  # of the tolerance: the last node may differ by this from what those before foretold
@@ -35,8 +40,6 @@ LEJA = (
 )  # fmt: skip
 MOST_NODES = 16
 SEVERAL = 16.0  # half loops that are worth a formula
-STALLED = 64  # half loops without a smaller amplitude after which a cycle is looked for
-NARROWER, HALVINGS = 0.9, 50  # steps of that search
 TRUNCATED = 0.01  # of the tolerance: terms below are left out
 MOST_HALF_LOOPS = 3000.0  # followed one by one on the way down
 ASIDE = (at.TAU_END, at.W_LEAST, at.DW_TOP, at.GAIN, at.GAIN_TOP, at.HEAT, at.BAND2)  # untouched by half loops measured
@@ -47,32 +50,27 @@ UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER = 0.0, 1.0, 2.0, 3.0, 4.0  # codes o
 
 
 @compiled(inline=True)
-def map_may_begin(m, i):
-    """Return whether the maximum of u that was just looked at is one to begin a map from."""
-    s = m.s
-    if s[at.MAP_STATE + i] == REFUSED and s[at.LOOP_COUNT + i] == 0.0 and s[at.LOOP_CHANGE + i] < inf:
-        s[at.MAP_STATE + i] = UNTRIED  # the motion has lost some of what the map was refused for
-    if s[at.MAP_STATE + i] != UNTRIED or s[at.LOOP_COUNT + i] < AFTER or not m.observer.early_stop:
-        return False
-    if s[at.W_MIN + i] > 0.0 and (s[at.MODE + i] != at.FAST or s[at.HELD + i] > 0.0):
-        return False  # a loop that leaves the curve is none of this map
-    other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
-    return s[at.B + i] > 0.0 and other == 0.0
+def consider_map(m, i, tau, xi):
+    """Have a map begin at the maximum of u that was just looked at, where the motion has a long way to settle."""
+    s, amplitude = m.s, m.s[at.SIGMA + i] * (xi - m.s[at.XI_STAR + i])
+    state = s[at.MAP_STATE + i]
+    if state == REFUSED and s[at.LOOP_COUNT + i] == 0.0 and amplitude < AGAIN * s[at.MAP_FROM + i]:
+        s[at.MAP_STATE + i] = UNTRIED
+    elif state == UNTRIED and s[at.LOOP_COUNT + i] >= AFTER:
+        s[at.MAP_STATE + i] = TO_BEGIN if is_worth_it(m, i, amplitude) else OVER
+        s[at.MAP_TAU + i], s[at.MAP_FROM + i] = tau, amplitude
 
 
 @compiled
-def consider_map(m, i, tau, xi):
-    """Have a map begin at this maximum of u, where the motion has a long way to settle."""
-    s = m.s
-    if not map_may_begin(m, i):
-        return
-    s[at.MAP_STATE + i] = OVER
-    ratio = 0.5 * drag_at(m.law, s, i, s[at.B + i])
-    amplitude = s[at.SIGMA + i] * (xi - s[at.XI_STAR + i])
-    if not abs(ratio) < 0.5 or not amplitude > s[at.BAND + i]:
-        return
-    if log(amplitude / s[at.BAND + i]) > WORTH * pi * ratio:
-        s[at.MAP_STATE + i], s[at.MAP_TAU + i], s[at.MAP_FROM + i] = TO_BEGIN, tau, amplitude
+def is_worth_it(m, i, amplitude):
+    """Return whether the motion from a maximum of u stays in the plane of the map, and has a long way to settle."""
+    s, ratio = m.s, 0.5 * drag_at(m.law, m.s, i, m.s[at.B + i])
+    if s[at.MAP_REST + i] >= s[at.LOOP_TAU + i] or (s[at.W_MIN + i] > 0.0 and s[at.MODE + i] != at.FAST):
+        return False  # the last loop came to rest, or left its curve
+    other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
+    if other > 0.0 or s[at.B + i] <= 0.0 or not m.observer.early_stop or not WEAKEST < ratio < STRONGEST:
+        return False
+    return amplitude > s[at.BAND + i] and log(amplitude / s[at.BAND + i]) > WORTH * pi * ratio
 
 
 # --- measuring --------------------------------------------------------------------------------------------------------
@@ -131,7 +129,7 @@ def add_node(s, i, a, c, time):
     return max(abs(off_c), abs(off_time) / time)
 
 
-@compiled
+@compiled(apart=True)
 def follow_map(m, i):
     """After a step: begin the next half loop where one has ended; end the map where it is known, or will not be."""
     s = m.s
@@ -171,25 +169,18 @@ def leap_down(m, i):
 
     The smaller the amplitude, the fewer powers of it matter.
     """
-    s, n, most = m.s, int(m.s[at.MAP_NODES + i]), int(m.s[at.MAP_NODES + i])
+    s, n = m.s, int(m.s[at.MAP_NODES + i])
     expand_in_powers(s, i, at.MAP_C, n)
     expand_in_powers(s, i, at.MAP_T, n)
     a, tau, half_loops, before = s[at.MAP_FROM + i], s[at.MAP_TAU + i], 0.0, -inf
-    wide, stalled = inf, 0
+    wide = inf
     while True:
-        stalled += 1
         if abs(a) < wide:
-            n, wide, stalled = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), 0.7 * abs(a), 0
+            n, wide = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), 0.7 * abs(a)
             if n <= 3:
                 many, log_ratio, time = many_half_loops(s, i, n, a, m.rtol)
                 if many > 0.0 and tau + time < s[at.MAP_ASIDE + i]:
                     a, tau, half_loops = a * exp(log_ratio), tau + time, half_loops + many
-        elif stalled == STALLED:
-            cycle = fixed_point(s, i, most, abs(a))
-            if cycle > 0.0:
-                end_map(m, i, tau, cycle, half_loops)
-                s[at.LOOP_MOVED + i] = 1.0
-                return
         c, time = power_series(s, i, n, a)
         if c + before >= 0.0 or half_loops > MOST_HALF_LOOPS:  # it grows, or takes so long that it may never settle
             end_map(m, i, s[at.MAP_TAU + i], s[at.MAP_FROM + i], 0.0)
@@ -199,31 +190,6 @@ def leap_down(m, i):
             break
         a, tau, half_loops, before = -a * ratio, tau + time, half_loops + 1.0, c
     end_map(m, i, tau, a, half_loops)
-
-
-@compiled
-def change_in_a_loop(s, i, terms, a):
-    """By how much a whole loop from the turn at a changes ln a."""
-    c = power_series(s, i, terms, a)[0]
-    return c + power_series(s, i, terms, -a * exp(c))[0]
-
-
-@compiled
-def fixed_point(s, i, terms, a):
-    """The largest amplitude below a > 0 from which a loop comes back to it; 0 where there is none above the band."""
-    above = a
-    while above > s[at.BAND + i]:
-        below = NARROWER * above
-        if change_in_a_loop(s, i, terms, below) >= 0.0:
-            for _ in range(HALVINGS):
-                middle = 0.5 * (below + above)
-                if change_in_a_loop(s, i, terms, middle) >= 0.0:
-                    below = middle
-                else:
-                    above = middle
-            return above
-        above = below
-    return 0.0
 
 
 @compiled

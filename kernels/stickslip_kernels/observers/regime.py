@@ -87,7 +87,7 @@ def begin_cell(m, i, c):
         s[row + i] = 0.0
     s[at.STABLE_FROM + i], s[at.STABLE_TO + i] = stable_speeds(m.law, m.cells, c)
     s[at.SLIP_START + i], s[at.CYCLE_START + i], s[at.MU_TURN + i] = nan, nan, nan
-    s[at.ENTERED + i], s[at.TROUGH_TIME + i] = -inf, -inf
+    s[at.ENTERED + i], s[at.TROUGH_TIME + i], s[at.MAP_REST + i] = -inf, -inf, -inf
     s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)
@@ -295,12 +295,14 @@ def stays_on_line(m, i, line, u, w, dw, kind, t):
 
 
 def observe_standstill(m, i, dw):
+    m.s[at.MAP_REST + i] = m.s[at.TAU + i]
     note_closest_trough(m.s, i)
     note_standstill(m.s, i, dw)
 
 
 def observe_trough(m, i, u, w):
     s, b = m.s, m.s[at.B + i]
+    s[at.MAP_REST + i] = s[at.TAU + i]
     note_trough(s, i, w)
     note_closest_trough(s, i)
     s[at.HELD + i] = 1.0
