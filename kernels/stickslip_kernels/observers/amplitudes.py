@@ -41,7 +41,7 @@ LEJA = (
 MOST_NODES = 16
 SEVERAL = 16.0  # half loops that are worth a formula
 TRUNCATED = 0.01  # of the tolerance: terms below are left out
-MOST_HALF_LOOPS = 3000.0  # followed one by one on the way down
+NARROWER, MOST_STALLED = 0.7, 4000.0  # half loops on the way down until the amplitude is so much smaller
 ASIDE = (at.TAU_END, at.W_LEAST, at.DW_TOP, at.GAIN, at.GAIN_TOP, at.HEAT, at.BAND2)  # untouched by half loops measured
 UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER = 0.0, 1.0, 2.0, 3.0, 4.0  # codes of MAP_STATE
 
@@ -56,17 +56,18 @@ def consider_map(m, i, tau, xi):
     state = s[at.MAP_STATE + i]
     if state == REFUSED and s[at.LOOP_COUNT + i] == 0.0 and amplitude < AGAIN * s[at.MAP_FROM + i]:
         s[at.MAP_STATE + i] = UNTRIED
-    elif state == UNTRIED and s[at.LOOP_COUNT + i] >= AFTER:
-        s[at.MAP_STATE + i] = TO_BEGIN if is_worth_it(m, i, amplitude) else OVER
+    elif state == UNTRIED:
+        if s[at.LOOP_COUNT + i] >= AFTER and s[at.MAP_REST + i] < s[at.MAP_TAU + i]:  # no rest since the last maximum
+            s[at.MAP_STATE + i] = TO_BEGIN if is_worth_it(m, i, amplitude) else OVER
         s[at.MAP_TAU + i], s[at.MAP_FROM + i] = tau, amplitude
 
 
 @compiled
 def is_worth_it(m, i, amplitude):
-    """Return whether the motion from a maximum of u stays in the plane of the map, and has a long way to settle."""
+    """Return whether the motion from a maximum of u, on one curve, has a long way to settle."""
     s, ratio = m.s, 0.5 * drag_at(m.law, m.s, i, m.s[at.B + i])
-    if s[at.MAP_REST + i] >= s[at.LOOP_TAU + i] or (s[at.W_MIN + i] > 0.0 and s[at.MODE + i] != at.FAST):
-        return False  # the last loop came to rest, or left its curve
+    if s[at.W_MIN + i] > 0.0 and s[at.MODE + i] != at.FAST:
+        return False
     other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
     if other > 0.0 or s[at.B + i] <= 0.0 or not m.observer.early_stop or not WEAKEST < ratio < STRONGEST:
         return False
@@ -173,17 +174,18 @@ def leap_down(m, i):
     expand_in_powers(s, i, at.MAP_C, n)
     expand_in_powers(s, i, at.MAP_T, n)
     a, tau, half_loops, before = s[at.MAP_FROM + i], s[at.MAP_TAU + i], 0.0, -inf
-    wide = inf
+    wide, stalled = inf, 0.0
     while True:
+        stalled += 1.0
         if abs(a) < wide:
-            n, wide = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), 0.7 * abs(a)
+            n, wide, stalled = terms_that_matter(s, i, n, abs(a), TRUNCATED * m.rtol), NARROWER * abs(a), 0.0
             if n <= 3:
                 many, log_ratio, time = many_half_loops(s, i, n, a, m.rtol)
                 if many > 0.0 and tau + time < s[at.MAP_ASIDE + i]:
                     a, tau, half_loops = a * exp(log_ratio), tau + time, half_loops + many
         c, time = power_series(s, i, n, a)
-        if c + before >= 0.0 or half_loops > MOST_HALF_LOOPS:  # it grows, or takes so long that it may never settle
-            end_map(m, i, s[at.MAP_TAU + i], s[at.MAP_FROM + i], 0.0)
+        if c + before >= 0.0 or stalled > MOST_STALLED:  # the motion grows, or may never settle
+            refuse_map(m, i)
             return
         ratio = exp(c)
         if abs(a) * ratio * ratio <= s[at.BAND + i] or tau + time >= s[at.MAP_ASIDE + i]:

@@ -88,6 +88,7 @@ def begin_cell(m, i, c):
     s[at.STABLE_FROM + i], s[at.STABLE_TO + i] = stable_speeds(m.law, m.cells, c)
     s[at.SLIP_START + i], s[at.CYCLE_START + i], s[at.MU_TURN + i] = nan, nan, nan
     s[at.ENTERED + i], s[at.TROUGH_TIME + i], s[at.MAP_REST + i] = -inf, -inf, -inf
+    s[at.MAP_TAU + i] = -inf
     s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)

@@ -1,0 +1,119 @@
+"""Settling by the amplitude map: as when every turn is followed, and as SciPy has it."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from helpers.kernel_runs import NAN, block_of, cell, run
+from stickslip_kernels import layout as at
+
+BAND_SHARE = 1e-4
+LAWS = ["stribeck", "stribeck_delta", "gaussian", "rational", "cubic"]
+
+
+def draw(law, count, hysteretic=False):
+    """Cells over decades whose steady sliding is weakly damped."""
+    random = np.random.default_rng(sum(map(ord, law)))
+    columns = []
+    while len(columns) < count:
+        a2, a3, a4 = 10 ** random.uniform([-2.5, -1.5, -1.5], [-0.5, 0.0, 0.3])
+        gamma = 10 ** random.uniform(-3.5, -1.0)
+        column = cell(
+            10 ** random.uniform(-1.0, 0.7), (0.3, a2, a3, a4), gamma=gamma, delta=random.uniform(1.0, 2.5),
+            mu_stop=0.3 + a3 * random.uniform(0.3, 1.0) if hysteretic else NAN,
+        )  # fmt: skip
+        ratio = run(block_of(column), max_steps=1, law=law)[at.DAMPING_RATIO, 0]
+        if 3e-4 < ratio < 0.1:
+            columns.append(column)
+    return block_of(*columns)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_settling_is_that_of_motions_whose_turns_are_followed(law, rtol):
+    """A run to the horizon follows every turn."""
+    cells = draw(law, 60)
+    mapped = run(cells, rtol, law=law)
+    settled = mapped[at.REGIME] == at.DAMPED
+    assert settled.sum() > 15
+    cells = np.ascontiguousarray(cells[:, settled])
+    cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0))[settled] + 50.0
+    followed = run(cells, 1e-10, early_stop=False, law=law)
+    for row in (at.REGIME, at.CROSSINGS, at.XI_SETTLED):
+        np.testing.assert_array_equal(mapped[row, settled], followed[row])
+    np.testing.assert_allclose(mapped[at.SETTLING_TIME, settled], followed[at.SETTLING_TIME], rtol=30.0 * rtol)
+    for row in (at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.ACCELERATION_MAX):
+        np.testing.assert_allclose(mapped[row, settled], followed[row], rtol=30.0 * rtol, atol=30.0 * rtol)
+
+
+def test_on_a_hysteretic_curve_too():
+    cells = draw("stribeck", 60, hysteretic=True)
+    mapped = run(cells)
+    settled = mapped[at.REGIME] == at.DAMPED
+    assert settled.sum() > 15
+    cells = np.ascontiguousarray(cells[:, settled])
+    cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0))[settled] + 50.0
+    followed = run(cells, 1e-10, early_stop=False)
+    np.testing.assert_array_equal(mapped[at.CROSSINGS, settled], followed[at.CROSSINGS])
+    np.testing.assert_allclose(mapped[at.SETTLING_TIME, settled], followed[at.SETTLING_TIME], rtol=3e-5)
+
+
+@pytest.mark.parametrize(("b", "a2", "a3", "a4", "gamma"), [
+    (1.0, 0.1, 0.3, 0.1, 0.0), (2.0, 0.05, 0.2, 0.25, 0.0), (3.0, 0.0, 0.05, 0.3, 0.013),
+])  # fmt: skip
+def test_settling_is_that_of_scipy(b, a2, a3, a4, gamma):
+    """The last time at which the motion is outside the settling band, and the turns outside of it."""
+    found = run(block_of(cell(b, (0.3, a2, a3, a4), gamma=gamma)))[:, 0]
+
+    def mu(w):
+        return 0.3 + a2 * w + a3 * np.exp(-w / a4)
+
+    def motion(_, state):
+        u, v = state
+        return [v, mu(b - v) - u - gamma * v]
+
+    assert found[at.REGIME] == at.DAMPED
+    steady, start = mu(b), np.array([0.3 + a3 - gamma * b, b])
+    band = BAND_SHARE * np.hypot(start[0] - steady, b)
+    away = np.array([start[0] + 1e-9, b * (1.0 - 1e-12)])
+    end = 1.1 * found[at.SETTLING_TIME] + 20.0
+
+    def leaves(_, state):
+        return np.hypot(state[0] - steady, state[1]) - band
+
+    def turns(_, state):
+        return state[1]
+
+    tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 0.2}
+    solved = solve_ivp(motion, (0.0, end), away, events=[leaves, turns], **tight)
+    assert found[at.SETTLING_TIME] == pytest.approx(solved.t_events[0][-1], rel=1e-5)
+    extremes = solved.y_events[1][:, 0] - steady
+    assert found[at.CROSSINGS] == pytest.approx(np.count_nonzero(np.abs(extremes) > band), abs=1)
+
+
+def test_a_motion_of_hundreds_of_turns_takes_fewer_steps_than_turns():
+    found = run(block_of(cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
+    assert found[at.REGIME] == at.DAMPED and found[at.CROSSINGS] > 400
+    assert found[at.STEPS] < 0.6 * found[at.CROSSINGS]
+    backwards = run(block_of(cell(-3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
+    for row in (at.SETTLING_TIME, at.CROSSINGS, at.STEPS):
+        assert backwards[row] == found[row]
+    assert backwards[at.XI_SETTLED] == -found[at.XI_SETTLED]
+
+
+def test_a_horizon_on_the_way_ends_the_motion_there():
+    whole = run(block_of(cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
+    column = cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013, horizon=0.5 * whole[at.SETTLING_TIME])
+    cut = run(block_of(column))[:, 0]
+    followed = run(block_of(column), rtol=1e-10, early_stop=False)[:, 0]
+    assert cut[at.REGIME] == at.UNRESOLVED and cut[at.STATUS] == at.HORIZON_REACHED
+    assert cut[at.XI_END] == pytest.approx(followed[at.XI_END], abs=1e-5)
+    assert cut[at.ETA_END] == pytest.approx(followed[at.ETA_END], abs=1e-5)
+
+
+def test_a_budget_that_ends_while_the_map_is_measured_leaves_the_motion_where_it_was():
+    column = cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)
+    for most in range(10, 130, 7):
+        found = run(block_of(column), max_steps=most)[:, 0]
+        assert found[at.REGIME] == at.DAMPED or found[at.STATUS] in (at.STEP_LIMIT, at.SETTLING_CERTAIN)
+        assert abs(found[at.XI_END] - 0.3) < 3.1
