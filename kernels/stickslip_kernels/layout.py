@@ -182,9 +182,11 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     MAP_AT,  # amplitude at which the half loop under way began
     MAP_TO, MAP_TIME,  # amplitude and duration at its end; 0 before
     MAP_NODES,  # nodes so far
+    MAP_STEPS,  # steps tried before
+    MAP_OFF,  # by how much the last node differed from what those before foretold
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 61 * WIDTH, WIDTH)  # fmt: skip
-MAP_ROWS_ASIDE, MAP_MOST_NODES = 7, 16
+) = range(SLOW, SLOW + 63 * WIDTH, WIDTH)  # fmt: skip
+MAP_ROWS_ASIDE, MAP_MOST_NODES = 10, 16
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map
 MAP_T = MAP_C + MAP_MOST_NODES * WIDTH  # the same of the duration

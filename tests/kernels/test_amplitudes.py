@@ -41,9 +41,19 @@ def test_settling_is_that_of_motions_whose_turns_are_followed(law, rtol):
     followed = run(cells, 1e-10, early_stop=False, law=law)
     for row in (at.REGIME, at.CROSSINGS, at.XI_SETTLED):
         np.testing.assert_array_equal(mapped[row, settled], followed[row])
-    np.testing.assert_allclose(mapped[at.SETTLING_TIME, settled], followed[at.SETTLING_TIME], rtol=30.0 * rtol)
+    off = np.abs(mapped[at.SETTLING_TIME, settled] / followed[at.SETTLING_TIME] - 1.0)
+    assert (off <= 3.0 * rtol / followed[at.DAMPING_RATIO]).all()  # an error of the loss in a loop, over that loss
     for row in (at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.ACCELERATION_MAX):
         np.testing.assert_allclose(mapped[row, settled], followed[row], rtol=30.0 * rtol, atol=30.0 * rtol)
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-11])
+def test_a_map_that_is_refused_costs_no_settling_time(rtol):
+    """Its steps once counted as those of the loops, so that the way to the band seemed too long."""
+    belts, turns = np.linspace(0.85, 1.3, 200), np.random.default_rng(0).uniform(1.0, 4.0, 200)
+    found = run(block_of(*(cell(b * 10 ** (0.5 * k), (1.0, 0.1 * 10 ** (-0.5 * k), 0.3, 0.1 * 10 ** (0.5 * k)))
+                           for b, k in zip(belts, turns, strict=True))), rtol, max_steps=1e5)  # fmt: skip
+    assert (found[at.STATUS] == at.SETTLED).all() and not np.isnan(found[at.SETTLING_TIME]).any()
 
 
 def test_on_a_hysteretic_curve_too():
@@ -113,7 +123,7 @@ def test_a_horizon_on_the_way_ends_the_motion_there():
 
 def test_a_budget_that_ends_while_the_map_is_measured_leaves_the_motion_where_it_was():
     column = cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)
-    for most in range(10, 130, 7):
+    for most in range(250, 420, 7):
         found = run(block_of(column), max_steps=most)[:, 0]
         assert found[at.REGIME] == at.DAMPED or found[at.STATUS] in (at.STEP_LIMIT, at.SETTLING_CERTAIN)
         assert abs(found[at.XI_END] - 0.3) < 3.1

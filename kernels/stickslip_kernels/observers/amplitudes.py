@@ -30,9 +30,11 @@ WEAKEST, STRONGEST = (
     0.5,
 )  # damping ratios of steady sliding: below, whether a motion settles is a question of its own
 AGAIN = 0.7  # of the amplitude at which a map was refused, the next one is tried
+DEAREST = 300.0  # steps that a map may take
 WORTH = 20.0  # half loops still to come from which the map costs less than they do
 FEWEST = 5  # nodes before an agreement counts
-AGREEMENT = 0.5  # of the tolerance: the last node may differ by this from what those before foretold
+AGREEMENT = 0.5  # of the tolerance: the last node may differ by this from what those before foretold ...
+EARLIER = 0.1  # ... and the one before by ten times as much: one agreement may be chance
 # Of [-1, 1]; the third stands for a = 0, wherever that is.
 LEJA = (
     1.0, -1.0, 0.0, -0.57735, 0.65871, -0.83922, 0.86998, 0.30562, -0.32166, -0.94305, 0.95271, 0.47937, -0.71265,
@@ -42,7 +44,8 @@ MOST_NODES = 16
 SEVERAL = 16.0  # half loops that are worth a formula
 TRUNCATED = 0.01  # of the tolerance: terms below are left out
 NARROWER, MOST_STALLED = 0.7, 4000.0  # half loops on the way down until the amplitude is so much smaller
-ASIDE = (at.TAU_END, at.W_LEAST, at.DW_TOP, at.GAIN, at.GAIN_TOP, at.HEAT, at.BAND2)  # untouched by half loops measured
+# What half loops that are measured must not touch; the end of the drive comes first.
+ASIDE = (at.TAU_END, at.W_LEAST, at.DW_TOP, at.GAIN, at.GAIN_TOP, at.HEAT, at.BAND2, at.TAU, at.Y, at.W)
 UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER = 0.0, 1.0, 2.0, 3.0, 4.0  # codes of MAP_STATE
 
 
@@ -71,6 +74,8 @@ def is_worth_it(m, i, amplitude):
     other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
     if other > 0.0 or s[at.B + i] <= 0.0 or not m.observer.early_stop or not WEAKEST < ratio < STRONGEST:
         return False
+    if m.max_steps - s[at.TRIED + i] < DEAREST:
+        return False
     return amplitude > s[at.BAND + i] and log(amplitude / s[at.BAND + i]) > WORTH * pi * ratio
 
 
@@ -85,7 +90,7 @@ def begin_map(m, i):
         s[at.MAP_ASIDE + k * at.WIDTH + i] = s[ASIDE[k] + i]
     s[at.TAU_END + i], s[at.W_LEAST + i], s[at.DW_TOP + i] = inf, -inf, inf
     s[at.BAND2 + i], s[at.RADIUS2 + i], s[at.W_TOP + i], s[at.QUIET_BELOW + i] = 0.0, 0.0, inf, -1.0
-    s[at.MAP_STATE + i], s[at.MAP_NODES + i] = MEASURING, 0.0
+    s[at.MAP_STATE + i], s[at.MAP_NODES + i], s[at.MAP_STEPS + i] = MEASURING, 0.0, s[at.TRIED + i]
     begin_half_loop(m, i, s[at.MAP_FROM + i])
 
 
@@ -141,7 +146,8 @@ def follow_map(m, i):
     if not a * to < 0.0:
         refuse_map(m, i)
         return
-    off = add_node(s, i, a, log(-to / a), s[at.MAP_TIME + i])
+    before, off = s[at.MAP_OFF + i], add_node(s, i, a, log(-to / a), s[at.MAP_TIME + i])
+    s[at.MAP_OFF + i] = off
     n = int(s[at.MAP_NODES + i])
     if n == 1:
         begin_half_loop(m, i, to)
@@ -151,7 +157,7 @@ def follow_map(m, i):
         turning = (1.0 - ratio * ratio) ** 0.5
         add_node(s, i, 0.0, -pi * ratio / turning, pi / turning)
         n = 3
-    elif n > FEWEST and off <= AGREEMENT * m.rtol:
+    elif n > FEWEST and max(off, EARLIER * before) <= AGREEMENT * m.rtol:
         leap_down(m, i)
         return
     if n == MOST_NODES:
@@ -247,18 +253,27 @@ def power_series(s, i, terms, a):
 
 @compiled
 def refuse_map(m, i):
-    """Let the motion go on from where the map began."""
-    end_map(m, i, m.s[at.MAP_TAU + i], m.s[at.MAP_FROM + i], 0.0)
-    m.s[at.MAP_STATE + i] = REFUSED
+    """Let the motion of lane i go on from where it was."""
+    s = m.s
+    take_up(s, i)
+    s[at.MAP_STATE + i] = REFUSED
+    s[at.LOOP_STEPS + i] += s[at.TRIED + i] - s[at.MAP_STEPS + i]  # loops cost what they did
+    put(m, i, s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i])
 
 
 @compiled
 def end_map(m, i, tau, a, half_loops):
     """Let the motion of lane i go on from the turn with amplitude a, so many half loops after the map began."""
     s = m.s
+    take_up(s, i)
     s[at.MAP_STATE + i], s[at.TAU + i], s[at.CROSSED + i] = OVER, tau, s[at.CROSSED + i] + half_loops
-    for k in range(len(ASIDE)):
-        s[ASIDE[k] + i] = s[at.MAP_ASIDE + k * at.WIDTH + i]
     s[at.SIDE_LAST + i] = s[at.SIGMA + i] if a > 0.0 else -s[at.SIGMA + i]
     put(m, i, a, 0.0)
     forget_loops(s, i)
+
+
+@compiled(inline=True)
+def take_up(s, i):
+    """Put back what was put aside."""
+    for k in range(len(ASIDE)):
+        s[ASIDE[k] + i] = s[at.MAP_ASIDE + k * at.WIDTH + i]
