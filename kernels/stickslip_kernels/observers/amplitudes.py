@@ -25,13 +25,11 @@ from .settling import drag_at
 from .weak import put
 
 AFTER = 1.0  # loops: the first ones lose most, and reach where the curve is steepest
-WEAKEST, STRONGEST = (
-    1e-4,
-    0.5,
-)  # damping ratios of steady sliding: below, whether a motion settles is a question of its own
+WEAKEST = 1e-4  # damping ratio of steady sliding: below, whether a motion settles is a question of its own
+STRONGEST = 0.5
 AGAIN = 0.7  # of the amplitude at which a map was refused, the next one is tried
 DEAREST = 300.0  # steps that a map may take
-WORTH = 20.0  # half loops still to come from which the map costs less than they do
+WORTH = 30.0  # half loops still to come from which the map costs less than they do
 FEWEST = 5  # nodes before an agreement counts
 AGREEMENT = 0.5  # of the tolerance: the last node may differ by this from what those before foretold ...
 EARLIER = 0.1  # ... and the one before by ten times as much: one agreement may be chance
