@@ -34,8 +34,8 @@ def _c_function(function, kinds):
 
 
 def _regimes_of(contact, law, regimes):
-    def run_regimes(cells, n, rtol, max_steps, stop, lanes, results, room, early_stop):
-        observer = regimes(array_at(results, (at.RESULT_ROWS, room)), early_stop != 0)
+    def run_regimes(cells, n, rtol, max_steps, stop, lanes, results, room, until):
+        observer = regimes(array_at(results, (at.RESULT_ROWS, room)), until)
         columns, s = array_at(cells, (at.CELL_ROWS, n)), array_at(lanes, (at.LANE_NUMBERS,))
         run_lanes(Machine(contact, law, STEADY_BELT, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
         return 0

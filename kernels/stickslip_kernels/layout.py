@@ -58,6 +58,9 @@ NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = 
     TOO_SLOW_TO_TELL, NEGATIVE_FRICTION, HYSTERESIS_UNDEFINED,
 ) = range(17)  # fmt: skip
 
+# --- how far a cell is followed: until its regime is known, until its other metrics are too, to its horizon -----------
+UNTIL_REGIME, UNTIL_METRICS, UNTIL_HORIZON = range(3)
+
 # --- contact modes --------------------------------------------------------------------------------------------------
 STICK, RISE, FAST, FALL, HOLD = range(5)  # the plain curve has STICK and RISE only
 
@@ -175,7 +178,9 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
+    SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
     # the amplitude map (`observers/amplitudes.py`)
+    INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,
     MAP_REST,  # time at which w last came to zero, or was on a line
     MAP_TAU, MAP_FROM,  # time and amplitude of the turn it begins at
@@ -185,7 +190,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     MAP_STEPS,  # steps tried before
     MAP_OFF,  # by how much the last node differed from what those before foretold
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 63 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 65 * WIDTH, WIDTH)  # fmt: skip
 MAP_ROWS_ASIDE, MAP_MOST_NODES = 10, 16
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map

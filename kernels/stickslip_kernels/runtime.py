@@ -20,7 +20,7 @@ from .allocate import NO_STOPS, new_regimes, new_signals
 # The functions of an object (`exports.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
 REGIMES = {
-    "run_regimes": "FiffIFFii",  # cells, n, rtol, max_steps, stop, lanes, results, their columns, early_stop
+    "run_regimes": "FiffIFFii",  # cells, n, rtol, max_steps, stop, lanes, results, their columns, until
     "friction": "FiFF",  # cells, n, speeds, coefficients
 }
 SIGNALS = {
@@ -74,22 +74,22 @@ class Kernels:
             self._functions[name] = prototype(addresses[name])
 
     def run_regimes(
-        self, cells: Floats, rtol: float, max_steps: float, stop: StopFlag, results: Floats, early_stop: bool
+        self, cells: Floats, rtol: float, max_steps: float, stop: StopFlag, results: Floats, until: int
     ) -> None:
         """Integrate every cell of a block on its steady belt, and say what becomes of it.
 
         cells : float64 (CELL_ROWS, n), kernel units. rtol, max_steps : tolerance of a step, trial steps a cell may
             take. stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
             "not computed".
-        results : float64 (RESULT_ROWS, n or more) from `allocate.new_regimes`. early_stop : whether a cell is over once
-            its regime is known.
+        results : float64 (RESULT_ROWS, n or more) from `allocate.new_regimes`. until : how far a cell is followed, a
+            code of `layout.py`; UNTIL_REGIME leaves the other metrics NaN, but for the margins.
         """
         n, room, lanes = cells.shape[1], results.shape[1], _lanes()
         if room < n:
             raise ValueError(f"results of {n} cells in {room} columns")
         self._functions["run_regimes"](
             _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
-            _at(results, (at.RESULT_ROWS, room)), room, bool(early_stop),
+            _at(results, (at.RESULT_ROWS, room)), room, until,
         )  # fmt: skip
 
     def run_signals(
@@ -128,7 +128,7 @@ def try_out(symbols: list[str], code: bytes, signals: bool) -> None:
         drive, samples = (np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 1.0]])), np.zeros((at.SIGNAL_ROWS, 1))
         run.run_signals(cells, 1e-3, 100, stop, drive, new_signals(1), np.zeros((1, at.RUN_COLUMNS)), samples)
     else:
-        run.run_regimes(cells, 1e-3, 100, stop, new_regimes(1), True)
+        run.run_regimes(cells, 1e-3, 100, stop, new_regimes(1), at.UNTIL_METRICS)
         run.friction(cells, np.ones(1))
 
 

@@ -37,10 +37,10 @@ def block_of(*columns):
     return np.ascontiguousarray(np.array(columns).T)
 
 
-def run(cells, rtol=1e-6, max_steps=1e6, early_stop=True, stop=0, law="stribeck"):
+def run(cells, rtol=1e-6, max_steps=1e6, until=at.UNTIL_METRICS, stop=0, law="stribeck"):
     """Results of a block (CELL_ROWS, n)."""
     results = new_regimes(cells.shape[1])
-    kernels(law).run_regimes(cells, rtol, max_steps, np.array([stop], np.int64), results, early_stop)
+    kernels(law).run_regimes(cells, rtol, max_steps, np.array([stop], np.int64), results, until)
     return results
 
 
@@ -55,6 +55,6 @@ class Outcome:
         return int(value) if name in ("regime", "status", "steps") else float(value)
 
 
-def outcome(*args, rtol=1e-6, max_steps=1e6, early_stop=True, law="stribeck", **kwargs):
+def outcome(*args, rtol=1e-6, max_steps=1e6, until=at.UNTIL_METRICS, law="stribeck", **kwargs):
     """Run one cell: arguments of `cell` and of `run`."""
-    return Outcome(run(block_of(cell(*args, **kwargs)), rtol, max_steps, early_stop, law=law)[:, 0])
+    return Outcome(run(block_of(cell(*args, **kwargs)), rtol, max_steps, until, law=law)[:, 0])

@@ -38,7 +38,7 @@ def test_settling_is_that_of_motions_whose_turns_are_followed(law, rtol):
     assert settled.sum() > 15
     cells = np.ascontiguousarray(cells[:, settled])
     cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0))[settled] + 50.0
-    followed = run(cells, 1e-10, early_stop=False, law=law)
+    followed = run(cells, 1e-10, until=at.UNTIL_HORIZON, law=law)
     for row in (at.REGIME, at.CROSSINGS, at.XI_SETTLED):
         np.testing.assert_array_equal(mapped[row, settled], followed[row])
     off = np.abs(mapped[at.SETTLING_TIME, settled] / followed[at.SETTLING_TIME] - 1.0)
@@ -63,7 +63,7 @@ def test_on_a_hysteretic_curve_too():
     assert settled.sum() > 15
     cells = np.ascontiguousarray(cells[:, settled])
     cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0))[settled] + 50.0
-    followed = run(cells, 1e-10, early_stop=False)
+    followed = run(cells, 1e-10, until=at.UNTIL_HORIZON)
     np.testing.assert_array_equal(mapped[at.CROSSINGS, settled], followed[at.CROSSINGS])
     np.testing.assert_allclose(mapped[at.SETTLING_TIME, settled], followed[at.SETTLING_TIME], rtol=3e-5)
 
@@ -115,7 +115,7 @@ def test_a_horizon_on_the_way_ends_the_motion_there():
     whole = run(block_of(cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
     column = cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013, horizon=0.5 * whole[at.SETTLING_TIME])
     cut = run(block_of(column))[:, 0]
-    followed = run(block_of(column), rtol=1e-10, early_stop=False)[:, 0]
+    followed = run(block_of(column), rtol=1e-10, until=at.UNTIL_HORIZON)[:, 0]
     assert cut[at.REGIME] == at.UNRESOLVED and cut[at.STATUS] == at.HORIZON_REACHED
     assert cut[at.XI_END] == pytest.approx(followed[at.XI_END], abs=1e-5)
     assert cut[at.ETA_END] == pytest.approx(followed[at.ETA_END], abs=1e-5)

@@ -27,7 +27,7 @@ def test_a_re_stick_that_dips_below_zero_and_returns_within_a_step_is_seen(curve
     """Steps may be coarse: a slip speed that grazes zero from above must neither be passed nor invented."""
     coarse, fine = (
         [
-            outcome(b, curve, xi=curve[0], eta=0.0, rtol=rtol, horizon=40.0, early_stop=False)
+            outcome(b, curve, xi=curve[0], eta=0.0, rtol=rtol, horizon=40.0, until=at.UNTIL_HORIZON)
             for b in np.linspace(0.3, 0.9, 61)
         ]
         for rtol in (1e-4, 1e-9)

@@ -52,7 +52,7 @@ def test_motion_is_that_of_scipy(name):
     case, modes = CASES[name]
     expected = Oscillator(horizon=HORIZON, **case)
     assert set(modes.split()) == {mode for _, mode, _, _ in expected.phases}, "the case is not what its name says"
-    found = outcome(**case, horizon=HORIZON, rtol=1e-10, early_stop=False)
+    found = outcome(**case, horizon=HORIZON, rtol=1e-10, until=at.UNTIL_HORIZON)
     assert found.status == at.HORIZON_REACHED
     assert (found.xi_end, found.eta_end) == pytest.approx((expected.xi, expected.eta), abs=2e-7)
     assert found.sticks == sum(mode == "stick" for _, mode, _, _ in expected.phases)
@@ -63,8 +63,8 @@ def test_motion_is_that_of_scipy(name):
 def test_motion_is_good_to_its_tolerance(name, rtol):
     """Errors over several cycles; each break-away starts afresh, so they hardly add up."""
     case, _ = CASES[name]
-    tight = outcome(**case, horizon=HORIZON, rtol=1e-12, early_stop=False)
-    found = outcome(**case, horizon=HORIZON, rtol=rtol, early_stop=False)
+    tight = outcome(**case, horizon=HORIZON, rtol=1e-12, until=at.UNTIL_HORIZON)
+    found = outcome(**case, horizon=HORIZON, rtol=rtol, until=at.UNTIL_HORIZON)
     assert (found.xi_end, found.eta_end) == pytest.approx((tight.xi_end, tight.eta_end), abs=100 * rtol)
 
 
@@ -72,7 +72,7 @@ def test_motion_is_good_to_its_tolerance(name, rtol):
 def test_everything_turns_round_with_the_direction(name):
     case, _ = CASES[name]
     flipped = case | {key: -case[key] for key in ("belt", "xi", "eta") if key in case}
-    there, back = (outcome(**c, horizon=HORIZON, early_stop=False).values for c in (case, flipped))
+    there, back = (outcome(**c, horizon=HORIZON, until=at.UNTIL_HORIZON).values for c in (case, flipped))
     mirrored = there.copy()
     for row in (at.RESTICK_XI, at.XI_END, at.ETA_END, at.XI_SETTLED):
         mirrored[row] *= -1.0
@@ -96,7 +96,7 @@ LAW_CASES = {
 def test_motion_under_every_law_is_that_of_scipy(case):
     expected = Oscillator(horizon=HORIZON, **case)
     assert {"stick", "rise"} <= {mode for _, mode, _, _ in expected.phases}
-    found = outcome(**case, horizon=HORIZON, rtol=1e-10, early_stop=False)
+    found = outcome(**case, horizon=HORIZON, rtol=1e-10, until=at.UNTIL_HORIZON)
     assert (found.xi_end, found.eta_end) == pytest.approx((expected.xi, expected.eta), abs=5e-7)
 
 
@@ -128,7 +128,7 @@ def test_rising_line_is_the_damped_linear_oscillator():
     belt, slope, gamma, t = 0.7, 0.2, 0.1, 12.0
     zeta = (slope + gamma) / 2
     omega = math.sqrt(1 - zeta**2)
-    found = outcome(belt, (0.5, slope, 0.0, 1.0), gamma, horizon=t, rtol=1e-11, early_stop=False)
+    found = outcome(belt, (0.5, slope, 0.0, 1.0), gamma, horizon=t, rtol=1e-11, until=at.UNTIL_HORIZON)
     since = t - found.breakaway_time
     start, star = 0.5 - gamma * belt, 0.5 + slope * belt
     p, dp = start - star, belt
@@ -152,16 +152,16 @@ def test_break_away_leaves_the_mass_slipping_forwards():
 
 def test_a_grazing_touch_is_not_a_stick_phase():
     """Undamped flat friction started so that the slip speed just reaches zero: one tangent touch in every turn."""
-    found = outcome(0.3, (0.5, 0.0, 0.0, 1.0), xi=0.5, eta=-1e-12, horizon=60.0, early_stop=False)
+    found = outcome(0.3, (0.5, 0.0, 0.0, 1.0), xi=0.5, eta=-1e-12, horizon=60.0, until=at.UNTIL_HORIZON)
     assert found.sticks == 0
-    found = outcome(0.3, (0.5, 0.0, 0.0, 1.0), xi=0.5 + 0.3, eta=0.0, horizon=60.0, early_stop=False)
+    found = outcome(0.3, (0.5, 0.0, 0.0, 1.0), xi=0.5 + 0.3, eta=0.0, horizon=60.0, until=at.UNTIL_HORIZON)
     assert found.sticks == 0
 
 
 def test_hysteresis_without_a_minimum_is_the_plain_curve():
     """The curve falls only below its minimum; a rising one has none, so mu_stop changes nothing."""
     rising = (0.5, 0.2, 0.0, 1.0)
-    plain, stopped = (outcome(0.2, rising, mu_stop=m, horizon=30.0, early_stop=False).values for m in (NAN, 0.4))
+    plain, stopped = (outcome(0.2, rising, mu_stop=m, horizon=30.0, until=at.UNTIL_HORIZON).values for m in (NAN, 0.4))
     np.testing.assert_array_equal(plain, stopped)
 
 
@@ -172,7 +172,7 @@ def test_any_motion_is_that_of_scipy(given_cell):
     """Starting anywhere, either direction. Where two solutions part company (a touch that just sticks or just does
     not) neither is wrong; those few are told by the tolerance changing the answer."""
     horizon = 15.0
-    found, loose = (outcome(**given_cell, horizon=horizon, rtol=rtol, early_stop=False) for rtol in (1e-11, 1e-9))
+    found, loose = (outcome(**given_cell, horizon=horizon, rtol=rtol, until=at.UNTIL_HORIZON) for rtol in (1e-11, 1e-9))
     assume(abs(found.xi_end - loose.xi_end) < 1e-5)
     expected = Oscillator(horizon=horizon, **given_cell)
     assert (found.xi_end, found.eta_end) == pytest.approx((expected.xi, expected.eta), abs=1e-6)

@@ -111,7 +111,7 @@ STEEP = {"curve": (1.0, 0.05, 0.1, 1.0), "mu_stop": 0.2, "belt": 0.002}  # a slo
 
 def test_a_slip_that_sinks_to_the_belt_speed_on_the_line_stays_there():
     """The equilibrium on the line, by formula; a trough above the belt speed does not exist."""
-    early, late = outcome(**STEEP), outcome(**STEEP, horizon=2e4, early_stop=False)
+    early, late = outcome(**STEEP), outcome(**STEEP, horizon=2e4, until=at.UNTIL_HORIZON)
     assert (early.regime, late.status) == (at.CREEP, at.HORIZON_REACHED)
     w_reversal = late.speed_max
     mu_reversal = 1.0 + 0.05 * w_reversal + 0.1 * math.exp(-w_reversal)
@@ -169,7 +169,7 @@ def test_undamped_oscillation_inside_the_band_does_not_settle():
 
 def test_a_failed_cell_has_no_final_state():
     column = cell(0.1, (1.0, 0.1, 0.3, 1e-30), horizon=30.0)
-    results = run(block_of(column), early_stop=False)
+    results = run(block_of(column), until=at.UNTIL_HORIZON)
     assert results[at.REGIME, 0] == at.FAILED
     assert np.isnan(results[[at.XI_END, at.ETA_END], 0]).all()
 
@@ -198,19 +198,19 @@ def test_every_settled_cell_really_stays():
     entered = results[at.SETTLING_TIME, settled]
     later = np.ascontiguousarray(cells[:, settled])
     later[at.HORIZON] = entered + 300.0
-    until, beyond = later.copy(), run(later, early_stop=False)
+    until, beyond = later.copy(), run(later, until=at.UNTIL_HORIZON)
     until[at.HORIZON] = entered + 1.0
-    np.testing.assert_array_equal(beyond[at.STICKS], run(until, early_stop=False)[at.STICKS])
+    np.testing.assert_array_equal(beyond[at.STICKS], run(until, until=at.UNTIL_HORIZON)[at.STICKS])
     # Where it is then is where it stays, on the curve or on a line; a tighter tolerance agrees.
     np.testing.assert_allclose(beyond[at.ETA_END], 0.0, atol=3e-4)
-    np.testing.assert_allclose(beyond[at.XI_END], run(later, rtol=1e-9, early_stop=False)[at.XI_END], atol=3e-4)
+    np.testing.assert_allclose(beyond[at.XI_END], run(later, rtol=1e-9, until=at.UNTIL_HORIZON)[at.XI_END], atol=3e-4)
 
 
 def test_metrics_do_not_depend_on_stopping_early():
     curves = ARTICLE, (0.5, 0.4, 0.0, 1.0)
     columns = [cell(b, curve, horizon=2e4, mu_stop=m) for b in (0.1, 0.3, 0.9) for curve in curves for m in (NAN, 0.5)]
     columns.append(cell(**STEEP, horizon=3e4))
-    early, full = (run(block_of(*columns), early_stop=stop) for stop in (True, False))
+    early, full = (run(block_of(*columns), until=end) for end in (at.UNTIL_METRICS, at.UNTIL_HORIZON))
     decided = early[at.STATUS] != at.HORIZON_REACHED
     assert decided.all()
     rows = [at.REGIME, at.PERIOD, at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.CROSSINGS, at.CYCLE_HEAT]

@@ -38,7 +38,7 @@ def contacts(law, hysteretic, n):
 @pytest.mark.parametrize("law", LAWS)
 def test_one_segment_at_constant_speed_is_the_map(law, hysteretic):
     cells = [cell(horizon=HORIZON, **case) for case in contacts(law, hysteretic, 150)]
-    tight, loose = (run_cells(block_of(*cells), rtol, early_stop=False, law=law) for rtol in (RTOL, 100 * RTOL))
+    tight, loose = (run_cells(block_of(*cells), rtol, until=at.UNTIL_HORIZON, law=law) for rtol in (RTOL, 100 * RTOL))
     drives = [drive_of((HORIZON, 0.0), start=column[at.BELT]) for column in cells]
     found, _ = run(cells, drives, rtol=RTOL, law=law, stops=NO_STOPS)
     assert (found[at.RIG_STATUS] == at.HORIZON_REACHED).all()

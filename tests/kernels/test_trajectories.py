@@ -61,7 +61,7 @@ def test_samples_do_not_depend_on_how_many_there_are():
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_the_last_sample_is_the_state_a_map_reports(case):
     samples, found = trajectory(cell(**case, horizon=20.0), 2)
-    mapped = outcome(**case, horizon=20.0, rtol=1e-9, early_stop=False)
+    mapped = outcome(**case, horizon=20.0, rtol=1e-9, until=at.UNTIL_HORIZON)
     assert samples[at.SIGNAL_XI, -1] == pytest.approx(mapped.xi_end, abs=1e-12)
     assert samples[at.SIGNAL_ETA, -1] == pytest.approx(mapped.eta_end, abs=1e-12)
     assert found[at.RIG_STEPS] == mapped.steps

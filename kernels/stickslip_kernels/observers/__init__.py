@@ -83,7 +83,8 @@ def observe_no_event(m, i):
 
 @inline_hook
 def observe_mode_end(m, i, u, kind):
-    """The mode ends at the present state."""
+    """The mode ends at the present state; True where the lane was put elsewhere instead, and its mode goes on."""
+    return False
 
 
 @inline_hook

@@ -14,19 +14,23 @@ it does not come within the tolerance, or the map has a fixed point on the way, 
 L. Reichel, Newton interpolation at Leja points, BIT 30 (1990) 332-346.
 """
 
-from math import floor, inf, log, pi
+from math import floor, inf, log, nan, pi
 
 from .. import layout as at
 from ..exponential import exp
 from ..jit import compiled
 from ..roots import arrival
 from .cycles import forget_loops
+from .margin import note_closest_trough
 from .settling import drag_at
+from .verdict import decide_settled, ends_with_regime
 from .weak import put
 
 AFTER = 1.0  # loops: the first ones lose most, and reach where the curve is steepest
+AFTER_LOOKS = 8.0  # the same where each loop may end the cell
 WEAKEST = 1e-4  # damping ratio of steady sliding: below, whether a motion settles is a question of its own
 STRONGEST = 0.5
+BY = 10.0  # tolerances by which a loop ends further in than it began
 AGAIN = 0.7  # of the amplitude at which a map was refused, the next one is tried
 DEAREST = 300.0  # steps that a map may take
 WORTH = 30.0  # half loops still to come from which the map costs less than they do
@@ -58,9 +62,11 @@ def consider_map(m, i, tau, xi):
     if state == REFUSED and s[at.LOOP_COUNT + i] == 0.0 and amplitude < AGAIN * s[at.MAP_FROM + i]:
         s[at.MAP_STATE + i] = UNTRIED
     elif state == UNTRIED:
-        if s[at.LOOP_COUNT + i] >= AFTER and s[at.MAP_REST + i] < s[at.MAP_TAU + i]:  # no rest since the last maximum
-            s[at.MAP_STATE + i] = TO_BEGIN if is_worth_it(m, i, amplitude) else OVER
-        s[at.MAP_TAU + i], s[at.MAP_FROM + i] = tau, amplitude
+        no_rest = s[at.MAP_REST + i] < s[at.MAP_TAU + i]  # since the last maximum
+        inward = no_rest and amplitude < (1.0 - BY * m.rtol) * s[at.MAP_FROM + i]
+        if no_rest and s[at.LOOP_COUNT + i] >= (AFTER_LOOKS if ends_with_regime(m, i) else AFTER):
+            s[at.MAP_STATE + i] = TO_BEGIN if inward and is_worth_it(m, i, amplitude) else OVER
+        s[at.MAP_TAU + i], s[at.MAP_FROM + i], s[at.INWARD + i] = tau, amplitude, 1.0 if inward else 0.0
 
 
 @compiled
@@ -70,7 +76,7 @@ def is_worth_it(m, i, amplitude):
     if s[at.W_MIN + i] > 0.0 and s[at.MODE + i] != at.FAST:
         return False
     other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
-    if other > 0.0 or s[at.B + i] <= 0.0 or not m.observer.early_stop or not WEAKEST < ratio < STRONGEST:
+    if other > 0.0 or s[at.B + i] <= 0.0 or m.observer.until == at.UNTIL_HORIZON or not WEAKEST < ratio < STRONGEST:
         return False
     if m.max_steps - s[at.TRIED + i] < DEAREST:
         return False
@@ -267,7 +273,11 @@ def end_map(m, i, tau, a, half_loops):
     s[at.MAP_STATE + i], s[at.TAU + i], s[at.CROSSED + i] = OVER, tau, s[at.CROSSED + i] + half_loops
     s[at.SIDE_LAST + i] = s[at.SIGMA + i] if a > 0.0 else -s[at.SIGMA + i]
     put(m, i, a, 0.0)
-    forget_loops(s, i)
+    if ends_with_regime(m, i):
+        note_closest_trough(s, i)
+        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+    else:
+        forget_loops(s, i)
 
 
 @compiled(inline=True)

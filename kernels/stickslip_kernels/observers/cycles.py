@@ -20,6 +20,7 @@ from .. import layout as at
 from ..jit import compiled
 from .margin import note_closeness, note_closest_trough
 from .settling import is_neutral, settles_for_certain
+from .spirals import is_damped
 from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
 from .weak import FROM_OUTSIDE, decays_on_average, feeds_all_loops, is_caught
 
@@ -199,7 +200,10 @@ def confirm_cycle(m, i, tau, heat, xi):
             confirm_again(s, i, tau, heat)
             return
     if amplitude <= ROUNDING or (kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0):
-        decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
+        if is_damped(m.law, s, i):
+            decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        else:
+            decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
         return
     if s[at.GAIN + i] > s[at.LOOP_GAIN + i] + UNSTABLE:  # errors grow from loop to loop: no cycle that attracts
         note_closeness(s, i, 0.0)

@@ -12,8 +12,9 @@ from ..roots import FOR_A_VALUE, arrival, extreme_speed
 from .amplitudes import AFTER, UNTRIED, consider_map
 from .cycles import LOOPS, note_loop
 from .margin import note_closeness, note_trough
+from .spirals import end_in_spiral
 from .tops import is_found
-from .verdict import note_force, note_speed
+from .verdict import ends_with_regime, note_force, note_speed
 
 # --- what a step holds, from its start to a state after h ------------------------------------------------------------
 
@@ -95,22 +96,27 @@ def record_extrema(m, i, h, w, dw, jerk):
         if w > b:
             note_loop(m, i, s[at.TAU + i] + t, s[at.HEAT + i] + work, xi)
             consider_map(m, i, s[at.TAU + i] + t, xi)
+            if ends_with_regime(m, i):
+                end_in_spiral(m, i)
 
 
 @compiled(inline=True)
-def show_tops(s, i):
+def show_tops(m, i):
     """Tell the lanes which extrema are worth a look; on a hysteretic curve every peak is, for `is_shrinking`.
 
     Extrema of u may pass until the next comparison of loops, but for the last minimum and the last maximum before it;
-    while a cycle is confirmed, none.
+    while a cycle is confirmed, none; nor while each may end the cell.
     """
+    s = m.s
     forward, confirming = s[at.SIGMA + i] > 0.0, s[at.CONFIRMING + i] > 0.0
     top = s[at.V_HIGH + i] if forward else -s[at.V_LOW + i]
     s[at.W_TOP + i] = top if s[at.W_MIN + i] == 0.0 and not confirming else -inf
     to_y = s[at.G + i] * s[at.B + i] - s[at.OFFSET + i]
     s[at.Y_HIGH + i], s[at.Y_LOW + i] = s[at.XI_HIGH + i] + to_y, s[at.XI_LOW + i] + to_y
     may_pass = forward and s[at.LOOP_COUNT + i] >= 0.0 and not confirming
-    next_look = AFTER if s[at.MAP_STATE + i] == UNTRIED else LOOPS
+    next_look = LOOPS
+    if s[at.MAP_STATE + i] == UNTRIED:
+        next_look = 0.0 if ends_with_regime(m, i) else AFTER
     s[at.QUIET_BELOW + i] = next_look - 1.0 if may_pass else -1.0
 
 

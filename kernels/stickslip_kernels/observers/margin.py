@@ -36,7 +36,7 @@ FLAT = 1e-18  # (w'/q)^2 below which rounding hides the drag
 def begin_margin(s, i, fresh):
     """A slip begins at standstill or, not fresh, goes on from there, forwards (b > 0) or the other way."""
     if fresh:
-        s[at.W_LEAST + i], s[at.GAIN + i], s[at.GAIN_TOP + i] = inf, 0.0, 0.0
+        s[at.W_LEAST + i], s[at.SLIP_LEAST + i], s[at.GAIN + i], s[at.GAIN_TOP + i] = inf, inf, 0.0, 0.0
     elif s[at.B + i] > 0.0:
         s[at.W_LEAST + i] = 0.0
 
@@ -90,5 +90,5 @@ def note_standstill(s, i, dw):
 @compiled(inline=True)
 def margin_of_slip(s, i):
     """The margin of the slip under way, or of the one before the present break-away; NaN if it was not released."""
-    least = s[at.W_LEAST + i]
+    least = min(s[at.W_LEAST + i], s[at.SLIP_LEAST + i])
     return nan if isnan(s[at.CYCLE_START + i]) or least == inf else least

@@ -100,7 +100,7 @@ def settle_on_line(m, i, line, u, w, v, left, settled_by):
         inside = settled == 0.0 and distance2(q, v, drag, u_star - sigma * s[at.XI_STAR + i]) < band2
         entered = s[at.ENTERED + i] if inside else s[at.TAU + i] + settled
         decide_settled(m, i, entered, sigma * u_star, settled_by)
-        if m.observer.early_stop:
+        if m.observer.until != at.UNTIL_HORIZON:
             left, status = settled, settled_by
     q1, v1 = oscillation(q, v, drag, left)
     observers.finish(m, i, status, u_star + (drag * q1 + v1), -q1)

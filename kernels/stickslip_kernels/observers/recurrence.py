@@ -25,7 +25,7 @@ class Recurrence(NamedTuple):
     """Tag of this observer, with what it fills; as `regime.Regime`."""
 
     results: Any
-    early_stop: bool
+    until: int
 
 
 def begin_cell(m, i, c):
@@ -48,7 +48,7 @@ def reject_cell(m, c, status):
 
 
 def is_over(m, i):
-    return m.s[at.DECIDED + i] > 0.0 and m.observer.early_stop
+    return m.s[at.DECIDED + i] > 0.0 and m.observer.until != at.UNTIL_HORIZON
 
 
 def finish(m, i, status, u, velocity):

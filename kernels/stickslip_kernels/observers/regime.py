@@ -51,6 +51,7 @@ from .settling import (
     settles_for_certain,
 )  # fmt: skip
 from .slow import comes_to_rest, pass_slowly
+from .spirals import is_damped
 from .tops import find_tops, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, forget_extrema, note_ends, note_range, reset_extrema
 from .weak import decays_on_average, leaps, put
@@ -62,20 +63,21 @@ ROUNDING = 1e-12  # of friction at rest, below which a negative coefficient is z
 FIRST_PAUSE, AFTER_PASSING = 400.0, 64.0  # steps after which stock is taken, in the beginning and after a slow passage
 LEAP_SHARE, AFTER_LEAP = 0.25, 2000.0  # of the steps, before motions leap ahead; from one look at these to the next
 FROM_ZERO = (
-    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.MAP_STATE, at.MAP_TO,
-    at.PUSH_STATE, at.RETURNED, at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE, at.TURN_LAST,
+    at.CONFIRMING, at.CROSSED, at.DECIDED, at.HELD, at.INWARD, at.LEAPT, at.LOOP_MOVED, at.LOOP_STILL, at.MAP_STATE,
+    at.MAP_TO, at.PUSH_STATE, at.RETURNED, at.SIDE_LAST, at.STICK_COUNT, at.STICK_SUM, at.STORED, at.TURN_BEFORE,
+    at.TURN_LAST,
 )  # fmt: skip
 
 
 class Regime(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RESULT_ROWS, n) from `allocate.new_regimes`. early_stop : whether a cell is over once its
-        regime is known.
+    results : float64 (RESULT_ROWS, n) from `allocate.new_regimes`. until : how far a cell is followed, a code of
+        `layout.py`.
     """
 
     results: Any
-    early_stop: bool
+    until: int
 
 
 # --- a cell begins and ends -----------------------------------------------------------------------------------------
@@ -93,7 +95,8 @@ def begin_cell(m, i, c):
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)
     reset_extrema(s, i)
-    s[at.FASTEST + i], s[at.SLOWEST + i], s[at.CLOSEST + i], s[at.W_LEAST + i] = 0.0, inf, inf, inf
+    s[at.FASTEST + i], s[at.SLOWEST + i], s[at.CLOSEST + i] = 0.0, inf, inf
+    s[at.W_LEAST + i], s[at.SLIP_LEAST + i] = inf, inf
     s[at.GAIN + i], s[at.GAIN_TOP + i] = 0.0, 0.0
     # Linear damping ratio of steady sliding on the curve, (gamma + mu'(b))/2; NaN where the belt is at rest.
     ratio = 0.5 * (m.cells[at.GAMMA, c] + coefficient_slope(m.law, m.cells, c, belt))
@@ -105,7 +108,7 @@ def reject_cell(m, c, status):
 
 
 def is_over(m, i):
-    return m.s[at.DECIDED + i] > 0.0 and m.observer.early_stop
+    return m.s[at.DECIDED + i] > 0.0 and m.observer.until != at.UNTIL_HORIZON
 
 
 def after_pause(m, i):
@@ -125,15 +128,17 @@ def after_pause(m, i):
         elif leaps(m, i):
             forget_loops(s, i)
     s[at.PAUSE + i] = min(m.max_steps, tried + steps)
-    show_tops(s, i)
+    show_tops(m, i)
 
 
 def status_out_of_steps(m, i):
     if m.s[at.MAP_STATE + i] == MEASURING:
         refuse_map(m, i)
-    if m.s[at.DECIDED + i] == 0.0 and (settles_for_certain(m.law, m.s, i) or decays_on_average(m.law, m.s, i)):
-        note_closest_trough(m.s, i)
-        decide_settled(m, i, nan, m.s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+    law, s = m.law, m.s
+    settles = settles_for_certain(law, s, i) or is_damped(law, s, i) or decays_on_average(law, s, i)
+    if s[at.DECIDED + i] == 0.0 and settles:
+        note_closest_trough(s, i)
+        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         return at.SETTLING_CERTAIN
     return at.STEP_LIMIT
 
@@ -161,7 +166,8 @@ def friction_was_negative(m, i, c, w_end):
     if cells[at.A2, c] >= 0.0 and cells[at.A3, c] >= 0.0:
         return False
     note_range(s, i)
-    slowest, fastest = min(s[at.SLOWEST + i], max(s[at.W_LEAST + i], 0.0)), s[at.FASTEST + i]
+    slowest = min(s[at.SLOWEST + i], max(min(s[at.W_LEAST + i], s[at.SLIP_LEAST + i]), 0.0))
+    fastest = s[at.FASTEST + i]
     if w_end > fastest:  # no extreme yet, or one of a motion that was not followed to its end
         fastest = w_end
     if w_end < slowest:
@@ -218,9 +224,9 @@ def observe_slip_begin(m, i, u, w, fresh):
 
 def watch_from(m, i, u):
     s = m.s
-    s[at.RADIUS2 + i] = proven_radius(m.law, s, i, s[at.MODE + i], s[at.B + i]) ** 2
+    s[at.RADIUS2 + i] = proven_radius(m, i) ** 2
     note_ends(s, i, u, s[at.W + i], s[at.DW + i])
-    show_tops(s, i)
+    show_tops(m, i)
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
@@ -241,11 +247,11 @@ def observe_no_event(m, i):
         follow_map(m, i)
         if m.s[at.MAP_STATE + i] == MEASURING:
             return
-        m.s[at.RADIUS2 + i] = proven_radius(m.law, m.s, i, m.s[at.MODE + i], m.s[at.B + i]) ** 2
+        m.s[at.RADIUS2 + i] = proven_radius(m, i) ** 2
     if m.s[at.PUSH_STATE + i] == TO_BE_PUSHED:
         push(m, i)
     if m.s[at.MARK + i] > 0.0:
-        show_tops(m.s, i)
+        show_tops(m, i)
     check_settling(m, i)
 
 
@@ -260,11 +266,15 @@ def push(m, i):
 
 def observe_mode_end(m, i, u, kind):
     s = m.s
+    if s[at.MAP_STATE + i] == MEASURING:
+        refuse_map(m, i)
+        return True
     if s[at.MAP_STATE + i] == TO_BEGIN:
         s[at.MAP_STATE + i] = OVER
     note_ends(s, i, u, s[at.W + i], s[at.DW + i])
     if kind == TURNED:
         note_peak(s, i, s[at.W + i] - s[at.B + i])
+    return False
 
 
 # --- the other modes ------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ All in the plane (p, q) about steady sliding on the curve, p = u - u*, q = w - b
 F(q)/q is gamma plus the mean slope of the curve between b and w.
 """
 
-from math import atan2, cos, log, pi, sin
+from math import atan2, cos, inf, log, nan, pi, sin
 
 from .. import layout as at
 from ..contacts.stribeck.equations import slope_in_lane
@@ -13,7 +13,7 @@ from ..dense import rise_and_work, speed
 from ..exponential import exp
 from ..jit import compiled
 from .margin import note_closeness, note_closest_trough, note_trough
-from .verdict import decide_settled, note_ends
+from .verdict import decide_settled, ends_with_regime, note_ends
 
 BAND_SHARE = 1e-4  # settling band over the distance from steady sliding at which the slip began
 SMALLEST_BAND = 1e-12  # what is smaller is lost to rounding
@@ -47,15 +47,18 @@ def certain_radius(law, s, i, b):
 
 
 @compiled(inline=True)
-def proven_radius(law, s, i, mode, b):
+def proven_radius(m, i):
     """Radius of the disc in which the motion counts as settled: that of certainty, or of the settling band if smaller.
 
     On a hysteretic curve below its minimum the mode changes where w' = 0, and the disc only tells when to ask
-    `creeps_in`.
+    `creeps_in`; infinite where that is asked after every step.
     """
+    law, s, b = m.law, m.s, m.s[at.B + i]
     if b <= 0.0 or s[at.DECIDED + i] > 0.0:
         return 0.0
-    if mode == at.RISE and s[at.W_MIN + i] > 0.0:
+    if ends_with_regime(m, i) and s[at.W_MIN + i] == 0.0 and drag_at(law, s, i, b) >= 2.0:
+        return inf
+    if s[at.MODE + i] == at.RISE and s[at.W_MIN + i] > 0.0:
         return min(s[at.BAND + i], b) if s[at.W_MIN + i] > b and drag_at(law, s, i, b) >= 2.0 else 0.0
     return min(s[at.BAND + i], certain_radius(law, s, i, b))
 
@@ -129,8 +132,14 @@ def check_settling(m, i):
     """Inside the disc of `proven_radius` the motion has settled; where the mode may yet change, if it creeps in."""
     law, s = m.law, m.s
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
-    may_change = s[at.MODE + i] == at.RISE and s[at.W_MIN + i] > 0.0
-    if p * p + q * q < s[at.RADIUS2 + i] and (not may_change or creeps_in(law, s, i)):
+    radius2, may_change = s[at.RADIUS2 + i], s[at.MODE + i] == at.RISE and s[at.W_MIN + i] > 0.0
+    if radius2 == inf:
+        if creeps_in(law, s, i):
+            note_closest_trough(s, i)
+            decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+            return
+        radius2 = min(s[at.BAND + i], certain_radius(law, s, i, s[at.B + i])) ** 2
+    if p * p + q * q < radius2 and (not may_change or creeps_in(law, s, i)):
         note_closest_trough(s, i)  # before those to come, which the disc rules out as an end
         if note_ring_down(law, s, i, m.rtol):
             decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLED)

@@ -81,6 +81,12 @@ def forget_extrema(results, c):
 # --- verdicts -------------------------------------------------------------------------------------------------------
 
 
+@compiled(inline=True)
+def ends_with_regime(m, i):
+    """Return whether lane i is over once its regime is known, its motion having all the time it needs."""
+    return m.observer.until == at.UNTIL_REGIME and m.s[at.TAU_END + i] == inf
+
+
 @compiled
 def decide(m, i, regime, status):
     """Write the verdict and the metrics of the motion; extremes are not recorded from here on.

@@ -33,6 +33,7 @@ def evaluate(
     max_steps: int = Options.max_steps,
     *,
     options: Options | None = None,
+    variables: Sequence[str] | None = None,
 ) -> xr.Dataset:
     """Compute regime and metrics of any list of cells.
 
@@ -61,6 +62,10 @@ def evaluate(
         Step budget of a cell.
     options : Options, optional
         In place of all of these.
+    variables : sequence of str, optional
+        The only ones to compute, `regime` in any case. What is not asked for is not computed: the regime alone (with
+        `status`, `restick_margin`, `damping_ratio`, `steps`) of a cell that settles costs no more than that of one that
+        sticks.
 
     Returns
     -------
@@ -76,6 +81,8 @@ def evaluate(
     if options is None:
         end = inf if horizon is None else float(horizon)
         options = Options(law, float(rtol), end, int(max_steps), bool(early_stop), threads)
+    if variables is not None:
+        options = options.keeping(variables)
     full = given_cells(cells, options)
     if question := friction_question_of_cells(full.listed):
         warnings.warn(question, UnitWarning, stacklevel=2)

@@ -31,7 +31,7 @@ def read_uncertain(problems: ProblemCollector, raw: object, early_stop: bool) ->
     data = problems.keys_of(raw, path, ("quantities", "correlation", "covariance", "subset", *Sampling.model_fields))
     sampling = problems.section_of(Sampling, path, {key: data[key] for key in data if key in Sampling.model_fields})
     for name in sampling.metrics if early_stop else ():
-        if VARIABLES[name].when != "always":
+        if VARIABLES[name].when == "full":
             problems.refuse((*path, "metrics"), f"no {name}: it needs solver: {{early_stop: false}} and a horizon")
     subset = None
     if "subset" in data:

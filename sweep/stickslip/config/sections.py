@@ -366,7 +366,10 @@ class Output(Section):
         None, description="plot of the map, .png, .svg or .pdf"
     )
     variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
-        Field(None, description="variables of a map that are stored and written, the others are not; regime always is")
+        Field(
+            None,
+            description="variables of a map that are kept, regime among them; what none needs is not computed",
+        )
     )
 
     @classmethod

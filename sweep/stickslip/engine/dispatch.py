@@ -44,15 +44,15 @@ def _own(options: Options) -> OwnKernels | None:
 
 def run_regimes(options: Options, rtol: float, cells: Floats, stop: StopFlag, results: Floats) -> None:
     """`Kernels.run_regimes`, each cell by the kernels that suit it; they are loaded, or compiled, when first needed."""
-    max_steps, early_stop = options.max_steps, options.early_stop
+    max_steps, until = options.max_steps, options.until
     for name, chosen in _kernels(options, cells):
         run = kernels(name).run_regimes
         if chosen is None:
-            run(cells, rtol, max_steps, stop, results, early_stop)
+            run(cells, rtol, max_steps, stop, results, until)
             continue
         rows = results[:, : chosen.size]  # there may be more room
         own = np.ascontiguousarray(rows[:, chosen])
-        run(np.ascontiguousarray(cells[:, chosen]), rtol, max_steps, stop, own, early_stop)
+        run(np.ascontiguousarray(cells[:, chosen]), rtol, max_steps, stop, own, until)
         rows[:, chosen] = own
 
 

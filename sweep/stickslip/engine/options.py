@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, isinf
@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.vocabulary.models import LAWS, Model, model_of
-from stickslip.vocabulary.results import variables_of_model
+from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
+from stickslip_kernels import layout
 
 Results = dict[str, NDArray[Any]]
 Progress = Callable[[float, int], None]
@@ -80,6 +81,22 @@ class Options:
         given = {name: kinds.get(name, lambda value: value)(value) for name, value in given.items()}
         return replace(base, early_stop=True, **given)
 
+    def keeping(self, variables: Sequence[str]) -> Options:
+        """The same for these variables and the regime alone. Raises ValueError for names of none."""
+        known = columns(replace(self, variables=None))
+        if isinstance(variables, str) or (unknown := [name for name in variables if name not in known]):
+            got = repr(variables) if isinstance(variables, str) else ", ".join(map(repr, unknown))
+            raise ValueError(f"variables: got {got}, expected a list of names out of {', '.join(known)}")
+        return replace(self, variables=tuple(dict.fromkeys(("regime", *variables))))
+
+    @property
+    def until(self) -> int:
+        """How far a cell is followed, a code of `layout.py`: no further than what is kept of it needs."""
+        if not self.early_stop:
+            return layout.UNTIL_HORIZON
+        alone = self.variables is not None and all(VARIABLES[name].when == "regime" for name in self.variables)
+        return layout.UNTIL_REGIME if alone else layout.UNTIL_METRICS
+
     def described(self, **sections: Any) -> str:
         """The friction law and the solver, as text for the provenance of cells that are no configuration.
 
@@ -123,7 +140,7 @@ def whole_numbers(options: Options) -> Mapping[str, np.dtype[Any]]:
 @lru_cache
 def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
-    names = [v.name for v in variables_of_model(model).values() if v.when == "always" or not early_stop]
+    names = [v.name for v in variables_of_model(model).values() if v.when != "full" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}
 
 

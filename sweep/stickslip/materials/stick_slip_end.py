@@ -23,6 +23,7 @@ from stickslip.fit import CurveFit, Drawn, RepeatedFit, draw_curves
 from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
 from stickslip.studies.borders import Border, Looked, Scan, search_lines
+from stickslip.studies.borders.lines import BESIDE
 from stickslip.studies.study import Meter
 from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
@@ -83,6 +84,7 @@ def quiet_above(
     computed, now and then.
     Raises Interrupted on Ctrl-C.
     """
+    options = replace(options, variables=BESIDE)
     cells = cells_of(curves, system, scan.low)
     scanned: list[Looked] = []
 

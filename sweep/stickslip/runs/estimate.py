@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -44,7 +44,8 @@ def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Pro
     parts = [cells[int(start) : min(int(start) + _TOGETHER, cells.size)] for start in starts]
     sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     count = sample["mass"].size
-    options = replace(options, variables=None)  # whatever is kept of the map: `status` counts
+    if options.variables is not None:
+        options = options.keeping((*options.variables, "status"))
     warm_up(options.law)
     began = perf_counter()
     part = compute(Cells.of(sample), options)

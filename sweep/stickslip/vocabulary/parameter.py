@@ -124,7 +124,8 @@ class Parameter:
 class Variable:
     """One output per cell.
 
-    when : "always", or "full" for those that only a run to the horizon (early_stop=False) defines.
+    when : "always"; "regime" for those that are known with the regime, however the motion goes on; or "full" for those
+        that only a run to the horizon (early_stop=False) defines.
     comment : what the long name does not say, or nothing. dims : of the result of a study, beyond those of its cells.
     units : "parameter" stands for those of the parameter of a study, "flag" for those of a regime.
     """

@@ -17,13 +17,14 @@ _OF_MODELS = {variable.name: variable for model in MODELS for variable in model.
 _OF_WHAT = "Of the cycle where there is stick-slip, else of the whole motion."
 
 VARIABLES: dict[str, Variable] = table(
-    Variable("regime", "1", "regime of motion"),
-    Variable("status", "1", "how the integration ended"),
+    Variable("regime", "1", "regime of motion", "regime"),
+    Variable("status", "1", "how the integration ended", "regime"),
     Variable("breakaway_time", "s", "time of the first break-away"),
     Variable("restick_time", "s", "time of the first re-stick"),
     Variable("restick_displacement", "m", "displacement at the first re-stick"),
     Variable(
         "restick_margin", "m s-1", "least slip speed of the last slip after a break-away; below 0 where it re-sticks",
+        "regime",
         comment="By how much that slip misses standstill; the belt speed where it settles without a trough. Where it "
         "re-sticks, -a^2 m/(2 k |v_belt|), a being the deceleration at standstill: the depth of the trough that the "
         "stick phase replaces. 0 where it comes to standstill without sticking; NaN without a break-away.",
@@ -51,8 +52,8 @@ VARIABLES: dict[str, Variable] = table(
     Variable("velocity_amplitude", "m s-1", "half the range of velocity on the attractor; 0 where it settles"),
     Variable("cycle_force_max", "N", "largest spring force on the attractor"),
     Variable("cycle_force_min", "N", "smallest spring force on the attractor"),
-    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve"),
-    Variable("steps", "1", "integration steps tried"),
+    Variable("damping_ratio", "1", "linear damping ratio of steady sliding on the curve", "regime"),
+    Variable("steps", "1", "integration steps tried", "regime"),
     Variable("sticks", "1", "stick phases begun up to the horizon", "full"),
     Variable("stick_time", "s", "time spent sticking up to the horizon", "full"),
     Variable("displacement_end", "m", "displacement at the horizon", "full"),

@@ -152,7 +152,8 @@ def change_mode(m, i, kind):
     """The mode of lane i ends at its present state."""
     s, w = m.s, m.s[at.W + i]
     u = displacement_in_lane(m, i, s[at.Y + i], 0.0)
-    observers.observe_mode_end(m, i, u, kind)
+    if observers.observe_mode_end(m, i, u, kind):
+        return RUNNING
     if kind == LEVEL_REACHED and s[at.LEVEL + i] == 0.0:
         observers.observe_standstill(m, i, s[at.DW + i])
         return stick(m, i, u, True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,8 @@ class Work:
 
     def regimes(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Regimes:
         """The regime each cell reaches from a state."""
-        return np.asarray(self.results(cells, displacement, velocity)["regime"])
+        alone = replace(self, options=replace(self.options, variables=("regime",)))
+        return np.asarray(alone.results(cells, displacement, velocity)["regime"])
 
     def results(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Results:
         """All results of cells that start from a state."""

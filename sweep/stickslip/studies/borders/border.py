@@ -20,6 +20,7 @@ from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
+    BESIDE,
     PARAMETER,
     CellsOrConfig,
     Lines,
@@ -100,7 +101,7 @@ class BorderStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan + int(-np.log2(section.tolerance))
         self.weight = max(section.scan // _LANES_FED, 1)
-        self.options = replace(options, early_stop=True)
+        self.options = replace(options, early_stop=True, variables=BESIDE)
 
     @classmethod
     def of(cls, given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:

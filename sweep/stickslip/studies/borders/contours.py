@@ -20,6 +20,7 @@ from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
+    BESIDE,
     PARAMETER,
     CellsOrConfig,
     Lines,
@@ -133,7 +134,7 @@ class ContourStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan**2 + _PER_POINT * (x.points + y.points)
         self.weight = max(_PANEL, x.points * y.points // _PER_CELL)
-        self.options = replace(options, early_stop=True)
+        self.options = replace(options, early_stop=True, variables=BESIDE)
 
     @classmethod
     def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:

@@ -50,6 +50,10 @@ def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
     )  # fmt: skip
 
 
+# What is asked of a cell in a search for borders: no more is computed (`Options.until`).
+BESIDE = ("regime", "restick_margin", "steps")
+
+
 def fine_enough(section: Any, options: Options) -> Options:
     """Return how to integrate: at a tolerance that leaves borders their digits, unless the section says another."""
     rtol = float(np.clip(section.tolerance / 100, 1e-12, 1e-6)) if section.rtol is None else section.rtol

@@ -23,7 +23,7 @@ from stickslip.dataset.build import (
 )
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
-from stickslip.studies.borders.lines import CellsOrConfig, fine_enough
+from stickslip.studies.borders.lines import BESIDE, CellsOrConfig, fine_enough
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import ON_SIDES, SIDES, VARIABLES, Margins
@@ -54,7 +54,7 @@ class MarginStudy(Study):
     def __init__(self, cells: Cells, section: Margins, options: Options) -> None:
         self._cells, self._section = cells, section
         self.dims, self.shape = cells.dims, cells.shape
-        self.options = replace(options, early_stop=True)
+        self.options = replace(options, early_stop=True, variables=BESIDE)
         self._measured = [name for name in MEASURED if name in section.reaches]
         if wrong := [name for name in self._measured if options.law not in laws_with(name)]:
             form, laws = ", ".join(MEASURED), listed(laws_with(wrong[0]))

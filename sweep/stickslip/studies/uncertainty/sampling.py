@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import prod
 from typing import Any
 
@@ -37,7 +38,8 @@ class SampleStudy(Study):
             len(uncertain.names), uncertain.draws, uncertain.scramblings, uncertain.seed, bool(uncertain.indices)
         )
         self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
-        self.options, types = options, columns(options)
+        self.options = replace(options, variables=("regime", *uncertain.metrics))
+        types = columns(self.options)
         self.columns: Mapping[str, np.dtype[Any]] = {name: types[name] for name in ("regime", *uncertain.metrics)}
 
     @classmethod

@@ -16,7 +16,7 @@ Subset simulations computed: items of a run are the repetitions of every cell of
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -127,7 +127,8 @@ class RareStudy(Study):
     }  # fmt: skip
 
     def __init__(self, config: Config, subset: Subset, options: Options) -> None:
-        self.inputs, self.subset, self.options = Inputs(config), subset, options
+        self.inputs, self.subset = Inputs(config), subset
+        self.options = replace(options, variables=("regime", MARGIN))
         grid = self.inputs.grid
         self.dims, self.shape = (*grid.dims, "repetition"), (*grid.shape, subset.repetitions)
         self.cells_each = self.weight = _LEVELS * subset.samples

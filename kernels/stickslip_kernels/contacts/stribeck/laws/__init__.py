@@ -16,6 +16,7 @@ are stepped by the Taylor series of the motion, others by Runge-Kutta), and func
 and, where they differ from the defaults below,
 
     inflection(delta)                       from this z on, the slope only grows
+    relaxation(delta)                       from this z on, the slope is concave
     last_weakening(delta)                   from this z on, the shape is constant to rounding
     hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`resolvable.py`)
     steps_over(z, z_end)                    whether a Taylor step from z to z_end has passed over friction that neither
@@ -62,6 +63,12 @@ def inflection(law, delta):
 
 
 @by_law
+def relaxation(law, delta):
+    """From this z on, the slope is concave: nowhere, where a law does not say so."""
+    return inf
+
+
+@by_law
 def last_weakening(law, delta):
     """From this z on, the shape is constant to rounding."""
     return inf
@@ -92,7 +99,8 @@ def _after_tag(function):
 
 for _file in _FILES.values():
     for _function in (
-        shape, weakening_slope, speed_of_shape_slope, inflection, last_weakening, hidden_depth, steps_over, bends,
+        shape, weakening_slope, speed_of_shape_slope, inflection, relaxation, last_weakening, hidden_depth, steps_over,
+        bends,
     ):  # fmt: skip
         if _of_law := getattr(_file, _function.__name__, None):
             _function.of(type(_file.TAG))(_after_tag(_of_law))

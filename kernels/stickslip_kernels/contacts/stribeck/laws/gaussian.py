@@ -49,6 +49,12 @@ def inflection(delta):
 
 
 @compiled
+def relaxation(delta):
+    """(3/2)^(1/2)."""
+    return 1.5**0.5
+
+
+@compiled
 def last_weakening(delta):
     """e^-37 is negligible beside 1."""
     return 37.0**0.5

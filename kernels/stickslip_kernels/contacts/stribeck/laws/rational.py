@@ -42,6 +42,12 @@ def speed_of_shape_slope(slope, delta):
 
 
 @compiled
+def relaxation(delta):
+    """Everywhere: the shape is completely monotone."""
+    return 0.0
+
+
+@compiled
 def hidden_depth(delta):
     """Half the speed over which friction halves first."""
     return 0.5

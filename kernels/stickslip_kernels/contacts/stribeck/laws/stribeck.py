@@ -39,6 +39,12 @@ def speed_of_shape_slope(slope, delta):
 
 
 @compiled
+def relaxation(delta):
+    """Everywhere: the shape is completely monotone."""
+    return 0.0
+
+
+@compiled
 def last_weakening(delta):
     """e^-37 is negligible beside 1."""
     return 37.0

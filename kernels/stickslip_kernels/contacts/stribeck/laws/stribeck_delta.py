@@ -64,6 +64,13 @@ def inflection(delta):
 
 
 @compiled
+def relaxation(delta):
+    """The larger p = z^delta with delta^2 p^2 - 3 delta (delta - 1) p + (delta - 1)(delta - 2) = 0."""
+    p = (3.0 * (delta - 1.0) + ((delta - 1.0) * (5.0 * delta - 1.0)) ** 0.5) / (2.0 * delta)
+    return exp(log(p) / delta) if p > 0.0 else 0.0
+
+
+@compiled
 def last_weakening(delta):
     """e^-37 is negligible beside 1."""
     return exp(log(37.0) / delta)

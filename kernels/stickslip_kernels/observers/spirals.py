@@ -1,0 +1,99 @@
+"""What becomes of a slip that spirals about steady sliding, known from its first loop.
+
+In the plane (p, q) of `settling.py`, p' = -q, q' = p - F(q), a slip that has gone round once without coming to rest, on
+one curve, and ends further in than it began, is enclosed by that loop for good: it tends to steady sliding or to a
+cycle about it (Poincaré, Bendixson). A slip that began at rest is, once it has a trough: that lies on the inner side of
+how it began. With f = F', the drag:
+
+- Where f(0) < 0 steady sliding repels, and there is a cycle.
+- Where f(0) > 0 and f is concave from the trough of the loop on, there is none. f(q)/q only falls on either side of
+  q = 0, since q f' - f is at most -f(0): so there is at most one cycle (Zhang Zhi-Fen), which would repel as steady
+  sliding attracts, and the loop around it would have grown.
+- On other curves there is none if G(r) = F(r) - F(-r) > 0 from 0 down to the trough. z = q^2/2 follows dz/dp = F - p on
+  both sides of q = 0, so that of two halves of a cycle, which leave p = A together, the one with the larger F is the
+  lower one all the way, and they do not meet again (Filippov).
+
+Zhang Zhi-Fen, Ding Tong-Ren, Huang Wen-Zao, Dong Zhen-Xi, Qualitative Theory of Differential Equations, AMS 1992,
+chapter IV.
+"""
+
+from math import inf, isnan, nan
+
+from .. import layout as at
+from ..contacts.stribeck.equations import weakening_in_lane
+from ..contacts.stribeck.laws import relaxation
+from ..jit import compiled
+from .margin import note_closest_trough
+from .settling import NOTHING, certain_radius, drag_at, least_drag
+from .verdict import decide, decide_settled
+
+MOST_LOOKS = 100  # at G, from the disc of `certain_radius` to the trough
+NEARLY = 0.999  # of the way to where G may vanish at the soonest
+
+
+@compiled
+def loss(law, s, i, r):
+    """G at r > 0."""
+    b = s[at.B + i]
+    straight = 2.0 * r * (s[at.G + i] + s[at.SLOPE + i])
+    return straight + weakening_in_lane(law, s, i, b + r) - weakening_in_lane(law, s, i, b - r)
+
+
+@compiled
+def loses_in_all_loops(law, s, i, r):
+    """Return whether G > 0 from 0 to r <= b.
+
+    It is where the drag is positive on both sides; from there, it falls at most at the rate of the least drag.
+    """
+    b = s[at.B + i]
+    known = certain_radius(law, s, i, b)
+    if known >= r or not known > 0.0:
+        return known >= r
+    fall = -least_drag(law, s, i, b - r, b) - least_drag(law, s, i, b + r, b)
+    for _ in range(MOST_LOOKS):
+        here = loss(law, s, i, known)
+        if not here > NOTHING:
+            return False
+        if here > fall * (r - known):
+            return True
+        known += NEARLY * here / fall
+    return False
+
+
+@compiled
+def fate(law, s, i):
+    """The regime that the slip under way comes to for certain, DAMPED or SUSTAINED; else UNRESOLVED."""
+    b, least, lowest, damped = s[at.B + i], s[at.W_LEAST + i], s[at.W_MIN + i], s[at.CROSSED + i] >= 2.0
+    on_one_curve = lowest == 0.0 or s[at.MODE + i] == at.FAST
+    if not on_one_curve or not max(lowest, 0.0) < least < b:
+        return at.UNRESOLVED
+    drag, inward = drag_at(law, s, i, b), s[at.INWARD + i] > 0.0 and s[at.MAP_REST + i] < s[at.MAP_TAU + i]
+    enclosed = inward or not isnan(s[at.CYCLE_START + i])
+    if enclosed and drag < -NOTHING:
+        return at.SUSTAINED
+    if not damped or not drag > NOTHING:
+        return at.UNRESOLVED
+    concave = s[at.DROP + i] >= 0.0 and least * s[at.RATE + i] >= relaxation(law, s[at.EXPONENT + i])
+    return at.DAMPED if enclosed and concave or loses_in_all_loops(law, s, i, b - least) else at.UNRESOLVED
+
+
+@compiled
+def is_damped(law, s, i):
+    """Return whether the slip under way rings down for certain."""
+    return fate(law, s, i) == at.DAMPED
+
+
+@compiled
+def end_in_spiral(m, i):
+    """Decide about lane i, at a maximum of u where nothing but the regime is asked, if that is certain."""
+    s, least = m.s, m.s[at.W_LEAST + i]
+    if s[at.DECIDED + i] > 0.0 or not 0.0 < least < inf:
+        return
+    regime = fate(m.law, s, i)
+    note_closest_trough(s, i)
+    if regime == at.SUSTAINED:
+        decide(m, i, regime, at.SLIP_CYCLE)
+    elif regime == at.DAMPED:
+        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+    else:  # the next loop has a trough of its own
+        s[at.SLIP_LEAST + i], s[at.W_LEAST + i] = min(s[at.SLIP_LEAST + i], least), inf
