@@ -127,3 +127,31 @@ def test_a_budget_that_ends_while_the_map_is_measured_leaves_the_motion_where_it
         found = run(block_of(column), max_steps=most)[:, 0]
         assert found[at.REGIME] == at.DAMPED or found[at.STATUS] in (at.STEP_LIMIT, at.SETTLING_CERTAIN)
         assert abs(found[at.XI_END] - 0.3) < 3.1
+
+
+@pytest.mark.parametrize("law, start", [
+    ((0.14951472361028434, 0.006636843187612295, 0.2753473876403419, 0.1917615437748621), (0.68395, 0.287481)),
+    ((0.2684647225202667, 0.013013203769213978, 0.3600559217493875, 0.08138232136028141), (-0.0233615, -0.0813776)),
+])  # fmt: skip
+def test_motions_that_grow_into_stick_slip_have_its_period(law, start):
+    """A map that began where loops grow met standstill, and left the time of a half loop behind."""
+    belt, gamma, mu_static = (0.740963833, 0.0293643, 0.424862111) if start[0] > 0 else (0.50605, 0.0, 0.911364934)
+    beside, from_rest = (
+        run(block_of(cell(belt, law, gamma, mu_static, **state)))[:, 0]
+        for state in ({"xi": start[0], "eta": start[1]}, {})
+    )
+    for row in (at.REGIME, at.PERIOD, at.CYCLE_STICK_TIME, at.RESTICK_MARGIN):
+        np.testing.assert_allclose(beside[row], from_rest[row], rtol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_no_period_is_shorter_than_its_stick_phase(law):
+    random, columns = np.random.default_rng(3), []
+    for _ in range(40_000):
+        a3, a4, belt = 10 ** random.uniform([-1.5, -2.0, -2.0], [-0.2, 0.5, 0.5])
+        columns.append(cell(belt, (0.3, 10 ** random.uniform(-4.0, -1.0), a3, a4), 10 ** random.uniform(-4.0, -0.5),
+                            xi=0.3 + random.normal(0.0, 2.0 * belt), eta=random.normal(0.0, belt)))  # fmt: skip
+    found = run(block_of(*columns), max_steps=2e4, law=law)
+    sticks = found[at.REGIME] == at.STICK_SLIP
+    assert (found[at.PERIOD, sticks] > found[at.CYCLE_STICK_TIME, sticks]).all()

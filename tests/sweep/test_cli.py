@@ -340,7 +340,7 @@ def test_plan_names_cells_blocks_memory_and_time_and_writes_nothing(here):
 
 
 def test_plan_and_run_count_the_cells_that_run_out_of_steps(here):
-    config = write_config(here, num=40, more="solver: {max_steps: 50}\noutput: {file: map.nc}\n")
+    config = write_config(here, num=40, more="solver: {max_steps: 12}\noutput: {file: map.nc}\n")
     planned = call("plan", config).stdout
     done = call("run", config)
     limited = int((stickslip.open("map.nc")["status"] == STATUSES.index("step_limit")).sum())

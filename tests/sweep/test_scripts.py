@@ -64,15 +64,19 @@ def commands(group=main, before=""):
     return found
 
 
+def params(command):
+    return command.get_params(click.Context(command))  # those of a study are made when first asked for
+
+
 def commands_with(option):
-    return [name for name, command in commands().items() if any(option in p.opts for p in command.params)]
+    return [name for name, command in commands().items() if any(option in p.opts for p in params(command))]
 
 
 def test_every_command_that_takes_a_configuration_takes_settings():
     names = ("config", "configs", "config_or_store")
     takers = {name for name, command in commands().items()
               if any(p.name in names and (isinstance(p, click.Argument) or p.required)
-                     for p in command.params)}  # fmt: skip
+                     for p in params(command))}  # fmt: skip
     assert takers == set(commands_with("--set"))
     assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}
 

@@ -87,7 +87,7 @@ def is_damped(law, s, i):
 def end_in_spiral(m, i):
     """Decide about lane i, at a maximum of u where nothing but the regime is asked, if that is certain."""
     s, least = m.s, m.s[at.W_LEAST + i]
-    if s[at.DECIDED + i] > 0.0 or not 0.0 < least < inf:
+    if s[at.DECIDED + i] > 0.0 or least == inf:
         return
     regime = fate(m.law, s, i)
     note_closest_trough(s, i)
