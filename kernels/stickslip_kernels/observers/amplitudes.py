@@ -30,6 +30,7 @@ AFTER = 1.0  # loops: the first ones lose most, and reach where the curve is ste
 AFTER_LOOKS = 8.0  # the same where each loop may end the cell
 WEAKEST = 1e-4  # damping ratio of steady sliding: below, whether a motion settles is a question of its own
 STRONGEST = 0.5
+REACH, SLOWLY = 0.5, 0.01  # of the belt speed, within which few nodes do; unless damping takes long to get there
 BY = 10.0  # tolerances by which a loop ends further in than it began
 AGAIN = 0.7  # of the amplitude at which a map was refused, the next one is tried
 DEAREST = 300.0  # steps that a map may take
@@ -65,7 +66,10 @@ def consider_map(m, i, tau, xi):
         no_rest = s[at.MAP_REST + i] < s[at.MAP_TAU + i]  # since the last maximum
         inward = no_rest and amplitude < (1.0 - BY * m.rtol) * s[at.MAP_FROM + i]
         if no_rest and s[at.LOOP_COUNT + i] >= (AFTER_LOOKS if ends_with_regime(m, i) else AFTER):
-            s[at.MAP_STATE + i] = TO_BEGIN if inward and is_worth_it(m, i, amplitude) else OVER
+            if not inward:
+                s[at.MAP_STATE + i] = OVER
+            elif amplitude < REACH * s[at.B + i] or 0.5 * drag_at(m.law, s, i, s[at.B + i]) < SLOWLY:
+                s[at.MAP_STATE + i] = TO_BEGIN if is_worth_it(m, i, amplitude) else OVER
         s[at.MAP_TAU + i], s[at.MAP_FROM + i], s[at.INWARD + i] = tau, amplitude, 1.0 if inward else 0.0
 
 
