@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip import engine
 from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Cells as Listed
 
 A1, A2, A3, A4 = 1.0, 0.1, 0.3, 0.1
 MU_START = A1 + A3
@@ -55,16 +56,15 @@ def grid(n: int) -> Cells:
     return Cells(k.ravel(), belt.ravel())
 
 
+def cells_of(cells: Cells, **shared) -> Listed:
+    """They as the engine takes them. shared : parameters that all of them have."""
+    return Listed.of(as_cells(CURVE | shared | {"stiffness": cells.k, "belt_speed": cells.belt}))
+
+
 def compute(cells: Cells, **options) -> dict[str, np.ndarray]:
     """Ours, with no dataset around it. options : those of `engine.Options`, and parameters that all cells share."""
-    fixed = {name: options.pop(name) for name in ("mu_stop", "damping", "delta", "a4") if name in options}
-    full = as_cells(CURVE | fixed | {"stiffness": cells.k, "belt_speed": cells.belt})
-    computed = engine.compute(
-        lambda start, stop: {name: values[start:stop] for name, values in full.items()},
-        len(cells),
-        engine.Options(**options),
-    )
-    return computed.results
+    shared = {name: options.pop(name) for name in ("mu_stop", "damping", "delta", "a4") if name in options}
+    return engine.compute(cells_of(cells, **shared), engine.Options(**options)).results
 
 
 def ours(cells: Cells, horizon: float, rtol: float, threads: int = 1) -> Answer:

@@ -152,6 +152,19 @@ def p2_table(results: dict[str, Any]) -> str:
     return markdown(header, rows)
 
 
+def maps_table(rows: list[dict[str, Any]]) -> str:
+    lines = []
+    for row in rows:
+        asked = "" if row["asked"] is None else f"≤ {row['asked']:g}"
+        numbers = [f"{row[name]:.2f}" for name in ("us", "over_p2", "regime_us", "regime_over_p2")]
+        lines.append(
+            [row["map"], f"{100 * row['settle']:.0f} %", number(row["steps"]), *numbers[:2], asked, *numbers[2:]]
+        )
+    return markdown(
+        ["map", "settle", "steps a cell", "µs a cell", "over P2", "asked", "regime alone, µs", "over P2"], lines
+    )
+
+
 def p3_table(row: dict[str, Any]) -> str:
     cells = [f"{row['rigs']:,}", number(row["samples_per_rig"]), f"{1e3 * row['seconds_per_rig']:.2f} ms"]
     cells += [f"{1e3 * row['scipy_seconds_per_rig']:,.0f} ms", number(row["ratio"])]
@@ -335,6 +348,12 @@ The floor is {operations["all"]} operations per trial step over {rate / 1e9:.1f}
 Plain maps of 10,000 cells by friction law, one thread (a4 = 0.5 m/s for `cubic`, 0.1 m/s for the others):
 
 {laws_table(results["laws"])}
+### Maps that people compute, one thread
+
+`python benchmarks/maps.py`: CPU time a cell. *quickstart* is configs/quickstart.yaml; the others have P2's stiffnesses
+and belt speeds from 0.05 to 1.2 m/s, the ringing one from 0.45 m/s on, where nearly all settle.
+
+{maps_table(results["maps"])}
 ## P3, test rigs at rtol 1e-6
 
 Two strokes of 5 mm at 1 to 30 mm/s, with different springs and friction curves, the motion sampled 8,000 times a

@@ -22,6 +22,7 @@ from scipy.integrate import solve_ivp
 
 import borders
 import floor
+import maps
 import problem
 import refinement
 import report
@@ -316,6 +317,7 @@ def main() -> None:
     results["steps"] = where_the_time_goes()
     say("P2, regime maps")
     results["p2"] = regime_map(options.repeats, 40)
+    results["maps"] = maps.measure()
     say("P3, test rigs")
     results["p3"] = rigs.measure()
     say("P4, borders")
