@@ -14,7 +14,7 @@ export PYTHONDONTWRITEBYTECODE =
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint check nightly bench gallery reference docs clean
+.PHONY: help demo test coverage lint check nightly objects bench gallery reference docs clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -43,6 +43,9 @@ nightly: $(VENV)/.installed-test  ## search on: all tests with fresh seeds, 10,0
 	HYPOTHESIS_PROFILE=fresh STICKSLIP_SEED=$(SEED) $(BIN)/python -m pytest -n auto --dist loadscope $(ARGS)
 	$(BIN)/python tests/adversary.py --cells 10000 --seed $(SEED)
 	PYTHONPATH=sweep:kernels $(BIN)/python tests/fit_coverage.py --fits 5000 --seed $(SEED)
+
+objects: $(VENV)/.installed  ## kernels for all processors of this kind, for a wheel to bring (five minutes); then build it
+	$(BIN)/python -m stickslip_kernels.shipping
 
 bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benchmarks/results/ (five minutes)
 	$(BIN)/python benchmarks/run.py $(ARGS)

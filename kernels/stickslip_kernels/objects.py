@@ -4,6 +4,9 @@ An object holds the kernels of one friction law, for maps or for signals, as `bu
 loads them. Its folder is named by the digest of all kernel sources, so that any edit anywhere gives a fresh one, its
 file by whatever else decides about the code: processor, compiler, Python. A file begins with the digest of the rest.
 
+A package may bring objects for kinds of processors (`shipping.py`), which are loaded in place of such files: nothing is
+compiled then, and machines of a kind run the same instructions.
+
 A digest says that a file is whole, not whose it is. So code is loaded only from files of this user or of root, in a
 folder of theirs in which nobody else may write.
 """
@@ -28,6 +31,14 @@ _DIGEST_BYTES = hashlib.sha256().digest_size
 _TRIED = b"tried"  # ends what is digested of an object that a process has loaded
 _AS_IT_IS = ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")  # no link, no waiting at a pipe, no conversion of lines
 _SETTINGS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")  # of the environment: Numba compiles for another processor
+# Kinds of processors by the beginning of their triple, the most able one first: the name that LLVM has for them, and
+# what they can do (x86-64 psABI, microarchitecture levels).
+_LEVEL_3 = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+_LEVEL_4 = (*_LEVEL_3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl")
+KINDS: dict[str, dict[str, tuple[str, ...]]] = {
+    "x86_64": {"x86-64-v4": _LEVEL_4, "x86-64-v3": _LEVEL_3},
+    "aarch64": {"generic": ()},
+}
 
 
 @cache  # a process runs the files it has loaded, whatever becomes of them
@@ -97,6 +108,35 @@ def _host() -> str:
 def name_of(law: str, signals: bool) -> str:
     """Name of the object with the kernels of a law, for maps or for signals, on this machine."""
     return f"{law}{'-signals' if signals else ''}-{_host()}.o"
+
+
+def shipped_folder() -> Path:
+    """Folder in the package for objects of these sources."""
+    return _HERE / f"shipped-{source_digest()}"
+
+
+def shipped_name(law: str, signals: bool, kind: str) -> str:
+    """Name of the object for a kind of processor."""
+    return f"{law}{'-signals' if signals else ''}-{sys.platform}-{llvm.get_process_triple().partition('-')[0]}-{kind}.o"
+
+
+@cache
+def shipped_kind() -> str | None:
+    """The kind of this processor for which the package brings objects; None where it brings none."""
+    folder = shipped_folder()
+    if any(os.environ.get(name) for name in _SETTINGS) or not folder.is_dir():
+        return None
+    if objection(folder.lstat(), stat.S_ISDIR):
+        return None
+    able, kinds = llvm.get_host_cpu_features(), KINDS.get(llvm.get_process_triple().partition("-")[0], {})
+    fitting = (kind for kind, features in kinds.items() if all(able.get(feature) for feature in features))
+    return next((kind for kind in fitting if (folder / shipped_name("stribeck", False, kind)).is_file()), None)
+
+
+def shipped(law: str, signals: bool) -> tuple[list[str], bytes] | None:
+    """The object of a law that the package brings for this processor; None where it brings none that may be trusted."""
+    kind = shipped_kind()
+    return None if kind is None else read(shipped_folder() / shipped_name(law, signals, kind))
 
 
 def packed(name: str, symbols: list[str], code: bytes, tried: bool = False) -> bytes:

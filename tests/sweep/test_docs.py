@@ -228,7 +228,11 @@ def test_every_command_of_the_cheat_sheet_runs_as_it_stands(here, monkeypatch):
 @pytest.mark.parametrize("line", mentioned())
 def test_every_command_named_in_a_sentence_is_one_with_these_options(line):
     command, arguments = resolved([word for word in line.split()[1:] if word.isascii()])
-    options = {name for parameter in command.get_params(click.Context(command)) for name in parameter.opts} | {"--help"}
+    options = {
+        name
+        for parameter in command.get_params(click.Context(command, **main.context_settings))
+        for name in parameter.opts
+    } | {"--help"}
     assert command is not main
     assert {word.split("=")[0] for word in arguments if re.match(r"--?[a-z]", word)} <= options
 

@@ -65,7 +65,7 @@ def commands(group=main, before=""):
 
 
 def params(command):
-    return command.get_params(click.Context(command))  # those of a study are made when first asked for
+    return command.get_params(click.Context(command, **main.context_settings))  # of a study, made when first asked for
 
 
 def commands_with(option):

@@ -36,6 +36,8 @@ def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
 def is_cached(name: str, signals: bool = False) -> bool:
     """Return whether other processes will find the kernels of a law compiled."""
     folder = objects.CACHE_FOLDER
+    if objects.shipped(name, signals) is not None:
+        return True
     return folder is not None and objects.read(folder / objects.name_of(name, signals)) is not None
 
 
@@ -81,4 +83,4 @@ def kernels_digest() -> str:
 
 def processor() -> str:
     """The kind of processor the kernels are compiled for: another kind may round differently."""
-    return str(llvm.get_host_cpu_name())
+    return objects.shipped_kind() or str(llvm.get_host_cpu_name())

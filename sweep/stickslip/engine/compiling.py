@@ -33,11 +33,13 @@ _TRY = (
 
 
 def compile_apart(name: str, signals: bool) -> Object:
-    """The object with the kernels of a law: from the cache, or from another process, and then put there.
+    """The object with the kernels of a law: of the package, from the cache, or of another process, then put there.
 
     Of one object, one process of this user at a time. Warns, once the kernels are there, where they could not
     be kept. Raises RuntimeError with what the other process says if it fails.
     """
+    if brought := objects.shipped(name, signals):
+        return brought
     if objects.CACHE_FOLDER is None:
         made = _compile(name, signals)
         _warn_not_compiled_here(objects.NO_CACHE)

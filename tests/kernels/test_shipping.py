@@ -1,0 +1,95 @@
+"""Objects that a package brings: for kinds of processors, and loaded only where they belong."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip_kernels import objects, shipping
+
+KIND = "x86-64-v3"
+on_linux = pytest.mark.skipif(sys.platform != "linux" or os.uname().machine != "x86_64", reason="kinds of x86-64")
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package with objects of these sources, which are no code."""
+    monkeypatch.setattr(objects, "_HERE", tmp_path)
+    monkeypatch.setattr(objects, "source_digest", lambda: "0" * 16)
+    folder = objects.shipped_folder()
+    folder.mkdir(mode=0o755)
+    for kind in ("x86-64-v3", "x86-64-v4"):
+        objects.write(folder / objects.shipped_name("stribeck", False, kind), ["exp"], kind.encode(), tried=True)
+    monkeypatch.setattr(
+        objects.llvm, "get_host_cpu_features", lambda: dict.fromkeys(objects.KINDS["x86_64"][KIND], True)
+    )
+    objects.shipped_kind.cache_clear()
+    yield folder
+    objects.shipped_kind.cache_clear()
+
+
+@on_linux
+def test_a_processor_gets_the_objects_of_the_most_able_kind_that_it_is(package, monkeypatch):
+    assert objects.shipped("stribeck", False) == (["exp"], b"x86-64-v3")
+    able = dict.fromkeys(objects.KINDS["x86_64"]["x86-64-v4"], True)
+    monkeypatch.setattr(objects.llvm, "get_host_cpu_features", lambda: able)
+    objects.shipped_kind.cache_clear()
+    assert objects.shipped("stribeck", False) == (["exp"], b"x86-64-v4")
+    assert objects.shipped("stribeck", True) is None  # not among them
+
+
+@on_linux
+@pytest.mark.parametrize("why", ["features", "sources", "settings", "renamed", "file", "folder", "link"])
+def test_nothing_is_loaded_that_does_not_belong_here(package, monkeypatch, why):
+    path = package / objects.shipped_name("stribeck", False, KIND)
+    if why == "features":
+        monkeypatch.setattr(objects.llvm, "get_host_cpu_features", lambda: {"avx2": True})
+    elif why == "sources":
+        monkeypatch.setattr(objects, "source_digest", lambda: "1" * 16)
+    elif why == "settings":
+        monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
+    elif why == "renamed":
+        shutil.copy(package / objects.shipped_name("stribeck", False, "x86-64-v4"), path)
+    elif why == "file":
+        path.chmod(0o666)
+    elif why == "folder":
+        package.chmod(0o777)
+    elif why == "link":
+        path.rename(package / "elsewhere")
+        path.symlink_to(package / "elsewhere")
+    assert objects.shipped("stribeck", False) is None
+
+
+@on_linux
+@pytest.mark.slow
+def test_a_package_with_objects_computes_without_compiling(tmp_path):
+    """In a process without Numba, and without a cache."""
+    root = Path(objects.__file__).parents[1]
+    kernels = shutil.copytree(root, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__", "shipped-*"))
+    folder = kernels / "stickslip_kernels" / objects.shipped_folder().name
+    kind = objects.shipped_kind() or KIND
+    assert [path.name for path in shipping.ship(folder, ["stribeck"], [kind])] == [
+        objects.shipped_name("stribeck", signals, kind) for signals in (False, True)
+    ]
+    cell = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "a1": 0.2, "a2": 0.0, "a3": 0.1, "a4": 0.02}
+    script = (
+        "import json, sys; sys.modules['numba'] = None\n"
+        "import stickslip\n"
+        f"cell = {cell}\n"
+        "ds = stickslip.evaluate(cell | dict(belt_speed=[0.01, 0.1]))\n"
+        "stickslip.simulate(duration=0.1, belt_speed=0.01, **cell)\n"
+        "print(json.dumps([ds['regime'].values.tolist(), ds['period'].values.tolist()]))\n"
+    )
+    path = os.pathsep.join([str(kernels), *sys.path])
+    environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_CACHE_DIR": ""}
+    done = json.loads(subprocess.check_output([sys.executable, "-c", script], env=environment, text=True))
+    here = stickslip.evaluate(cell | {"belt_speed": [0.01, 0.1]})
+    assert done[0] == here["regime"].values.tolist()
+    np.testing.assert_allclose(done[1], here["period"], rtol=1e-9)
+    assert not list((tmp_path / "cache").rglob("*.o"))
