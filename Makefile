@@ -45,7 +45,7 @@ nightly: $(VENV)/.installed-test  ## search on: all tests with fresh seeds, 10,0
 	PYTHONPATH=sweep:kernels $(BIN)/python tests/fit_coverage.py --fits 5000 --seed $(SEED)
 
 objects: $(VENV)/.installed  ## kernels for all processors of this kind, for a wheel to bring (five minutes); then build it
-	$(BIN)/python -m stickslip_kernels.shipping
+	$(BIN)/python -c "from stickslip.engine.dispatch import ship_all; ship_all()"
 
 bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benchmarks/results/ (five minutes)
 	$(BIN)/python benchmarks/run.py $(ARGS)

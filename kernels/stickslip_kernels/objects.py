@@ -4,7 +4,7 @@ An object holds the kernels of one friction law, for maps or for signals, as `bu
 loads them. Its folder is named by the digest of all kernel sources, so that any edit anywhere gives a fresh one, its
 file by whatever else decides about the code: processor, compiler, Python. A file begins with the digest of the rest.
 
-A package may bring objects for kinds of processors (`shipping.py`), which are loaded in place of such files: nothing is
+A package may bring objects for kinds of processors, which are loaded in place of such files: nothing is
 compiled then, and machines of a kind run the same instructions.
 
 A digest says that a file is whole, not whose it is. So code is loaded only from files of this user or of root, in a
@@ -120,6 +120,11 @@ def shipped_name(law: str, signals: bool, kind: str) -> str:
     return f"{law}{'-signals' if signals else ''}-{sys.platform}-{llvm.get_process_triple().partition('-')[0]}-{kind}.o"
 
 
+def kinds_here() -> dict[str, tuple[str, ...]]:
+    """The kinds of processors of this family, and what they can do."""
+    return KINDS.get(llvm.get_process_triple().partition("-")[0], {})
+
+
 @cache
 def shipped_kind() -> str | None:
     """The kind of this processor for which the package brings objects; None where it brings none."""
@@ -128,8 +133,8 @@ def shipped_kind() -> str | None:
         return None
     if objection(folder.lstat(), stat.S_ISDIR):
         return None
-    able, kinds = llvm.get_host_cpu_features(), KINDS.get(llvm.get_process_triple().partition("-")[0], {})
-    fitting = (kind for kind, features in kinds.items() if all(able.get(feature) for feature in features))
+    able = llvm.get_host_cpu_features()
+    fitting = (kind for kind, features in kinds_here().items() if all(able.get(feature) for feature in features))
     return next((kind for kind in fitting if (folder / shipped_name("stribeck", False, kind)).is_file()), None)
 
 

@@ -77,11 +77,6 @@ def register(tag, functions):
             stub.of(tag)(functions[name])
 
 
-def laws():
-    """The names of all machines."""
-    return [law for contact in _NAMES for law in import_module(f".{contact}", __name__).LAWS]
-
-
 def tags_of(name):
     """The tags of the machine of this name: its contact and its law; and the observer of its maps."""
     for file in (import_module(f".{contact}", __name__) for contact in _NAMES):

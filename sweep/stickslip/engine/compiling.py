@@ -12,8 +12,9 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from itertools import product
 from pathlib import Path
 from time import perf_counter, strftime
 from typing import IO
@@ -92,14 +93,33 @@ def _compile(name: str, signals: bool) -> Object:
     raise RuntimeError(f"no object of the kernels came of compiling them\n{end.strip()[-2000:]}")
 
 
-def _python(script: str) -> subprocess.CompletedProcess[bytes]:
+def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
+    """Write the objects of these laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
+
+    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A law takes half a minute a kind.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for kind, law, signals in product(kinds, laws, (False, True)):
+        name, target = objects.shipped_name(law, signals, kind), {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
+        done = _python(f"from stickslip_kernels.building import main; main({law!r}, {signals}, {name!r})", target)
+        made = objects.unpacked(name, done.stdout)
+        if made is None:
+            raise RuntimeError(f"no object {name} came of compiling it\n{done.stderr.decode(errors='replace')[-2000:]}")
+        objects.write(folder / name, *made, tried=True)
+        written.append(folder / name)
+    return written
+
+
+def _python(script: str, settings: Mapping[str, str] | None = None) -> subprocess.CompletedProcess[bytes]:
     """A script run by another process, with the modules of this one; if this one is killed, so that nobody waits for
     what it makes, its standard input ends, and it ends, too.
     """
     command = [sys.executable, "-c", f"{_WITH_ITS_PARENT}import sys; sys.path[:] = {sys.path!r}; {script}"]
     theirs, ours = os.pipe()
     try:
-        return subprocess.run(command, check=False, stdin=theirs, capture_output=True)
+        environment = os.environ | dict(settings or {})
+        return subprocess.run(command, check=False, stdin=theirs, capture_output=True, env=environment)
     finally:
         os.close(theirs)
         os.close(ours)

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine.compiled import kernels
+from stickslip.engine.compiling import ship
 from stickslip.engine.options import Options, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.models import OwnKernels, model_of
-from stickslip_kernels import layout
+from stickslip.vocabulary.models import LAWS, MODELS, OwnKernels, model_of
+from stickslip_kernels import layout, objects
 from stickslip_kernels.allocate import NO_STOPS
 
 Floats = NDArray[np.float64]
@@ -36,6 +37,12 @@ def kernels_for(cells: Cells, options: Options) -> tuple[str, ...]:
 def has_own_kernels(options: Options) -> bool:
     """Return whether the kernels depend on the cells, and not on their law alone."""
     return _own(options) is not None
+
+
+def ship_all() -> None:
+    """Compile all kernels for all kinds of this processor into the package, for the next wheel to bring."""
+    own = (name for model in MODELS for kernels in model.own_kernels.values() for name in kernels.by_value.values())
+    ship(objects.shipped_folder(), [*dict.fromkeys((*LAWS, *own))], [*objects.kinds_here()])
 
 
 def _own(options: Options) -> OwnKernels | None:

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip_kernels import objects, shipping
+from stickslip.engine.compiling import ship
+from stickslip_kernels import objects
 
 KIND = "x86-64-v3"
 on_linux = pytest.mark.skipif(sys.platform != "linux" or os.uname().machine != "x86_64", reason="kinds of x86-64")
@@ -74,7 +75,7 @@ def test_a_package_with_objects_computes_without_compiling(tmp_path):
     kernels = shutil.copytree(root, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__", "shipped-*"))
     folder = kernels / "stickslip_kernels" / objects.shipped_folder().name
     kind = objects.shipped_kind() or KIND
-    assert [path.name for path in shipping.ship(folder, ["stribeck"], [kind])] == [
+    assert [path.name for path in ship(folder, ["stribeck"], [kind])] == [
         objects.shipped_name("stribeck", signals, kind) for signals in (False, True)
     ]
     cell = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "a1": 0.2, "a2": 0.0, "a3": 0.1, "a4": 0.02}
