@@ -94,7 +94,7 @@ def _compile(name: str, signals: bool) -> Object:
 
 
 def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
-    """Write the objects of these laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
+    """Write the objects of laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
 
     Where `folder` is `objects.shipped_folder()`, the next wheel has them. A law takes half a minute a kind.
     """
