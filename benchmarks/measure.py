@@ -12,6 +12,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import llvmlite.binding as llvm
+
+from stickslip_kernels import objects
+
 
 @dataclass
 class Timings:
@@ -77,6 +81,7 @@ def machine() -> dict[str, Any]:
     return {
         "processor": names.get("model name", platform.processor() or platform.machine()) + family,
         "vector_instructions": vectors,
+        "kernels": objects.shipped_kind() or os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "load_at_start": round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None,
         "python": platform.python_version(),

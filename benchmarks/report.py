@@ -292,7 +292,43 @@ def targets(results: dict[str, Any]) -> str:
     return markdown(["target", "asked", "measured", "met"], rows)
 
 
-def table(results: dict[str, Any]) -> str:
+def headline(results: dict[str, Any]) -> dict[str, str]:
+    """What a run says of its processor, in words: a column of the table by processor."""
+    found = {"kernels for": results["machine"]["kernels"], "measured": results["machine"]["date"][:10]}
+    for rtol in (1e-6, 1e-9):
+        ours, base, peer = find(results, OURS, rtol), find(results, BASELINE, rtol), find(results, BATCH, rtol)
+        found[f"P1 at {rtol:g} over the scalar baseline"] = number(ours["rate"] / base["rate"]) if base else ""
+        found[f"P1 at {rtol:g} over heyoka, batch"] = number(ours["rate"] / peer["rate"]) if peer else ""
+    for row in results["steps"]:
+        found[f"ns per event, {row['rtol']:g}"] = number(row["ns_per_event"])
+    for row in results["p2"]:
+        found[f"P2, {row['curve']} curve, µs of CPU time a cell"] = number(row["cpu_seconds"] / row["cells"] * 1e6)
+    for row in results["maps"][1:]:
+        found[f"{row['map']}, over P2"] = number(row["over_p2"])
+        found[f"{row['map']}, regime alone, over P2"] = number(row["regime_over_p2"])
+    found["first compilation of a law"] = duration(results["startup"]["compile"])
+    return found | {row["what"]: duration(row["seconds"]) for row in results["whole"]["rows"]}
+
+
+def processors_table(columns: dict[str, dict[str, str]]) -> str:
+    """The last run on each kind of processor, side by side; ratios hold within a column."""
+    names = dict.fromkeys(name for column in columns.values() for name in column)
+    rows = [[name, *(column.get(name, "") for column in columns.values())] for name in names]
+    return markdown(["", *columns], rows)
+
+
+def remember(results: dict[str, Any], folder: Path) -> dict[str, dict[str, str]]:
+    """Put the headline of a run into its processor's column, in a file beside the results; all columns."""
+    path, machine = folder / "processors.json", results["machine"]
+    columns = json.loads(path.read_text()) if path.exists() else {}
+    wide = "avx512f" in machine["vector_instructions"] and "v3" not in machine["kernels"]
+    kind = "AVX-512" if wide else "AVX2" if "avx2" in machine["vector_instructions"] else "other"
+    columns[f"{kind}: {machine['processor']}"] = headline(results)
+    path.write_text(json.dumps(columns, indent=1, ensure_ascii=False) + "\n")
+    return columns
+
+
+def table(results: dict[str, Any], columns: dict[str, dict[str, str]]) -> str:
     machine, startup = results["machine"], results["startup"]
     cost = markdown(
         ["cells", "µs per cell", "peak memory of a run into a file, MB", "bytes per cell"],
@@ -316,6 +352,12 @@ def table(results: dict[str, Any]) -> str:
 load {machine["load_at_start"]} before the run; Python {machine["python"]}, {packages}.
 The run took {results["bench_seconds"]:.0f} s. Written by `make bench`; ratios hold within this run only.
 
+## By processor
+
+`make bench` writes the column of its machine. AVX2 on a machine that has more:
+`NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= make bench`.
+
+{processors_table(columns)}
 ## What a user waits for
 
 Whole commands with file and plot, kernels compiled before. Asked of maps: 1.5 times what the kernels take, and 1.5 s.
@@ -425,7 +467,7 @@ def into_docs(text: str) -> None:
 if __name__ == "__main__":
     # The table and the plot again, from results.json; with --docs into docs/speed.md as well.
     found = json.loads((RESULTS / "results.json").read_text())
-    text = table(found)
+    text = table(found, remember(found, RESULTS))
     (RESULTS / "table.md").write_text(text)
     plot(found, RESULTS / "plot.png")
     if "--docs" in sys.argv[1:]:

@@ -330,7 +330,7 @@ def main() -> None:
     results["bench_seconds"] = perf_counter() - began
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "results.json").write_text(json.dumps(results, indent=1, default=float) + "\n")
-    table = report.table(results)
+    table = report.table(results, report.remember(results, options.out))
     (options.out / "table.md").write_text(table)
     report.plot(results, options.out / "plot.png")
     print(table)
