@@ -353,6 +353,18 @@ def test_plan_and_run_count_the_cells_that_run_out_of_steps(here):
     assert "step limit" not in call("plan", enough).stdout + call("run", enough).stdout
 
 
+def test_plan_answers_however_long_the_cells_are_followed(here):
+    """As much of the horizon is tried as takes a second; a thousand cells to it would take an hour."""
+    config = write_config(
+        here, num=32, more="output: {file: map.nc}\nsolver: {early_stop: false, max_steps: 2000000000, "
+    )
+    text = (here / config).read_text() + "horizon: 100000 s}\n"
+    (here / config).write_text(text)
+    seconds = json.loads(call("plan", config, "--json").stdout)["seconds"]
+    (here / config).write_text(text.replace("horizon: 100000 s", "horizon: 1 s"))
+    assert json.loads(call("plan", config, "--json").stdout)["seconds"] < 1e-3 * seconds
+
+
 def test_validate_says_what_it_understood_in_si(here):
     (here / "my.yaml").write_text(
         "system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}\n"

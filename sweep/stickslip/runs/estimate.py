@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -27,6 +27,10 @@ _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it agai
 _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI and in kernel units, and all rows it fills
 
 
+_MOST_STEPS = 200_000  # of a cell that is tried
+_FIRST_SHARE, _MOST_GROWTH, _ENOUGH = 1e-7, 32.0, 0.5  # of the horizon; from one try to the next; s
+
+
 @dataclass(frozen=True)
 class Probe:
     """The time that a few cells, spread over a map, took; `at_step_limit` of them ran out of steps."""
@@ -38,22 +42,34 @@ class Probe:
 
 
 def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Probe:
-    """Compute about `most` cells, in short runs spread evenly. Raises KeyboardInterrupt on Ctrl-C."""
+    """Compute about `most` cells, in short runs spread evenly. Raises KeyboardInterrupt on Ctrl-C.
+
+    To a horizon, the time grows with it: as much of it is tried as takes about a second. Cells that are not decided
+    within `_MOST_STEPS` count as if they took all the steps they may.
+    """
     runs = max(min(most, cells.size) // _TOGETHER, 1)
     starts = np.linspace(0, max(cells.size - _TOGETHER, 0), runs).astype(int)
     parts = [cells[int(start) : min(int(start) + _TOGETHER, cells.size)] for start in starts]
     sample = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     count = sample["mass"].size
     if options.variables is not None:
-        options = options.keeping((*options.variables, "status"))
+        options = options.keeping((*options.variables, "status", "steps"))
     warm_up(options.law)
-    began = perf_counter()
-    part = compute(Cells.of(sample), options)
-    seconds = perf_counter() - began
-    if not part.complete:
-        raise KeyboardInterrupt
-    limited = int(np.count_nonzero(part.results["status"] == STATUSES.index("step_limit")))
-    return Probe(count, seconds / count, options.threads or processors(), limited)
+    most_steps, share = options.max_steps, 1.0 if options.early_stop else _FIRST_SHARE
+    while True:
+        began = perf_counter()
+        horizon, limit = share * options.horizon, min(most_steps, _MOST_STEPS) if options.early_stop else most_steps
+        part = compute(Cells.of(sample), replace(options, horizon=horizon, max_steps=limit))
+        seconds = perf_counter() - began
+        if not part.complete:
+            raise KeyboardInterrupt
+        if share == 1.0 or seconds > _ENOUGH:
+            break
+        share = min(share * min(max(2.0 * _ENOUGH / seconds, 2.0), _MOST_GROWTH), 1.0)
+    steps, limited = part.results["steps"] / share, part.results["status"] == STATUSES.index("step_limit")
+    limited |= steps > most_steps
+    whole = np.minimum(np.where(limited, most_steps, steps), most_steps).sum() / part.results["steps"].sum()
+    return Probe(count, seconds * whole / count, options.threads or processors(), int(np.count_nonzero(limited)))
 
 
 @dataclass(frozen=True)
