@@ -1,4 +1,4 @@
-"""What maps cost that people compute, beside P2, whose cells nearly all close a cycle in a dozen steps.
+"""Cost of maps that people compute, beside P2, whose cells nearly all close a cycle in a dozen steps.
 
     python benchmarks/maps.py      # half a minute
 
@@ -30,13 +30,13 @@ def maps() -> dict[str, tuple[Cells, engine.Options]]:
     """Cells in random order, and how they are computed, by name."""
     config, plain = load_config(config_path("quickstart")), engine.Options()
     quickstart = shuffled(build_grid(config)[:])
-    found = {"P2": (problem.cells_of(problem.grid(SIDE)), plain), "quickstart": (quickstart, options_of(config))}
+    cases = {"P2": (problem.cells_of(problem.grid(SIDE)), plain), "quickstart": (quickstart, options_of(config))}
     ranges = {"weak damping": (0.05, 1.2, {}), "hysteretic": (0.05, 1.2, {"mu_stop": problem.MU_STOP}),
               "ringing": (0.45, 1.2, {})}  # fmt: skip
     for name, (low, high, more) in ranges.items():
         k, belt = np.meshgrid(np.logspace(-1, 2, SIDE), np.linspace(low, high, SIDE), indexing="ij")
-        found[name] = problem.cells_of(problem.Cells(k.ravel(), belt.ravel()), **more), plain
-    return {name: (shuffled(cells[:]), replace(options, threads=1)) for name, (cells, options) in found.items()}
+        cases[name] = problem.cells_of(problem.Cells(k.ravel(), belt.ravel()), **more), plain
+    return {name: (shuffled(cells[:]), replace(options, threads=1)) for name, (cells, options) in cases.items()}
 
 
 def shuffled(parameters: dict[str, np.ndarray]) -> Cells:
@@ -69,7 +69,7 @@ def measure() -> list[dict]:
 
 
 if __name__ == "__main__":
-    import report
+    from tables import maps_table
 
     engine.warm_up()
-    print(report.maps_table(measure()))
+    print(maps_table(measure()))

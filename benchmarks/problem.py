@@ -57,7 +57,7 @@ def grid(n: int) -> Cells:
 
 
 def cells_of(cells: Cells, **shared) -> Listed:
-    """They as the engine takes them. shared : parameters that all of them have."""
+    """Cells in the form of the engine. shared : parameters that all of them have."""
     return Listed.of(as_cells(CURVE | shared | {"stiffness": cells.k, "belt_speed": cells.belt}))
 
 

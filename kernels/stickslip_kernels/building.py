@@ -56,15 +56,12 @@ class Parts(codegen.JITCPUCodegen):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, name: str | None = None) -> None:
-    """Compile a machine, and write its object to standard output; whatever else is printed goes to standard error.
-
-    name : of the object, if it is not that of this machine.
-    """
+def main(law: str, signals: bool, name: str) -> None:
+    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error."""
     gc.disable()  # an eighth of the time; this process is soon over
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        out.write(objects.packed(name or objects.name_of(law, signals), *build(law, signals)))
+        out.write(objects.packed(name, *build(law, signals)))
 
 
 def build(law: str, signals: bool) -> tuple[list[str], bytes]:

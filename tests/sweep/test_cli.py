@@ -77,7 +77,7 @@ def test_the_first_run_on_a_machine_says_that_it_compiles(here, kernels, monkeyp
     """The process that compiles gives at once what it gave when these kernels were compiled."""
     name = objects.name_of("stribeck", False)
     made = objects.packed(name, *objects.read(objects.CACHE_FOLDER / name))
-    monkeypatch.setattr(compiling, "_python", lambda _script: subprocess.CompletedProcess([], 0, made))
+    monkeypatch.setattr(compiling, "_python", lambda *_: subprocess.CompletedProcess([], 0, made))
     monkeypatch.setattr(objects, "CACHE_FOLDER", None)
     monkeypatch.setattr(compiled, "_machines", {})
     with warnings.catch_warnings():
@@ -175,6 +175,19 @@ def test_help_answers_without_loading_the_numerics():
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert "Exit codes" in done.stdout
     assert not any(f"'{name}'" in done.stdout for name in ("numba", "numpy", "xarray", "pydantic", "matplotlib"))
+
+
+def test_a_map_and_its_plot_are_made_without_what_they_do_not_need(here):
+    """SciPy and Dask take a second to load."""
+    config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
+    run = f"c.main(['run', {str(config)!r}], standalone_mode=False)"
+    code = f"import sys, stickslip.cli as c; {run}; print([*sys.modules])"
+    with_kernels = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT / "sweep"), str(ROOT / "kernels")])}
+    done = subprocess.run([sys.executable, "-c", code], env=with_kernels, capture_output=True, text=True, check=True)
+    assert (here / "map.png").exists()
+    loaded = {name.strip(" '[]") for name in done.stdout.splitlines()[-1].split(",")}
+    assert "matplotlib.figure" in loaded
+    assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba", "stickslip.rig"}
 
 
 def test_every_command_has_help_that_fits_a_screen():

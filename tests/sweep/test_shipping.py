@@ -45,25 +45,21 @@ def test_a_processor_gets_the_objects_of_the_most_able_kind_that_it_is(package, 
     assert objects.shipped("stribeck", True) is None  # not among them
 
 
+DOUBTS = {
+    "features": lambda patch, path: patch.setattr(objects.llvm, "get_host_cpu_features", lambda: {"avx2": True}),
+    "sources": lambda patch, path: patch.setattr(objects, "source_digest", lambda: "1" * 16),
+    "settings": lambda patch, path: patch.setenv("NUMBA_CPU_NAME", "generic"),
+    "renamed": lambda patch, path: shutil.copy(path.with_name(path.name.replace("v3", "v4")), path),
+    "file": lambda patch, path: path.chmod(0o666),
+    "folder": lambda patch, path: path.parent.chmod(0o777),
+    "link": lambda patch, path: path.symlink_to(path.rename(path.with_name("elsewhere"))),
+}
+
+
 @on_linux
-@pytest.mark.parametrize("why", ["features", "sources", "settings", "renamed", "file", "folder", "link"])
-def test_nothing_is_loaded_that_does_not_belong_here(package, monkeypatch, why):
-    path = package / objects.shipped_name("stribeck", False, KIND)
-    if why == "features":
-        monkeypatch.setattr(objects.llvm, "get_host_cpu_features", lambda: {"avx2": True})
-    elif why == "sources":
-        monkeypatch.setattr(objects, "source_digest", lambda: "1" * 16)
-    elif why == "settings":
-        monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
-    elif why == "renamed":
-        shutil.copy(package / objects.shipped_name("stribeck", False, "x86-64-v4"), path)
-    elif why == "file":
-        path.chmod(0o666)
-    elif why == "folder":
-        package.chmod(0o777)
-    elif why == "link":
-        path.rename(package / "elsewhere")
-        path.symlink_to(package / "elsewhere")
+@pytest.mark.parametrize("doubt", DOUBTS)
+def test_nothing_is_loaded_that_does_not_belong_here(package, monkeypatch, doubt):
+    DOUBTS[doubt](monkeypatch, package / objects.shipped_name("stribeck", False, KIND))
     assert objects.shipped("stribeck", False) is None
 
 

@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from itertools import product
 from pathlib import Path
 from time import perf_counter, strftime
+from types import MappingProxyType
 from typing import IO
 
 from stickslip_kernels import objects
@@ -85,12 +86,9 @@ def _cached(path: Path, signals: bool) -> Object | None:
 def _compile(name: str, signals: bool) -> Object:
     began = perf_counter()
     _log.info("Compiling the kernels for this machine, once ...")
-    done = _python(f"from stickslip_kernels.building import main; main({str(name)!r}, {signals})")
+    made = _made(objects.name_of(name, signals), name, signals, {})
     _log.info("Compiled the kernels in %.0f s.", perf_counter() - began)
-    if made := objects.unpacked(objects.name_of(name, signals), done.stdout):
-        return made
-    end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")
-    raise RuntimeError(f"no object of the kernels came of compiling them\n{end.strip()[-2000:]}")
+    return made
 
 
 def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
@@ -102,23 +100,28 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     written = []
     for kind, law, signals in product(kinds, laws, (False, True)):
         name, target = objects.shipped_name(law, signals, kind), {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
-        done = _python(f"from stickslip_kernels.building import main; main({law!r}, {signals}, {name!r})", target)
-        made = objects.unpacked(name, done.stdout)
-        if made is None:
-            raise RuntimeError(f"no object {name} came of compiling it\n{done.stderr.decode(errors='replace')[-2000:]}")
-        objects.write(folder / name, *made, tried=True)
+        objects.write(folder / name, *_made(name, law, signals, target), tried=True)
         written.append(folder / name)
     return written
 
 
-def _python(script: str, settings: Mapping[str, str] | None = None) -> subprocess.CompletedProcess[bytes]:
+def _made(name: str, law: str, signals: bool, settings: Mapping[str, str]) -> Object:
+    """An object of this name, from another process with these settings. Raises RuntimeError with what that says."""
+    done = _python(f"from stickslip_kernels.building import main; main({str(law)!r}, {signals}, {name!r})", settings)
+    if made := objects.unpacked(name, done.stdout):
+        return made
+    end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")
+    raise RuntimeError(f"no object {name} came of compiling the kernels\n{end.strip()[-2000:]}")
+
+
+def _python(script: str, settings: Mapping[str, str] = MappingProxyType({})) -> subprocess.CompletedProcess[bytes]:
     """A script run by another process, with the modules of this one; if this one is killed, so that nobody waits for
     what it makes, its standard input ends, and it ends, too.
     """
     command = [sys.executable, "-c", f"{_WITH_ITS_PARENT}import sys; sys.path[:] = {sys.path!r}; {script}"]
     theirs, ours = os.pipe()
     try:
-        environment = os.environ | dict(settings or {})
+        environment = {**os.environ, **settings}
         return subprocess.run(command, check=False, stdin=theirs, capture_output=True, env=environment)
     finally:
         os.close(theirs)

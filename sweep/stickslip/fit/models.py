@@ -11,8 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats  # type: ignore[import-untyped]
-from scipy.optimize import nnls  # type: ignore[import-untyped]
+import scipy  # type: ignore[import-untyped]
 
 from stickslip.fit.profile import Cone, Model, Region, bottom
 from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, Residuals, rms, student
@@ -183,7 +182,7 @@ class MeasuredPoints:
 
     def falls(self) -> bool:
         """True where friction falls over the whole range of speeds, by the order of the points alone (Kendall)."""
-        return bool(stats.kendalltau(self.speed, self.mu, alternative="less").pvalue < _TREND)
+        return bool(scipy.stats.kendalltau(self.speed, self.mu, alternative="less").pvalue < _TREND)
 
     def _shows(self, a: Floats, falling: bool = False) -> bool:
         """True where the two coefficients of a branch lower the sum of squares by more than chance does."""
@@ -239,5 +238,5 @@ class MeasuredPoints:
     def _straight(self, falling: bool) -> tuple[Floats, float]:
         """The best straight line, and the norm of what it leaves."""
         columns = [np.ones_like(self.place), self.place, *([-self.place] if falling else [])]
-        line, norm = nnls(np.column_stack(columns) * self.weight[:, None], self.target * self.weight)
+        line, norm = scipy.optimize.nnls(np.column_stack(columns) * self.weight[:, None], self.target * self.weight)
         return line, float(norm)

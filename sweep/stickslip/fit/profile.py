@@ -21,7 +21,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats  # type: ignore[import-untyped]
+import scipy  # type: ignore[import-untyped]
 
 from stickslip.fit.uncertainty import Flags, Floats, Interval, student
 
@@ -294,7 +294,7 @@ class Region:
         usable = np.isfinite(solved.left)
         scale, middle, left = scale[usable], solved.values[usable], solved.left[usable]
         root = np.sqrt(np.maximum(left - least, 0.0) / max(variance, 1e-300)) * np.sign(scale - best)
-        below = stats.norm.cdf(root) if self._known else stats.t.cdf(root, self._freedom)
+        below = scipy.stats.norm.cdf(root) if self._known else scipy.stats.t.cdf(root, self._freedom)
         below = np.linspace(0.0, 1.0, scale.size) if among is not None else np.maximum.accumulate(below)
         i = np.minimum(np.searchsorted(below, random.uniform(size=count)), scale.size - 1)
         values, vectors = np.linalg.eigh(weighting.model.covariance(scale, whole.parts))

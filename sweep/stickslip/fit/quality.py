@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats  # type: ignore[import-untyped]
+import scipy  # type: ignore[import-untyped]
 
 from stickslip.fit.curve import CurveFit
 from stickslip.fit.models import FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
@@ -154,10 +154,10 @@ class Quality:
         best = rest.fit(form)
         gained = rest.gain(best, form is STRENGTHENING) * rest.left(best)
         if points.deviation is not None:
-            return bool(gained < stats.chi2(2).ppf(0.95))
+            return bool(gained < scipy.stats.chi2(2).ppf(0.95))
         variance = points.left(self.chosen.best) / max(self.freedom, 1)
         gained *= (float(rest.mu.max()) / float(points.mu.max())) ** 2
-        return bool(gained < 2 * variance * stats.f(2, self.freedom).ppf(0.95))
+        return bool(gained < 2 * variance * scipy.stats.f(2, self.freedom).ppf(0.95))
 
     def _speed(self, speed: float, digits: int = 3) -> str:
         rounded = float(f"{speed / units.factor(self.unit, 'm s-1'):.{digits}g}")
@@ -221,7 +221,7 @@ class Quality:
                 hint = f" {say('other law', law=best, lower=lower)}" if is_better else ""
                 yield say("other shape", law=law) + hint
         chi_squared = points.left(self.chosen.best)
-        if points.deviation is not None and self.freedom > 0 and stats.chi2(self.freedom).sf(chi_squared) < 1e-3:
+        if points.deviation is not None and self.freedom > 0 and scipy.stats.chi2(self.freedom).sf(chi_squared) < 1e-3:
             yield say("sigma", times=math.sqrt(chi_squared / self.freedom))
 
     def praise(self) -> str:

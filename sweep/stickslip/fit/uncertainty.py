@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike, NDArray
-from scipy import special  # type: ignore[import-untyped]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -43,7 +43,7 @@ def student(freedom: int | float, confidence: float = CONFIDENCE) -> float:
     if freedom <= 0:
         return math.inf
     upper = 0.5 + 0.5 * confidence
-    return float(special.ndtri(upper) if math.isinf(freedom) else special.stdtrit(freedom, upper))
+    return float(scipy.special.ndtri(upper) if math.isinf(freedom) else scipy.special.stdtrit(freedom, upper))
 
 
 def covariance(jacobian: Floats) -> Floats:

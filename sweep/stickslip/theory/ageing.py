@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
-from scipy.special import lambertw  # type: ignore[import-untyped]
 
 from stickslip.theory.numerics import Floats, floats
 
@@ -54,7 +54,7 @@ def _outer_root(margin: Floats, ratio: Floats) -> Floats:
     excess = margin + (ratio - 1.0) - np.log1p(ratio - 1.0)  # over y = 1, where the two branches meet
     p = np.sqrt(2.0 * excess)
     close = p + p**2 / 3.0 + 11.0 / 72.0 * p**3
-    middle = -np.real(lambertw(-np.exp(-1.0 - np.minimum(excess, _SMALLEST_EXPONENT)), -1)) - 1.0
+    middle = -np.real(scipy.special.lambertw(-np.exp(-1.0 - np.minimum(excess, _SMALLEST_EXPONENT)), -1)) - 1.0
     far = excess
     for _ in range(_POLISHING):
         far = excess + np.log1p(far)  # gains almost three digits a turn

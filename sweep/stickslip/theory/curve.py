@@ -14,8 +14,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
-from scipy.special import i1e  # type: ignore[import-untyped]
 
 from stickslip.theory.numerics import Floats, bisect, floats
 
@@ -143,7 +143,7 @@ def stick_slip_limit(
     share = _share(decline, against)
     # I1(z)/z > 1/2 bounds the root from below, I1(z) e^-z < 1/sqrt(2 pi z) from above.
     high = (2.0 / (share * np.sqrt(2.0 * np.pi))) ** (2.0 / 3.0)
-    z = bisect(lambda z: np.asarray(i1e(z) / z - 0.5 * share), -np.log(share), high)
+    z = bisect(lambda z: np.asarray(scipy.special.i1e(z) / z - 0.5 * share), -np.log(share), high)
     ends = (stable_from > 0) & np.isfinite(stable_from)
     limit = np.where(ends, a4 * z, stable_from)
     if mass is None or stiffness is None:
@@ -168,7 +168,8 @@ def unstable_amplitude(
     excess = z + np.log(_share(decline, against))
     exists = (against > 0) & (against < decline) & (excess > 0)
     excess = np.where(exists, excess, 1.0)
-    r = bisect(lambda r: excess - r - np.log(2.0 * i1e(r) / r), 1e-9 * excess, excess + 10.0 + 3.0 * np.log1p(excess))
+    high = excess + 10.0 + 3.0 * np.log1p(excess)
+    r = bisect(lambda r: excess - r - np.log(2.0 * scipy.special.i1e(r) / r), 1e-9 * excess, high)
     return np.where(exists, a4 * r, np.nan)
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 
@@ -40,6 +39,9 @@ from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 Lines = NDArray[np.intp]

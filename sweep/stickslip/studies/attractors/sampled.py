@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import NDArray
-from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.engine import Scales
 from stickslip.studies.attractors.section import RANDOMISATIONS, Attractors
@@ -42,9 +42,10 @@ class Shares:
 def starting_states(box: Attractors) -> Floats:
     """Scrambled Sobol points in the box: (randomisations, points, 2), the same for every cell."""
     seeds = np.random.SeedSequence(box.seed).spawn(RANDOMISATIONS)
-    unit = [qmc.Sobol(2, scramble=True, rng=np.random.default_rng(seed)).random(box.points) for seed in seeds]
+    sobol = (scipy.stats.qmc.Sobol(2, scramble=True, rng=np.random.default_rng(seed)) for seed in seeds)
+    unit = [points.random(box.points) for points in sobol]
     low, high = zip(box.displacement, box.velocity, strict=True)
-    return np.asarray(qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, box.points, 2)
+    return np.asarray(scipy.stats.qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, box.points, 2)
 
 
 def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:

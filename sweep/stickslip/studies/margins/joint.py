@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import NDArray
-from scipy.stats import qmc  # type: ignore[import-untyped]
 
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.studies.margins.reach import Reach
@@ -130,7 +130,7 @@ def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple
     """
     k = len(space.reaches)
     rays = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
-    spread = qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(rays) if k > 1 else np.zeros((0, k))
+    spread = scipy.stats.qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(rays) if k > 1 else np.zeros((0, k))
     towards = np.concatenate([np.eye(k), -np.eye(k), spread])
     wanted = _STARTS if k > 1 else 2
     directions = space.allowed(np.repeat(cell, len(towards)), np.tile(towards, (cell.size, 1)))

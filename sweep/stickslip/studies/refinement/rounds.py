@@ -15,6 +15,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from stickslip.studies.refinement.boxes import Boxes, Labels, Places
@@ -42,9 +43,7 @@ class Audit:
             return 0.0
         if self.wrong >= self.tried:
             return 1.0
-        from scipy.stats import beta  # type: ignore[import-untyped]  # takes its time
-
-        return float(beta.ppf(CONFIDENCE, self.wrong + 1, self.tried - self.wrong))
+        return float(scipy.stats.beta.ppf(CONFIDENCE, self.wrong + 1, self.tried - self.wrong))
 
 
 def density(share: float, depth: int, dims: int) -> float:

@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import NDArray
-from scipy.special import ndtri  # type: ignore[import-untyped]
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -63,9 +63,7 @@ class SobolPoints:
 
 def _directions(dimensions: int, count: int, rng: np.random.Generator) -> tuple[Integers, Integers]:
     """The point 0 and the directions (bits, dimensions) of one scrambling, as integers."""
-    from scipy.stats import qmc  # type: ignore[import-untyped]  # takes half a second
-
-    engine = qmc.Sobol(dimensions, scramble=True, bits=BITS, seed=rng)
+    engine = scipy.stats.qmc.Sobol(dimensions, scramble=True, bits=BITS, seed=rng)
     bits = count.bit_length() - 1
     first = _integers(engine.random(1))
     directions = np.zeros((bits, dimensions), np.int64)
@@ -151,4 +149,4 @@ class Design:
             columns = np.arange(d)
             from_b = (place.matrix[:, None] == 1) | (place.matrix[:, None] == 2 + columns)
             drawn = np.where(from_b, points[:, d:], drawn)
-        return np.asarray(ndtri(drawn))
+        return np.asarray(scipy.special.ndtri(drawn))
