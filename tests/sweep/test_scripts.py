@@ -354,7 +354,7 @@ def test_shards_of_a_plan_are_those_of_the_run():
 
 
 def test_a_shard_lasts_as_long_as_its_threads_need_for_their_blocks():
-    many = Nodes(nodes=40, threads=64, most=191, least=190, block_seconds=2.0, blocks=7630)
+    many = Nodes(nodes=40, threads=64, most=191, least=190, block_seconds=2.0, blocks=7630, memory=10**9)
     assert many.seconds == 3 * 2.0 and many.seconds_of_one == 120 * 2.0
 
 
@@ -365,7 +365,8 @@ def test_the_lines_of_a_plan_are_commands_that_compute_the_map(here):
     rows = {line.split()[0]: line.split(maxsplit=1)[1] for line in told.stdout.splitlines() if line[:1].isalpha()}
     sbatch = shlex.split(rows["submit"])
     assert sbatch[:3] == ["sbatch", "--array=1-2", "--cpus-per-task=1"]
-    run = sbatch[3].removeprefix("--wrap=")
+    assert sbatch[3].startswith("--mem=") and sbatch[4] == "--time=11"
+    run = sbatch[5].removeprefix("--wrap=")
     for task in ("1", "2"):
         words = shlex.split(run.replace("$SLURM_ARRAY_TASK_ID", task))
         assert call(*words[1:]).exit_code == 0, words

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.runs.estimate import Estimate, Nodes
 
+_MARGIN, _START = 1.5, 10  # of what is asked of sbatch: a factor, and minutes to load, or to compile
 _TASK = "$SLURM_ARRAY_TASK_ID"
 
 
@@ -51,12 +53,20 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
 
 def _here(config: Path, loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
     """The estimate for this machine, in rows of a label and a text."""
+    from stickslip.runs.estimate import DISK
+
     study, tried = whole.study, whole.tried
     yield "blocks", f"{whole.blocks.count:,} of up to {whole.largest:,} {study.counted}, {whole.at_once} at a time"
     if whole.map_cells:
         yield from _space(loaded, whole)
     rate = f"{1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map"
     yield "time", f"about {screen.duration_text(whole.seconds)} ({rate})"
+    if last := whole.last_write:
+        files = f", {last.files:,} files" if last.files > 1 else ""
+        text = (
+            f"about {screen.duration_text(last.seconds)} at the end, by one process, at {screen.memory(DISK)}/s of disk"
+        )
+        yield "write", f"{text}: {screen.memory(last.size)}{files}"
     if tried.at_step_limit:
         share = screen.share_text(tried.at_step_limit / tried.cells)
         limit = f"unresolved with solver: {{max_steps: {study.options.max_steps}}}"
@@ -111,8 +121,10 @@ def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
     run = shlex.join(["stickslip", "run", str(config), *named, *again, *threads])
     run += f" --shard {_TASK}/{shared.shards}"
     store = f"{output}.parts"
+    minutes = ceil(_MARGIN * shared.seconds / 60) + _START
+    asked = f"--cpus-per-task={shared.threads} --mem={ceil(_MARGIN * shared.memory / 1e6)}M --time={minutes}"
     return {
-        "submit": f"sbatch --array=1-{shared.shards} --cpus-per-task={shared.threads} --wrap={shlex.quote(run)}",
+        "submit": f"sbatch --array=1-{shared.shards} {asked} --wrap={shlex.quote(run)}",
         "status": shlex.join(["stickslip", "status", store]),
         "collect": shlex.join(["stickslip", "collect", store]),
     }
@@ -122,7 +134,7 @@ def _answer(loaded: Config, whole: Estimate, shared: Nodes | None, lines: dict[s
     """The estimate for programs."""
     nodes = shared and lines | fields(
         shared, "nodes", "threads", "shards", "seconds",
-        blocks_least="least", blocks_most="most", seconds_one_node="seconds_of_one",
+        blocks_least="least", blocks_most="most", seconds_one_node="seconds_of_one", bytes_memory="memory",
     )  # fmt: skip
     return (
         study_answer(loaded.title, whole.study, whole.blocks.size)
@@ -130,5 +142,6 @@ def _answer(loaded: Config, whole: Estimate, shared: Nodes | None, lines: dict[s
                  bytes_store="store", bytes_map="whole")
         | fields(whole.tried, "threads", probed="cells", probed_at_step_limit="at_step_limit")
         | fields(loaded.output, "plot", output="file")
-        | {"blocks": whole.blocks.count, "cells_per_second": 1.0 / whole.tried.seconds_per_cell, "nodes": nodes}
+        | {"blocks": whole.blocks.count, "cells_per_second": 1.0 / whole.tried.seconds_per_cell, "nodes": nodes,
+           "last_write": whole.last_write and fields(whole.last_write, "seconds", "files", bytes="size")}
     )  # fmt: skip

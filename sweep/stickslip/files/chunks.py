@@ -42,6 +42,10 @@ class Layout:
     packing: str | None
     target: Any
 
+    def number(self, origin: Sequence[int]) -> Origin:
+        """The number of a chunk along each dimension."""
+        return tuple(first // length for first, length in zip(origin, self.chunks, strict=True))
+
     def ready(self, values: NDArray[Any]) -> Packed:
         """The bytes of one chunk as they are in the file."""
         if values.shape != self.chunks:
@@ -96,6 +100,10 @@ class Chunks(ABC):
         self.layout(name)
         self._submit(self._put, name, tuple(origin), data, content)
 
+    def holds(self, name: str, origin: Sequence[int]) -> bool:
+        """Tell whether a chunk is stored already, by a writer that was killed."""
+        return False
+
     def __getitem__(self, name: str) -> _Target:
         self.layout(name)
         return _Target(name, self.fill)
@@ -107,8 +115,7 @@ class Chunks(ABC):
 
     def _put(self, name: str, origin: Origin, data: Packed, content: bytes) -> Rest:
         layout = self._layouts[name]
-        number = tuple(first // length for first, length in zip(origin, layout.chunks, strict=True))
-        self._contents[name, number] = content
+        self._contents[name, layout.number(origin)] = content
         return self._place(layout, origin, data)
 
     def _submit(self, store: Callable[..., Rest], *chunk: Any) -> None:

@@ -294,10 +294,12 @@ def folder_at(place: str | os.PathLike[str]) -> Folder:
 
 
 @contextmanager
-def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None) -> Iterator[None]:
+def placed(
+    temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None, keep: bool = False
+) -> Iterator[None]:
     """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
 
-    check : called right before that; what it raises is such an error.
+    check : called right before that; what it raises is such an error. keep : it is not removed.
     """
     try:
         yield
@@ -307,7 +309,8 @@ def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check 
         move(temporary, target)
         flush(target.parent)
     except BaseException:
-        remove(temporary)
+        if not keep:
+            remove(temporary)
         raise
 
 

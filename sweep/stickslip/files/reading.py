@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -317,9 +318,17 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
     group = zarr.open_group(source, mode="r", use_consolidated=False, **_remote(source))
     for name in map(str, ds.variables):
         array: Any = group[name]
-        if array.nchunks_initialized != array.nchunks:
-            return f"damaged, {name} has {array.nchunks_initialized:,} chunks of {array.nchunks:,}\n{_REMEDY}"
+        files = prod(-(-length // n) for length, n in zip(array.shape, array.shards or array.chunks, strict=True))
+        there = _count(source / name / "c") if isinstance(source, Path) and array.ndim else array.nchunks_initialized
+        if there != files:
+            kind = "shards" if array.shards else "chunks"
+            return f"damaged, {name} has {there:,} {kind} of {files:,}\n{_REMEDY}"
     return None
+
+
+def _count(folder: Path) -> int:
+    """The number of files below a folder."""
+    return sum(len(names) for _, _, names in os.walk(folder))
 
 
 # --- from the layout of the file to that in memory ------------------------------------------------------------------

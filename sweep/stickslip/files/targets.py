@@ -18,6 +18,7 @@ import os
 import re
 import socket
 import stat
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -29,9 +30,12 @@ from tempfile import TemporaryFile
 from stickslip.errors import StoreError, reason
 from stickslip.files.locations import ROOT, Check, Move, RemoteFolder, Url, location, placed, remove
 
+JOURNAL = ".journal"  # in a folder that is being written, if what is there can be gone on with
+_SILENT = 120.0  # s without a note in its journal: a writer on another machine is gone
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
 _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
+Begun = Callable[[Path], bool]
 NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
 
 
@@ -134,15 +138,21 @@ def _behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
 
 @contextmanager
 def replaced(
-    path: str | os.PathLike[str], move: Move = os.replace, check: Check | None = None, *, zarr: bool = False
+    path: str | os.PathLike[str],
+    move: Move = os.replace,
+    check: Check | None = None,
+    *,
+    zarr: bool = False,
+    begun: Begun | None = None,
 ) -> Iterator[Path]:
     """A temporary file, to be written inside `with`, that replaces the one behind `path` at its end.
 
-    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`.
+    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`. begun : as
+    for `_neighbour`.
     """
     try:
         target = _behind(path, zarr=zarr)
-        with _neighbour(target) as temporary, placed(temporary, target, move, check):
+        with _neighbour(target, begun) as temporary, placed(temporary, target, move, check, keep=begun is not None):
             yield temporary
     except StoreError:
         raise
@@ -151,26 +161,41 @@ def replaced(
 
 
 @contextmanager
-def _neighbour(target: Path) -> Iterator[Path]:
-    """A free name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
+def _neighbour(target: Path, begun: Begun | None) -> Iterator[Path]:
+    """A name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
 
     So are those that processes of this machine left when they were killed; what others write may still be in use. The
     folder is created if need be.
+    begun : tells whether such a folder is a beginning of what is to be written; then that has the name, and what is
+    there after an error is left for the next one.
     """
     raw = os.fsencode(target.name)
     short = target.name if len(raw) <= _LONGEST_TARGET else hashlib.sha256(raw).hexdigest()[:16]
     here = hashlib.sha256(f"{host()} {space()}".encode()).hexdigest()[:8]
-    ours = f".{short}.{here}-"
-    temporary = target.with_name(f"{ours}{os.getpid()}-{uuid.uuid4().hex[:8]}.part")
+    random = uuid.uuid4().hex[:8]
+    temporary, nobodys = (target.with_name(f".{short}.{here}-{pid}-{random}.part") for pid in (os.getpid(), 0))
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        for path in target.parent.glob(f"{glob.escape(ours)}*-*.part"):
-            pid = path.name.removeprefix(ours).partition("-")[0]
-            if pid.isdigit() and not is_alive(int(pid)):
+        for path in target.parent.glob(f".{glob.escape(short)}.*-*-*.part"):
+            machine, pid, _ = path.name[len(short) + 2 :].split("-")
+            ours = machine == here and pid.isdigit() and not is_alive(int(pid))
+            if begun and not temporary.exists() and (ours or _is_silent(path)) and begun(path):
+                with suppress(OSError):  # another one was faster
+                    os.rename(path, temporary)
+            elif ours:
                 remove(path)
         yield temporary
     finally:
+        if begun and begun(temporary):
+            os.rename(temporary, nobodys)
         remove(temporary)
+
+
+def _is_silent(path: Path) -> bool:
+    """Tell whether nothing has been noted in a journal for a while."""
+    with suppress(OSError):
+        return time.time() - (path / JOURNAL).stat().st_mtime > _SILENT
+    return False
 
 
 # --- stores behind URLs -----------------------------------------------------------------------------------------------

@@ -15,24 +15,28 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Collection, Hashable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from math import prod
+from operator import mul
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files.chunks import Chunks, Packed
 from stickslip.files.locations import Check, Location, Url, location
-from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
+from stickslip.files.netcdf import NETCDF, NETCDF_LOCK, NetcdfChunks, packed
 from stickslip.files.reading import open, require_zarr
-from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, marks_of, sealed
-from stickslip.files.targets import check_url, replaced, replaced_store
+from stickslip.files.seal import GROUP, NOBODY_WROTE, SEAL, TABLE, content_of, marks_of, sealed
+from stickslip.files.targets import JOURNAL, check_url, replaced, replaced_store
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
 __all__ = ["StoreError", "open", "write"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
+_MOST_FILES = 64  # of a variable in a folder: the rest of its chunks share them
 _MARKS = "digests that bind each chunk to its place, variable and file"
 Fill = Callable[[Any], None]
 Encoding = dict[str, dict[str, Any]]
@@ -51,6 +56,7 @@ def write(
     fill: Fill | None = None,
     chunks: tuple[int, ...] | None = None,
     check: Check | None = None,
+    goes_on: bool = False,
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
@@ -60,15 +66,15 @@ def write(
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
     check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
         Behind a URL nothing can come between, since who writes holds a lock.
+    goes_on : whether the values depend on nothing but the rest, so that a large Zarr store in a folder goes on where an
+        earlier writer was interrupted.
     """
     place = location(path)
+    plain = sealed(_with_plain_texts(ds.drop_encoding()))
     if place.suffix == ".zarr":
         require_zarr(path)
-        from stickslip.files.zarr_chunks import NewZarr
-
-        with replaced_store(place) if isinstance(place, Url) else _replaced_folder(place, check) as put:
-            store = NewZarr(put, waits=isinstance(place, Url))
-            _create(ds, chunks, store, fill)
+        with _new_zarr(place, plain.attrs[SEAL], check, goes_on) as store:
+            _create(plain, chunks, store, fill)
             store.finish(map(str, ds.variables))
         return place
     if isinstance(place, Url):
@@ -76,34 +82,41 @@ def write(
     if place.suffix != ".nc":
         raise StoreError(f"{place}: unknown kind of file, expected a name that ends in .nc or .zarr")
     with replaced(path, check=check) as temporary:
-        _create(ds, chunks, temporary, fill)
+        _create(plain, chunks, temporary, fill)
     return Path(os.path.expanduser(path))
 
 
 @contextmanager
-def _replaced_folder(path: Path, check: Check | None) -> Iterator[Callable[[str, Packed], None]]:
-    """A function that puts bytes under the keys of a new store, a folder, which replaces that at `path` in the end.
+def _new_zarr(place: Location, seal: str, check: Check | None, goes_on: bool) -> Iterator[NewZarr]:
+    """A new store that replaces that at `place` in the end.
 
     Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
     """
-    with replaced(path, _replace_folder, check, zarr=True) as temporary:
+    from stickslip.files.zarr_chunks import NewZarr
+    from stickslip.files.zarr_shards import Shards, is_begun
+
+    if isinstance(place, Url):
+        with replaced_store(place) as put:
+            yield NewZarr(put, waits=True)
+        return
+    begun = partial(is_begun, of=seal) if goes_on else None
+    with replaced(place, _replace_folder, check, zarr=True, begun=begun) as temporary:
 
         def write(key: str, data: Packed) -> None:
             file = temporary / key
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(data)
 
-        yield write
+        yield NewZarr(write, shards=Shards(temporary, seal))
 
 
-def _create(ds: xr.Dataset, chunks: tuple[int, ...] | None, file: Path | NewZarr, fill: Fill | None) -> None:
+def _create(plain: xr.Dataset, chunks: tuple[int, ...] | None, file: Path | NewZarr, fill: Fill | None) -> None:
     """Write a new file with all that the dataset holds; by `fill` what is in chunks."""
-    plain = sealed(_with_plain_texts(ds.drop_encoding()))
     later = _Later({str(name) for name, v in plain.variables.items() if v.dtype.kind in "fiu" and v.ndim})
     if isinstance(file, Path):
         _create_netcdf(plain, _netcdf_encoding(plain, chunks), later, file)
     else:
-        _create_zarr(plain, _zarr_encoding(plain, chunks), later, file)
+        _create_zarr(plain, _zarr_encoding(plain, chunks, file.shards is not None), later, file)
     later.write(file, {name for name in later.values if fill is None or name not in plain.data_vars})
     if fill:
         fill(file)
@@ -136,6 +149,7 @@ def _create_zarr(ds: xr.Dataset, encoding: Encoding, later: _Later, new: NewZarr
     )
     ds.dump_to_store(store, writer=later, encoding=encoding)
     store.close()
+    new.declared()
 
 
 class _Later(ArrayWriter):
@@ -171,6 +185,7 @@ class _Later(ArrayWriter):
 
 def _replace_folder(temporary: Path, target: Path) -> None:
     """Rename a folder over another one, which no system does in one go."""
+    (temporary / JOURNAL).unlink(missing_ok=True)
     if not target.exists():
         return os.replace(temporary, target)
     old = temporary.with_suffix(".old")
@@ -194,6 +209,26 @@ def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
 def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
     """Tell whether a dimension has labels."""
     return dim in ds.coords and ds[dim].dtype.kind in "OTU"
+
+
+def rehearse(columns: Mapping[str, NDArray[Any]], suffix: str) -> tuple[float, int]:
+    """Pack some values as a file of this kind has them: seconds of a thread, none where they are packed, and bytes."""
+    if suffix == ".nc":
+        return 0.0, sum(packed(np.ascontiguousarray(values), NETCDF).size for values in columns.values())
+    from stickslip.files.zarr_chunks import pack
+
+    began = perf_counter()
+    size = sum(len(pack(np.ascontiguousarray(values))) + len(content_of(values)) for values in columns.values())
+    return perf_counter() - began, size
+
+
+def count_files(shape: tuple[int, ...], variables: int, place: Location) -> int:
+    """The number of files, or objects, of a map of this shape."""
+    if place.suffix == ".nc":
+        return 1
+    chunks = _chunks(shape)
+    shard = _shard(shape, chunks) if isinstance(place, Path) else None
+    return variables * prod(-(-length // of) for length, of in zip(shape, shard or chunks, strict=True))
 
 
 def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:
@@ -231,8 +266,10 @@ def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding
     return encoding | labels
 
 
-def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
-    """Fill values, chunks, and compression with a checksum over what it made: of numbers that of `zarr_chunks.py`."""
+def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None, in_shards: bool) -> Encoding:
+    """Fill values, chunks, shards, and compression with a checksum over what it made: of numbers that of
+    `zarr_chunks.py`.
+    """
     from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec
 
     from stickslip.files.zarr_chunks import LEVEL
@@ -244,7 +281,9 @@ def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
         shuffle: Any = "shuffle" if size > 1 else "bitshuffle"
         blosc = BloscCodec(cname="zstd", clevel=LEVEL, typesize=size, shuffle=shuffle)
         options |= {"compressors": (blosc if is_number else ZstdCodec(), Crc32cCodec())}
-        options |= {"chunks": _chunks(variable.shape, chunks)}
+        options |= {"chunks": (lengths := _chunks(variable.shape, chunks))}
+        if in_shards and is_number and (shard := _shard(variable.shape, lengths)):
+            options |= {"shards": shard}
     return encoding
 
 
@@ -260,3 +299,13 @@ def _chunks(shape: tuple[int, ...], given: tuple[int, ...] | None = None) -> tup
         below = max(1, prod(shape[i + 1 :]))  # a dimension may be empty: borders of lines that have none
         chunks.append(max(1, min(length, _CHUNK_VALUES // below)))
     return tuple(chunks)
+
+
+def _shard(shape: tuple[int, ...], chunks: tuple[int, ...]) -> tuple[int, ...] | None:
+    """Lengths of a shard, such that a variable has about `_MOST_FILES`; None where its chunks are no more."""
+    counts = [-(-length // chunk) for length, chunk in zip(shape, chunks, strict=True)]
+    together, left = list[int](), -(-prod(counts) // _MOST_FILES)
+    for count in reversed(counts):
+        together.insert(0, min(count, left))
+        left = -(-left // together[0])
+    return tuple(map(mul, together, chunks)) if max(together, default=1) > 1 else None

@@ -1,4 +1,4 @@
-"""The chunks of a Zarr store: each is a file or an object, `NAME/c/2/0`.
+"""The chunks of a Zarr store: each is a file or an object, `NAME/c/2/0`, or many are (`zarr_shards.py`).
 
 Zarr core specification, version 3: "default" chunk keys; codecs `bytes` (little-endian), `blosc`, `crc32c`.
 """
@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import google_crc32c
@@ -20,9 +21,10 @@ from numpy.typing import NDArray
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
+from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed, Rest
 from stickslip.files.locations import ROOT
 from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
+from stickslip.files.zarr_shards import Sharding, Shards
 
 LEVEL = 3  # of zstd: 5 takes nearly three times as long, for stores that are 7 % smaller
 _AT_ONCE = 8  # objects that are put while others wait for an answer
@@ -33,6 +35,7 @@ class NewZarr:
     """A Zarr store that is being written.
 
     put : stores bytes under a key, by any thread. waits : whether that waits for a service, so that more threads pay.
+    shards : in a folder; where None, each chunk is a file or an object of its own.
 
     Chunks are put as they come. What the store says of itself is kept in memory until `finish` puts it, the root last:
     before that, nobody takes it for a store.
@@ -40,13 +43,28 @@ class NewZarr:
 
     put: Callable[[str, Packed], None]
     waits: bool = False
+    shards: Shards | None = None
     contents: Contents = field(default_factory=dict)
+    shardings: dict[str, Sharding] = field(default_factory=dict)
     _metadata: dict[str, Any] = field(default_factory=dict)
 
     @property
     def metadata(self) -> MemoryStore:
         """The metadata of the store, for xarray and zarr."""
         return MemoryStore(self._metadata)
+
+    def declared(self) -> None:
+        """All arrays are declared: go on where an earlier writer of their shards was."""
+        if self.shards is None:
+            return
+        group: Any = zarr.open_group(self.metadata, mode="r")
+        for name, array in group.arrays():
+            if array.shards:
+                counts = tuple(-(-length // chunk) for length, chunk in zip(array.shape, array.chunks, strict=True))
+                together = tuple(shard // chunk for shard, chunk in zip(array.shards, array.chunks, strict=True))
+                self.shardings[name] = Sharding(name, counts, together)
+        self.shards.go_on(self.shardings)
+        self.contents.update(self.shards.contents)
 
     def finish(self, names: Iterable[str]) -> None:
         """Put what is left. names : of the arrays, in the order in which libraries are to list them."""
@@ -91,11 +109,18 @@ class ZarrChunks(Chunks):
         array = self._group[name]
         assert isinstance(array, zarr.Array)
         fill = np.asarray(array.fill_value, array.dtype)
-        return Layout(array.dtype, array.chunks, fill, _packed, None, name)
+        return Layout(array.dtype, array.chunks, fill, pack, None, name)
 
-    def _place(self, layout: Layout, origin: Origin, data: Packed) -> None:
-        numbers = (str(first // length) for first, length in zip(origin, layout.chunks, strict=True))
-        self._store.put("/".join((layout.target, "c", *numbers)), data)
+    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Rest:
+        number, name = layout.number(origin), layout.target
+        if self._store.shards and (of := self._store.shardings.get(name)):
+            return partial(self._store.shards.append, of, number, data, self._contents[name, number])
+        self._store.put("/".join((name, "c", *map(str, number))), data)
+        return None
+
+    def holds(self, name: str, origin: Sequence[int]) -> bool:
+        """Tell whether an earlier writer has stored a chunk."""
+        return (name, self.layout(name).number(origin)) in self._store.contents
 
     def _mark(self, contents: Contents) -> None:
         self._store.contents.update(contents)
@@ -104,7 +129,7 @@ class ZarrChunks(Chunks):
         """There is nothing open."""
 
 
-def _packed(values: NDArray[Any]) -> bytes:
+def pack(values: NDArray[Any]) -> bytes:
     """A chunk as zarr's own codecs pack it: Blosc's zstd of shuffled bytes, CRC-32C."""
     shuffle = blosc.SHUFFLE if values.dtype.itemsize > 1 else blosc.BITSHUFFLE
     data = bytes(blosc.compress(values, b"zstd", LEVEL, shuffle))

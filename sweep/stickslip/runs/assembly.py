@@ -163,7 +163,7 @@ def assemble(
             else:
                 _write_by_region(canvas, target, progress)
 
-    writing.write(template, output, fill, chunks, check)
+    writing.write(template, output, fill, chunks, check, goes_on=store.is_complete())
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
@@ -181,8 +181,12 @@ def _write_by_region(canvas: Canvas, target: Chunks, progress: Progress | None) 
     for number in range(chunks.count):
         cells = chunks.cells(number)
         (region,) = regions(cells.start, cells.stop, shape)
-        for name, values in canvas.cells(cells).items():
-            target.write(name, values.reshape(extent(region)), [side.start for side in region])
+        origin = [side.start for side in region]
+        lacking = [name for name in canvas.columns if not target.holds(name, origin)]
+        if lacking:
+            results = canvas.cells(cells)
+        for name in lacking:
+            target.write(name, results[name].reshape(extent(region)), origin)
         if progress:
             progress(cells.stop, size)
 

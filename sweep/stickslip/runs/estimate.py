@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import ceil
+from dataclasses import dataclass, field, replace
+from math import ceil, prod
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,9 @@ import numpy as np
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Study
-from stickslip.engine import Options, bytes_per_cell, compute, processors, warm_up
+from stickslip.engine import Options, Results, bytes_per_cell, columns, compute, processors, warm_up
+from stickslip.files import writing
+from stickslip.files.locations import Location, location
 from stickslip.runs.blocks import Blocks
 from stickslip.runs.work import Work
 from stickslip.vocabulary.cells import Cells
@@ -25,8 +27,8 @@ _TOGETHER = 32  # neighbouring cells, as many as there are lanes
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary
 _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI and in kernel units, and all rows it fills
-
-
+_PROGRAM = 500_000_000  # bytes of what is loaded
+DISK = 500_000_000  # bytes/s: what is assumed of it
 _MOST_STEPS = 200_000  # of a cell that is tried
 _FIRST_SHARE, _MOST_GROWTH, _ENOUGH = 1e-7, 32.0, 0.5  # of the horizon; from one try to the next; s
 
@@ -39,6 +41,7 @@ class Probe:
     seconds_per_cell: float
     threads: int
     at_step_limit: int
+    results: Results = field(repr=False)
 
 
 def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Probe:
@@ -69,7 +72,18 @@ def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Pro
     steps, limited = part.results["steps"] / share, part.results["status"] == STATUSES.index("step_limit")
     limited |= steps > most_steps
     whole = np.minimum(np.where(limited, most_steps, steps), most_steps).sum() / part.results["steps"].sum()
-    return Probe(count, seconds * whole / count, options.threads or processors(), int(np.count_nonzero(limited)))
+    return Probe(
+        count, seconds * whole / count, options.threads or processors(), int(np.count_nonzero(limited)), part.results
+    )
+
+
+@dataclass(frozen=True)
+class LastWrite:
+    """The map put into its file, by one process, once all blocks are there. size : bytes, compressed."""
+
+    seconds: float
+    size: int
+    files: int
 
 
 @dataclass(frozen=True)
@@ -77,7 +91,8 @@ class Estimate:
     """An estimate for one machine like this.
 
     at_once : blocks that are computed together. cells : to be computed. map_cells : of the map; 0 for results that are
-        none. each : bytes of the results of a cell. memory : bytes, besides the program.
+        none. each : bytes of the results of a cell. block_memory : bytes for each block at a time. last_write : of
+        maps with a file.
     """
 
     study: Study
@@ -87,7 +102,13 @@ class Estimate:
     cells: int
     map_cells: int
     each: int
-    memory: int
+    block_memory: int
+    last_write: LastWrite | None
+
+    @property
+    def memory(self) -> int:
+        """Bytes, besides the program."""
+        return _ONCE + self.at_once * self.block_memory
 
     @property
     def seconds(self) -> float:
@@ -115,12 +136,17 @@ class Estimate:
         least, most = self.blocks.count // shards, -(-self.blocks.count // shards)
         thread_seconds = self.tried.seconds_per_cell * min(self.tried.threads, processors())  # for a cell
         block = self.cells / self.blocks.count * thread_seconds
-        return Nodes(nodes, threads, most, least, block, self.blocks.count)
+        memory = _PROGRAM + _ONCE + min(threads, most) * self.block_memory
+        return Nodes(nodes, threads, most, least, block, self.blocks.count, memory)
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Shards, one a node. most, least : blocks of a shard. block_seconds : time of a thread for a block."""
+    """Shards, one a node.
+
+    most, least : blocks of a shard. block_seconds : time of a thread for a block. memory : bytes of a node, with the
+    program.
+    """
 
     nodes: int
     threads: int
@@ -128,6 +154,7 @@ class Nodes:
     least: int
     block_seconds: float
     blocks: int
+    memory: int
 
     @property
     def shards(self) -> int:
@@ -155,6 +182,18 @@ def estimate(config: Config) -> Estimate:
     tried = probe(grid if config.uncertain is None else SampleStudy(config, options), options)
     each, together = bytes_per_cell(options), min(blocks.length, work.size) * study.weight
     at_once = min(tried.threads, blocks.count)
-    memory = _ONCE + at_once * (_OF_BLOCK * together * each + _OF_CELL * min(options.block, together))
+    block_memory = _OF_BLOCK * together * each + _OF_CELL * min(options.block, together)
     map_cells = grid.size if study.name == "map" else 0
-    return Estimate(study, blocks, tried, at_once, study.cells_each * work.size, map_cells, each, memory)
+    cells, last_write = study.cells_each * work.size, None
+    if map_cells and grid.shape and config.output.file and not config.uncertain:
+        kept = {name: tried.results[name] for name in columns(options)}
+        last_write = _last_write(kept, grid.shape, location(config.output.file), tried.threads)
+    return Estimate(study, blocks, tried, at_once, cells, map_cells, each, block_memory, last_write)
+
+
+def _last_write(sample: Results, shape: tuple[int, ...], output: Location, threads: int) -> LastWrite:
+    """What it takes to write a map of this shape, from the results of some of its cells."""
+    cells = prod(shape) / sample["regime"].size
+    seconds, size = writing.rehearse(sample, output.suffix)
+    files = writing.count_files(shape, len(sample), output)
+    return LastWrite(cells * (seconds / min(threads, processors()) + size / DISK), int(cells * size), files)
