@@ -200,7 +200,7 @@ def confirm_cycle(m, i, tau, heat, xi):
             confirm_again(s, i, tau, heat)
             return
     if amplitude <= ROUNDING or (kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0):
-        if is_damped(m.law, s, i):
+        if is_damped(m, i):
             decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         else:
             decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)

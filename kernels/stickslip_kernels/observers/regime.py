@@ -135,7 +135,7 @@ def status_out_of_steps(m, i):
     if m.s[at.MAP_STATE + i] == MEASURING:
         refuse_map(m, i)
     law, s = m.law, m.s
-    settles = settles_for_certain(law, s, i) or is_damped(law, s, i) or decays_on_average(law, s, i)
+    settles = settles_for_certain(law, s, i) or is_damped(m, i) or decays_on_average(law, s, i)
     if s[at.DECIDED + i] == 0.0 and settles:
         note_closest_trough(s, i)
         decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
