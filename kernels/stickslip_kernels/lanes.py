@@ -22,13 +22,13 @@ def step_lanes(m):
     """
     contacts.try_step(m)
     observers.before_commit(m)
-    watch_and_commit(m.s)
+    watch_and_commit(m.s, contacts.smallest_step(m.contact))
     observers.after_commit(m)
     find_crossings(m.s)
 
 
 @compiled
-def watch_and_commit(s):
+def watch_and_commit(s, smallest_step):
     """Raise flags where something happened inside the step; commit the other good steps."""
     widest_vectors()
     for i in range(at.WIDTH):
@@ -38,7 +38,7 @@ def watch_and_commit(s):
         look = look | (s[at.LOOK + i] > 0.0) | (s[at.TAU + i] + h >= s[at.TAU_END + i])
         good = s[at.GOOD + i] > 0.0
         tried = s[at.TRIED + i] + 1.0
-        halted = (tried >= s[at.PAUSE + i]) | (not (s[at.STEP + i] >= at.SMALLEST_STEP))
+        halted = (tried >= s[at.PAUSE + i]) | (not (s[at.STEP + i] >= smallest_step))
         commit = good & (not look) & (not halted)
         s[at.FLAG + i] = select(halted, at.HALTED, select(look & good, at.LOOK_FIRST, at.NOTHING_MET))
         s[at.TRIED + i] = tried

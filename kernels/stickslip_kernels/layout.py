@@ -33,7 +33,13 @@ SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
     HORIZON,  # may be inf
 ) = range(15)  # fmt: skip
 CELL_ROWS = 15
-OWN_0, OWN_1, OWN_2, OWN_3 = A1, A2, A3, A4  # rows of the contact, as one that has no friction curve calls them
+OWN_0, OWN_1, OWN_2, OWN_3, OWN_4 = (
+    A1,
+    A2,
+    A3,
+    A4,
+    DELTA,
+)  # rows of the contact, as one that has no friction curve calls them
 
 # --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (
@@ -49,6 +55,7 @@ OWN_0, OWN_1, OWN_2, OWN_3 = A1, A2, A3, A4  # rows of the contact, as one that 
     EXCHANGED,  # energy that the spring exchanges in a cycle, over the friction work
 ) = range(29)  # fmt: skip
 RESULT_ROWS = 29
+SLOWEST_SLIP = MU_REVERSAL  # of the attractor, where there is no hysteresis
 
 # --- what a cell means (REGIME) and how its integration ended (STATUS) ----------------------------------------------
 NOT_COMPUTED, STICK_SLIP, DAMPED, CREEP, SUSTAINED, STUCK, UNRESOLVED, FAILED = range(8)
@@ -179,6 +186,9 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
     SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
+    # what `observers/recurrence.py` must know of steady sliding
+    ATTRACTS,  # 1 where it attracts small motions
+    FIRMNESS,  # by what share they grow or shrink in a radian, about; at most 1
     # the amplitude map (`observers/amplitudes.py`)
     INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,
@@ -190,7 +200,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     MAP_STEPS,  # steps tried before
     MAP_OFF,  # by how much the last node differed from what those before foretold
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 65 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 67 * WIDTH, WIDTH)  # fmt: skip
 MAP_ROWS_ASIDE, MAP_MOST_NODES = 10, 16
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map

@@ -26,7 +26,7 @@ from ..dense import horner, load_and_speed, speed
 from ..jit import by_type
 from ..roots import FOR_A_VALUE, crossing
 
-_NAMES = ("stribeck.modes",)  # files of this folder
+_NAMES = ("stribeck.modes", "rate_and_state")  # files of this folder
 
 _of_machine = by_type(lambda m, *_: m.types[m.fields.index("contact")])
 _inline = by_type(lambda m, *_: m.types[m.fields.index("contact")], inline=True)
@@ -54,6 +54,12 @@ def handle_event(m, i):
 def steady_friction(contact, law, cells, c, w):
     """Friction coefficient of cell c in steady sliding at slip speed w >= 0."""
     raise NotImplementedError
+
+
+@by_type(lambda contact, *_: contact, inline=True)
+def smallest_step(contact):
+    """The step below which a cell cannot be integrated."""
+    return at.SMALLEST_STEP
 
 
 @_inline

@@ -6,8 +6,8 @@ DW and JERK of the lane. Its frame is the true one, and w may be negative.
 
 from math import inf, isfinite, isnan, nan
 
+from .. import contacts, observers
 from .. import layout as at
-from .. import observers
 from ..drive import acceleration, belt_in_lane, next_segment, open_drive, segment_is_over, steady_load
 from ..jit import compiled
 from ..machine import DONE, RUNNING
@@ -27,6 +27,7 @@ def open_cell(m, i, c):
     s[at.TRIED + i], s[at.PAUSE + i], s[at.G + i] = 0.0, m.max_steps, cells[at.GAMMA, c]
     s[at.OFFSET + i], s[at.SLOPE + i], s[at.DROP + i] = 0.0, 0.0, 0.0
     s[at.LEVEL + i], s[at.SIDE + i], s[at.TURN + i] = -inf, -1.0, 0.0
+    s[at.ATTRACTS + i], s[at.FIRMNESS + i] = 1.0, 1.0
     open_drive(m, i, c)
     observers.begin_cell(m, i, c)
     u, eta = cells[at.XI_START, c], cells[at.ETA_START, c]
@@ -85,6 +86,6 @@ def give_up(m, i):
     s = m.s
     if not (isfinite(s[at.Y + i]) and isfinite(s[at.W + i]) and isfinite(s[at.DW + i])):
         return observers.finish(m, i, at.NOT_FINITE, nan, nan)
-    if not s[at.STEP + i] >= at.SMALLEST_STEP:
+    if not s[at.STEP + i] >= contacts.smallest_step(m.contact):
         return observers.finish(m, i, at.STEP_UNDERFLOW, nan, nan)
     return close(m, i, observers.status_out_of_steps(m, i))

@@ -9,9 +9,10 @@ from collections.abc import Container
 from typing import Any
 
 from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
+from stickslip.vocabulary.models.rate_state import RATE_STATE
 from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, STRIBECK
 
-MODELS: tuple[Model, ...] = (STRIBECK,)
+MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE)
 LAW_MESSAGES = {law: text for model in MODELS for law, text in model.laws.items()}
 LAWS = tuple(LAW_MESSAGES)
 _OF_LAW = {law: model for model in MODELS for law in model.laws}

@@ -1,0 +1,345 @@
+"""Rate-and-state friction: mu = mu_0 + a ln(w/v_0) + b ln(v_0 theta/D), theta being the state of the contact.
+
+    ageing law  theta' = 1 - w theta/D                       slip law  theta' = -(w theta/D) ln(w theta/D)
+
+J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys. Res. 88 (1983) 10359. With phi = ln(w/V) and psi
+= ln(theta V/D) beside y of `layout.py`, V being a speed of the cell,
+
+    y' = B - w,      phi' = w'/w,  w' = y - gamma w - mu_V - a phi - b psi,      psi' = (V/D) g(phi, psi)
+
+g = e^-psi - e^phi (ageing) or -e^phi (phi + psi) (slip). The slip speed spans dozens of decades and never vanishes, and
+friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbrock.py`) with ln w as the state. Row
+WEAK has psi.
+"""
+
+from math import isnan, log
+from typing import NamedTuple
+
+from .. import contacts, observers
+from .. import layout as at
+from ..dense import conservative_work, subtract_damper_work
+from ..exponential import exp, rough_exp2, rough_log2
+from ..exponential import log as ln
+from ..intrinsics import select, widest_vectors
+from ..jit import by_type, compiled
+from ..machine import DONE, RUNNING
+from ..observers.recurrence import Recurrence
+from ..rosenbrock import RODAS_5P
+from . import smooth
+
+
+class RateAndState(NamedTuple):
+    """Tag of this contact."""
+
+    code: int
+
+
+class Ageing(NamedTuple):
+    """Tag of the ageing law."""
+
+    code: int
+
+
+class Slip(NamedTuple):
+    """Tag of the slip law."""
+
+    code: int
+
+
+TAG = RateAndState(0)
+LAWS, REGIMES = {"rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0)}, Recurrence
+
+# rows of cells
+MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
+# rows of a lane: a, b, mu_V, V, V/D
+A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
+STAGES, STATES = len(RODAS_5P.matrix), 3
+(PHI, DIAGONAL, W_01, L_10, U_11, W_12, L_21, U_22) = range(
+    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 8) * at.WIDTH, at.WIDTH
+)
+NODES, TIME_WEIGHTS = RODAS_5P.nodes_and_time_weights()
+SPENT = 1.0  # of the tolerance that one step may spend
+EXPONENT = 0.5 / RODAS_5P.order
+LOG2_SAFETY, SHRINK_MOST, GROW_MOST = -0.152003093445, 0.2, 6.0
+TINIEST_ERROR2 = 1e-16
+HELD = 1e5  # relaxations of w' in a step from which on it follows the load
+TINIEST_STEP = 1e-250
+LARGEST = 1e250  # power of 1/h in a series
+LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
+START = 0.1  # slip speed at the start, over that of the belt
+
+
+def stage_row(n, state):
+    """Row of k of stage n."""
+    return at.SERIES_DW + (STATES * n + state) * at.WIDTH
+
+
+_law = by_type(lambda law, *_: law, inline=True)
+
+
+@_law
+def growth(law, e, phi, psi):
+    """g and its derivatives with respect to phi and psi; e = exp(phi)."""
+    healed = exp(-psi)
+    return healed - e, -e, -healed
+
+
+@growth.of(Slip)
+def _growth_by_slip(law, e, phi, psi):
+    return -e * (phi + psi), -e * (1.0 + phi + psi), -e
+
+
+# --- the equations ----------------------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def force(s, i, y, w, phi, psi):
+    """w'."""
+    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * phi - s[B_STATE + i] * psi
+
+
+@compiled(inline=True)
+def derivatives(law, s, i, t, h, y, phi, psi):
+    """phi' and phi'' at t after the start of a step of length h.
+
+    Where friction holds w back, w' is the small difference of large forces; there it follows the load, which changes
+    slowly: 0 = w'' = y' - (gamma + a/w) w' - b psi', to one over HELD.
+    """
+    e = exp(phi)
+    w, a, b, gamma, rate = s[V + i] * e, s[A + i], s[B_STATE + i], s[at.G + i], s[RATE + i]
+    g, g_phi, g_psi = growth(law, e, phi, psi)
+    pull = s[at.B + i] + t * s[at.ALPHA + i] - w
+    freely = force(s, i, y, w, phi, psi) / w
+    load = pull - b * rate * g
+    held = (a / w + gamma) * h > HELD
+    slope = select(held, load / (a + gamma * w), freely)
+    psi_2 = rate * (g_phi * slope + g_psi * rate * g)
+    bend = select(
+        held,
+        (s[at.ALPHA + i] - w * slope - b * psi_2 - gamma * w * slope * slope) / (a + gamma * w),
+        (load - gamma * w * slope - a * slope) / w - slope * slope,
+    )
+    return slope, bend
+
+
+@compiled(inline=True)
+def put_motion(s, i, row, w, slope, bend):
+    """w, w' and w'' in rows of lane i that are `row` from those of the state."""
+    s[row + at.W + i], s[row + at.DW + i], s[row + at.JERK + i] = w, w * slope, w * (bend + slope * slope)
+
+
+# --- cells ------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def begin_cell(m, i, c):
+    """Put cell c into lane i; DONE if it cannot be computed."""
+    cells, belt = m.cells, m.cells[at.BELT, c]
+    if smooth.open_cell(m, i, c) == DONE:
+        return DONE
+    s = m.s
+    speed = s[at.FLOOR + i] * 1e3  # of the belt, or its largest
+    s[V + i], s[A + i], s[B_STATE + i] = speed, cells[DIRECT, c], cells[EVOLUTION, c]
+    s[MU_V + i], s[RATE + i] = contacts.steady_friction(m.contact, m.law, cells, c, speed), speed / cells[DISTANCE, c]
+    if isnan(cells[at.ETA_START, c]):
+        s[at.W + i] = START * speed
+        smooth.place(m, i, cells[at.XI_START, c])
+    if not s[at.W + i] > 0.0:
+        observers.reject_cell(m, c, at.NOT_FINITE)
+        return DONE
+    contact = cells[at.CONTACT_START, c]
+    s[at.WEAK + i] = log(contact * s[RATE + i]) if contact > 0.0 else 0.0
+    s[at.STEP + i] = 1e-3 * min(1.0, s[at.W + i] / s[A + i], 1.0 / s[RATE + i])
+    judge_steady_sliding(s, i, belt)
+    derive(m, i)
+    return RUNNING
+
+
+@compiled
+def judge_steady_sliding(s, i, b):
+    """Rows ATTRACTS and FIRMNESS at the belt speed b.
+
+    With the slopes E of friction at once and S of steady friction, and the rate r = b/D at which the state follows:
+    x^3 + (r + E) x^2 + (1 + r S) x + r has roots with negative real parts only (Routh, Hurwitz).
+
+    J. R. Rice, A. L. Ruina, J. Appl. Mech. 50 (1983) 343.
+    """
+    at_once = s[at.G + i] + s[A + i] / b
+    steady, rate = at_once - s[B_STATE + i] / b, s[RATE + i] * b / s[V + i]
+    excess = (rate + at_once) * (1.0 + rate * steady) - rate
+    s[at.ATTRACTS + i] = 1.0 if rate + at_once > 0.0 and excess > 0.0 else 0.0
+    s[at.FIRMNESS + i] = min(abs(excess) / rate, 1.0)
+
+
+@compiled(inline=True)
+def derive(m, i):
+    """w' and w'' of lane i at its present state."""
+    s = m.s
+    phi = ln(s[at.W + i] / s[V + i])
+    slope, bend = derivatives(m.law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], phi, s[at.WEAK + i])
+    put_motion(s, i, 0, s[at.W + i], slope, bend)
+
+
+@compiled
+def handle_event(m, i):
+    """Look at lane i, whose step was flagged."""
+    if smooth.commit(m, i) == DONE:
+        return DONE
+    return RUNNING
+
+
+def smallest_step(contact):
+    """Held back by more friction than the load, slip slows down by dozens of decades within no time."""
+    return TINIEST_STEP
+
+
+def steady_friction(contact, law, cells, c, w):
+    """mu_0 + (a - b) ln(w/v_0)."""
+    return cells[MU_0, c] + (cells[DIRECT, c] - cells[EVOLUTION, c]) * log(w / cells[V_0, c])
+
+
+# --- a step -----------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def try_step(m):
+    """A step of the size STEP in every lane; nothing is committed."""
+    factorise(m.law, m.s)
+    stages(m.law, m.s)
+    control_step(m.law, m.s, m.rtol)
+    expand(m.s)
+    subtract_damper_work(m.s)
+
+
+@compiled
+def factorise(law, s):
+    """1/(gamma h) - J in triangular factors; y, phi and psi are coupled to their neighbours only."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        h = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
+        phi, psi, w = ln(s[at.W + i] / s[V + i]), s[at.WEAK + i], s[at.W + i]
+        e, per_w, diagonal = w / s[V + i], 1.0 / w, 1.0 / (RODAS_5P.gamma * h)
+        _, g_phi, g_psi = growth(law, e, phi, psi)
+        slope = force(s, i, s[at.Y + i], w, phi, psi) * per_w
+        per_d, w_12 = 1.0 / diagonal, s[B_STATE + i] * per_w
+        l_10 = -per_w * per_d
+        per_u11 = 1.0 / (diagonal + s[at.G + i] + s[A + i] * per_w + slope - l_10 * w)
+        l_21 = -s[RATE + i] * g_phi * per_u11
+        s[at.TAKEN + i], s[PHI + i] = h, phi
+        s[DIAGONAL + i], s[W_01 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
+            per_d, w, l_10, per_u11, w_12, l_21
+        )  # fmt: skip
+        s[U_22 + i] = 1.0 / (diagonal - s[RATE + i] * g_psi - l_21 * w_12)
+
+
+def stage_loop(n):
+    """The loop of stage n: straight-line code, since its rows and weights are constants."""
+    rows = tuple(tuple(stage_row(j, state) for state in range(STATES)) for j in range(n + 1))
+    a, coupling, node, time_weight = RODAS_5P.matrix[n], RODAS_5P.coupling[n], NODES[n], TIME_WEIGHTS[n]
+    own, first = rows[n], n == 0
+
+    @compiled
+    def loop(law, s):
+        widest_vectors()
+        for i in range(at.WIDTH):
+            h, y, phi, psi = s[at.TAKEN + i], s[at.Y + i], s[PHI + i], s[at.WEAK + i]
+            r_0, r_1, r_2 = 0.0, 0.0, 0.0
+            if not first:
+                for j in range(n):
+                    k_0, k_1, k_2 = s[rows[j][0] + i], s[rows[j][1] + i], s[rows[j][2] + i]
+                    y, phi, psi = y + a[j] * k_0, phi + a[j] * k_1, psi + a[j] * k_2
+                    r_0, r_1, r_2 = r_0 + coupling[j] * k_0, r_1 + coupling[j] * k_1, r_2 + coupling[j] * k_2
+            e, per_h = exp(phi), 1.0 / h
+            w = s[V + i] * e
+            moved = s[at.ALPHA + i] * h
+            b_0 = s[at.B + i] + node * moved - w + r_0 * per_h + time_weight * moved
+            b_1 = force(s, i, y, w, phi, psi) / w + r_1 * per_h
+            b_2 = s[RATE + i] * growth(law, e, phi, psi)[0] + r_2 * per_h
+            b_1 -= s[L_10 + i] * b_0
+            b_2 -= s[L_21 + i] * b_1
+            k_2 = b_2 * s[U_22 + i]
+            k_1 = (b_1 - s[W_12 + i] * k_2) * s[U_11 + i]
+            s[own[0] + i], s[own[1] + i], s[own[2] + i] = (b_0 - s[W_01 + i] * k_1) * s[DIAGONAL + i], k_1, k_2
+
+    return loop
+
+
+def stages_from(n):
+    """The loops of stage n and the later ones, one after the other."""
+    loop = stage_loop(n)
+    if n + 1 == STAGES:
+        return loop
+    later = stages_from(n + 1)
+
+    @compiled(inline=True)
+    def loops(law, s):
+        loop(law, s)
+        later(law, s)
+
+    return loops
+
+
+stages = stages_from(0)
+LAST = STAGES - 1
+WEIGHTS = (*RODAS_5P.matrix[LAST], 1.0)
+ROWS = tuple(tuple(stage_row(j, state) for state in range(STATES)) for j in range(STAGES))
+
+
+@compiled
+def control_step(law, s, rtol):
+    """End of the step, its error, and the size of the next.
+
+    Errors are those of ln w and ln theta, and of the load over a, by which they move ln w.
+    """
+    widest_vectors()
+    tolerance2 = 1.0 / (SPENT * rtol) ** 2
+    for i in range(at.WIDTH):
+        y, phi, psi = s[at.Y + i], s[PHI + i], s[at.WEAK + i]
+        for j in range(STAGES):
+            y, phi = y + WEIGHTS[j] * s[ROWS[j][0] + i], phi + WEIGHTS[j] * s[ROWS[j][1] + i]
+            psi += WEIGHTS[j] * s[ROWS[j][2] + i]
+        e_0, e_1, e_2 = s[ROWS[LAST][0] + i] / s[A + i], s[ROWS[LAST][1] + i], s[ROWS[LAST][2] + i]
+        error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
+        factor = rough_exp2(LOG2_SAFETY - EXPONENT * rough_log2(max(error2, TINIEST_ERROR2)))
+        factor = min(max(factor, SHRINK_MOST), GROW_MOST)
+        good = error2 <= 1.0
+        factor = select(good, factor, min(factor, 0.9))
+        factor = select(error2 < 1e300, factor, SHRINK_MOST)
+        h = s[at.TAKEN + i]
+        slope, bend = derivatives(law, s, i, h, h, y, phi, psi)
+        s[at.Y_NEW + i], s[at.WEAK_NEW + i] = y, psi
+        put_motion(s, i, at.Y_NEW - at.Y, s[V + i] * exp(phi), slope, bend)
+        short = h * max(abs(slope), abs(s[at.DW + i] / s[at.W + i]), abs(phi - s[PHI + i]) / h) < LONGEST_RISE
+        s[at.GOOD + i] = select(good & short, 1.0, 0.0)
+        s[at.STEP + i] = select(short, factor, min(factor, 0.5)) * s[at.STEP + i]
+
+
+@compiled
+def expand(s):
+    """Series of w over the step: of exp of the quintic Hermite polynomial of ln w. And the friction work."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        h, w = s[at.TAKEN + i], s[at.W + i]
+        slope, slope_new = s[at.DW + i] / w, s[at.DW_NEW + i] / s[at.W_NEW + i]
+        bend = s[at.JERK + i] / w - slope * slope
+        bend_new = s[at.JERK_NEW + i] / s[at.W_NEW + i] - slope_new * slope_new
+        rise = ln(s[at.W_NEW + i] / w) - h * (slope + 0.5 * h * bend)
+        change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
+        p_1, p_2 = h * slope, h * h * bend  # k p_k, in powers of t/h
+        p_3 = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
+        p_4 = 4.0 * (-15.0 * rise + 7.0 * change - turn)
+        p_5 = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
+        c_5, c_4, c_3, c_2, c_1, scale, per_h = 0.0, 0.0, 0.0, 0.0, w, 1.0, 1.0 / h
+        fallen = 0.5 * w
+        s[at.SERIES + i] = w
+        for n in range(1, at.ORDER + 1):
+            c = (p_1 * c_1 + p_2 * c_2 + p_3 * c_3 + p_4 * c_4 + p_5 * c_5) * (1.0 / n)
+            scale *= per_h
+            s[at.SERIES + n * at.WIDTH + i] = select(scale < LARGEST, c * scale, 0.0)
+            fallen += c * (1.0 / ((n + 1) * (n + 2)))
+            c_5, c_4, c_3, c_2, c_1 = c_4, c_3, c_2, c_1, c
+        rise_of_y = s[at.Y_NEW + i] - s[at.Y + i]
+        s[at.WORK + i] = conservative_work(s, i, h, rise_of_y, s[at.W_NEW + i], fallen * h * h)
+
+
+contacts.register(RateAndState, globals())
