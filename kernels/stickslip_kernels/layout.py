@@ -188,7 +188,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
     # what `observers/recurrence.py` must know of steady sliding
     ATTRACTS,  # 1 where it attracts small motions
-    FIRMNESS,  # by what share they grow or shrink in a radian, about; at most 1
+    FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
     # the amplitude map (`observers/amplitudes.py`)
     INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,

@@ -12,7 +12,7 @@ friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbr
 WEAK has psi.
 """
 
-from math import isnan, log
+from math import isnan, log, pi
 from typing import NamedTuple
 
 from .. import contacts, observers
@@ -66,6 +66,7 @@ HELD = 1e5  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
+LOOP, NEAR = 2.0 * pi, 0.1
 START = 0.1  # slip speed at the start, over that of the belt
 
 
@@ -166,9 +167,12 @@ def judge_steady_sliding(s, i, b):
     """
     at_once = s[at.G + i] + s[A + i] / b
     steady, rate = at_once - s[B_STATE + i] / b, s[RATE + i] * b / s[V + i]
-    excess = (rate + at_once) * (1.0 + rate * steady) - rate
-    s[at.ATTRACTS + i] = 1.0 if rate + at_once > 0.0 and excess > 0.0 else 0.0
-    s[at.FIRMNESS + i] = min(abs(excess) / rate, 1.0)
+    square, linear = rate + at_once, 1.0 + rate * steady
+    excess = square * linear - rate
+    s[at.ATTRACTS + i] = 1.0 if square > 0.0 and excess > 0.0 else 0.0
+    decay = 0.5 * abs(excess) / (abs(linear) + square * square)  # of x = i linear^(1/2), to first order
+    is_near = abs(excess) < NEAR * rate
+    s[at.FIRMNESS + i] = min(LOOP * decay / abs(linear) ** 0.5, 1.0) if is_near else 1.0
 
 
 @compiled(inline=True)

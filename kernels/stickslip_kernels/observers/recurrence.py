@@ -92,7 +92,8 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
     if (s[at.W + i] > b) != (w > b):
         t, rise, so_far = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         note(s, i, s[at.Y + i] + rise - s[at.G + i] * b, b, 0.0)
-        s[at.CROSSED + i] += 1.0
+        if abs(s[at.Y + i] + rise - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
+            s[at.CROSSED + i] += 1.0
         if w > b:
             look_back(m, i, s[at.TAU + i] + t, s[at.HEAT + i] + so_far)
 

@@ -16,7 +16,7 @@ from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_err
 from stickslip.cli.outputs import save_plot
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
-from stickslip.vocabulary.models import LAWS
+from stickslip.vocabulary.models import CURVE_LAWS
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit, Wanted
@@ -63,7 +63,7 @@ Examples:
 @click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
 @click.option(
     "--law",
-    type=click.Choice((*LAWS, "best")),
+    type=click.Choice((*CURVE_LAWS, "best")),
     default="stribeck",
     show_default=True,
     help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",

@@ -25,7 +25,7 @@ from stickslip.fit.models import STRAIGHT, WEAKENING, Chosen, MeasuredPoints
 from stickslip.fit.quality import Quality
 from stickslip.fit.uncertainty import CONFIDENCE, Floats, Interval, covariance, points_of, r_squared, rms, student
 from stickslip.theory import stribeck
-from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED, LAWS
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, CURVE_LAWS, FITTED
 
 BEST = "best"  # of all laws
 _FEWEST = 4  # distinct speeds; as many as coefficients
@@ -47,7 +47,8 @@ def fit_curve(
     sigma : standard deviation of each mu, or one for all; None: taken from the residuals, with weights where these show
         that the scatter differs along the speed.
     unit : in which `quality` gives speeds.
-    law : one of `vocabulary.models.LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest AICc.
+    law : one of `vocabulary.models.CURVE_LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest
+        AICc.
 
     Returns
     -------
@@ -67,8 +68,8 @@ def fit_curve(
     deviation = None if sigma is None else points_of("sigma", np.broadcast_to(np.asarray(sigma), w.shape), w.size)
     if deviation is not None and not deviation.all():
         raise ValueError(f"sigma[{int(np.argmin(deviation))}]: got 0, expected a standard deviation > 0")
-    if law not in (*LAWS, BEST):
-        raise ValueError(f"law: got {law!r}, expected {', '.join(LAWS)} or {BEST}")
+    if law not in (*CURVE_LAWS, BEST):
+        raise ValueError(f"law: got {law!r}, expected {', '.join(CURVE_LAWS)} or {BEST}")
     distinct = np.unique(w)
     if distinct.size < _FEWEST:
         raise ValueError(
@@ -77,9 +78,9 @@ def fit_curve(
         )
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
-    by_law = {name: MeasuredPoints(w, y, deviation, name) for name in LAWS}
+    by_law = {name: MeasuredPoints(w, y, deviation, name) for name in CURVE_LAWS}
     criterion = cache(lambda name: _criterion(by_law[name]))  # other laws are fitted where they are compared
-    return _fitted(by_law[min(LAWS, key=criterion) if law == BEST else law], criterion, unit)
+    return _fitted(by_law[min(CURVE_LAWS, key=criterion) if law == BEST else law], criterion, unit)
 
 
 def _criterion(points: MeasuredPoints) -> float:

@@ -12,7 +12,7 @@ import scipy  # type: ignore[import-untyped]
 from stickslip.fit.curve import CurveFit
 from stickslip.fit.models import FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
 from stickslip.vocabulary import units
-from stickslip.vocabulary.models import CURVE, LAWS
+from stickslip.vocabulary.models import CURVE, CURVE_LAWS
 
 _SHARE = 0.5  # of the mean friction: a coefficient that moves the curve by more, within its interval, is not known
 _RATIO = 8.0  # of the ends of an interval: a3 or a4 is not determined if it is more
@@ -211,7 +211,7 @@ class Quality:
         points, law = self.points, self.points.law
         residuals = points.residuals(self.chosen) if self.chosen.seen else None
         if residuals is not None:
-            best = min(LAWS, key=self.criterion)
+            best = min(CURVE_LAWS, key=self.criterion)
             lower = self.criterion(law) - self.criterion(best)
             is_better = math.isfinite(lower) and lower > _BETTER
             follows = residuals.chance_of_runs() < _CHANCE
@@ -236,7 +236,7 @@ class Quality:
             known = "all four coefficients"
         if self.chosen.form is STRENGTHENING:
             more.append(say("rising"))
-        if alike := [law for law in LAWS if law != self.points.law and self.criterion(law) < limit]:
+        if alike := [law for law in CURVE_LAWS if law != self.points.law and self.criterion(law) < limit]:
             more.append(say("alike", laws=", ".join(alike)))
         good = say("good", share=100 * fit.r_squared, count=fit.points, rms=fit.residual_rms, known=known)
         return " ".join([good, *more])

@@ -48,7 +48,7 @@ def small_motions(
 ) -> SmallMotions:  # fmt: skip
     """The leading root of m s^3 + (m r + E) s^2 + (k + r S) s + k r = 0, as in `critical_stiffness`."""
     mass, at_once, steady, rate = _slopes(mass, damping, normal_load, belt_speed, a, b, D_c)
-    stiffness = np.broadcast_to(floats(stiffness), mass.shape)
+    stiffness = np.broadcast_to(np.asarray(stiffness, np.float64), mass.shape)
     companion = np.zeros((*mass.shape, 3, 3))
     companion[..., 0, 0], companion[..., 0, 1] = -(rate + at_once / mass), -(stiffness + rate * steady) / mass
     companion[..., 0, 2], companion[..., 1, 0], companion[..., 2, 1] = -stiffness * rate / mass, 1.0, 1.0
@@ -63,8 +63,7 @@ def _slopes(
     mass: ArrayLike, damping: ArrayLike, load: ArrayLike, speed: ArrayLike, a: ArrayLike, b: ArrayLike, D_c: ArrayLike
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Mass, E, S and r, of one shape."""
-    mass, damping, load, speed, a, b, distance = np.broadcast_arrays(
-        *map(floats, (mass, damping, load, speed, a, b, D_c))
-    )
+    given = floats(mass, damping, load, speed, a, b, D_c)
+    mass, damping, load, speed, a, b, distance = np.broadcast_arrays(*given)
     at_once = damping + a * load / speed
     return mass, at_once, at_once - b * load / speed, speed / distance

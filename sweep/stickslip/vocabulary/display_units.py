@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 DISPLAY = "display_units"  # attribute of coordinates and variables, which are SI: the unit in which they are shown
 _POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_SYMBOLS = ("mu_", "v_")  # how names begin that are symbols, not words
+_SYMBOLS = ("mu_", "v_", "D_")  # how names begin that are symbols, not words
 _WIDE = 1000.0  # from here on, both ends of a range have a unit of their own
 _CUSTOMARY = {  # by unit in SI: from which magnitude on, in SI, another one is used, how large it is, and its name
     "kg": ((1e-6, 1e-6, "mg"), (1e-3, 1e-3, "g"), (1.0, 1.0, ""), (1e3, 1e3, "t")),

@@ -15,11 +15,12 @@ from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMU
 MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE)
 LAW_MESSAGES = {law: text for model in MODELS for law, text in model.laws.items()}
 LAWS = tuple(LAW_MESSAGES)
+CURVE_LAWS = tuple(law for model in MODELS if model.curve for law in model.laws)  # those of a friction curve
 _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
-    "BREAKAWAY", "CURVE", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "ROUNDING", "STRIBECK", "Curve",
-    "Model", "OwnKernels", "Rule", "Slider", "laws_with", "model_of", "model_with",
+    "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "ROUNDING", "STRIBECK",
+    "Curve", "Model", "OwnKernels", "Rule", "Slider", "laws_with", "model_of", "model_with",
 ]  # fmt: skip
 
 

@@ -1,0 +1,148 @@
+"""Rate-and-state contacts against reference cycles, linear theory and themselves.
+
+tests/data/rate_and_state.csv was solved without our code, by collocation (Radau IIA, order 13).
+"""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from helpers.kernel_runs import NAN, run
+from stickslip.theory import rate_state
+from stickslip_kernels import layout as at
+from stickslip_kernels.rosenbrock import RODAS_5P
+
+TABLE = Path(__file__).parents[1] / "data" / "rate_and_state.csv"
+NAMES = ("N", "m", "k", "c", "v_b", "mu0", "v0", "a", "b", "Dc")
+LAWS = {"ageing": "rate_state_ageing", "slip": "rate_state_slip"}
+
+
+def table(law):
+    """Reference cells with mass, and their numbers."""
+    listed = csv.DictReader(TABLE.read_text().splitlines())
+    rows = [row for row in listed if row["law"] == law and float(row["m"]) > 0.0]
+    numbers = {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0] if name not in WORDS}
+    return [row["id"] for row in rows], numbers
+
+
+WORDS = ("id", "law", "regime", "note")
+
+
+def columns(p, xi=0.0, eta=NAN):
+    """Cells in kernel units from columns of the table."""
+    per_speed = np.sqrt(p["k"] * p["m"]) / p["N"]
+    cells = np.zeros((at.CELL_ROWS, p["k"].size))
+    cells[at.GAMMA], cells[at.BELT] = p["c"] / np.sqrt(p["k"] * p["m"]), p["v_b"] * per_speed
+    cells[at.OWN_0], cells[at.OWN_1], cells[at.OWN_2] = p["mu0"], p["a"], p["b"]
+    cells[at.OWN_3], cells[at.OWN_4] = p["Dc"] * p["k"] / p["N"], p["v0"] * per_speed
+    cells[at.XI_START], cells[at.ETA_START], cells[at.HORIZON] = xi, eta, np.inf
+    return cells
+
+
+def draw(count, seed):
+    """Over decades; half of them near where steady sliding loses its stability."""
+    random = np.random.default_rng(seed)
+    low = {"N": 0, "m": -2, "c": -4, "v_b": -7, "mu0": -1, "v0": -7, "a": -2.5, "b": -2.5, "Dc": -7}
+    high = {"N": 3, "m": 2, "c": 1, "v_b": -1, "mu0": 0, "v0": -5, "a": -1.5, "b": -1.2, "Dc": -5}
+    p = {name: 10 ** random.uniform(low[name], high[name], count) for name in low}
+    p["c"][::3] = 0.0
+    p["k"] = 10 ** random.uniform(2, 6, count)
+    critical = rate_state.critical_stiffness(p["m"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    near = (random.random(count) < 0.5) & (critical > 0.0)
+    side = random.choice([-1.0, 1.0], count) * 10 ** random.uniform(-2, -0.5, count)
+    p["k"] = np.where(near, critical * (1.0 + side), p["k"])
+    return p
+
+
+def growth(p):
+    return rate_state.small_motions(p["m"], p["k"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+
+
+def test_the_nodes_of_the_method_follow_from_its_matrices():
+    """Those that Steinebach lists."""
+    nodes, weights = RODAS_5P.nodes_and_time_weights()
+    known = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
+    np.testing.assert_allclose(nodes, known, atol=2e-14)
+    known = (0.2119375631942901, -0.4238751263885803, -0.3384627126235924, 1.8046452872882734, 2.325825639765069)
+    np.testing.assert_allclose(weights, (*known, 0.0, 0.0, 0.0), atol=2e-14)
+
+
+@pytest.mark.parametrize(("rtol", "off"), [(1e-6, 1e-5), (1e-8, 1e-7)])
+@pytest.mark.parametrize("law", LAWS)
+def test_reference_cycles(law, rtol, off):
+    names, p = table(law)
+    found, cycles = run(columns(p), rtol, law=LAWS[law]), np.isfinite(p["period"])
+    assert [name for name, cycle in zip(names, cycles, strict=True) if not cycle] == ["S7"] * (law == "slip")
+    assert (found[at.REGIME, ~cycles] == at.DAMPED).all()
+    sticks = np.exp(p["ln_w_min_over_vb"]) < 1e-3
+    np.testing.assert_array_equal(found[at.REGIME, cycles], np.where(sticks, at.STICK_SLIP, at.SUSTAINED)[cycles])
+    speed, time = p["N"] / np.sqrt(p["k"] * p["m"]), np.sqrt(p["m"] / p["k"])
+    slowest, least = found[at.SLOWEST_SLIP] * speed, p["ln_w_min_over_vb"]
+    for ours, exact, most in (
+        (found[at.PERIOD] * time, p["period"], off), (found[at.CYCLE_XI_MAX] * p["N"], p["F_max"], off),
+        (found[at.CYCLE_XI_MIN] * p["N"], p["F_min"], off), (np.log(slowest / p["v_b"]), least, 10 * off),
+        (found[at.CYCLE_SPEED_RANGE] * speed + slowest, p["w_max"], 10 * off),
+    ):  # fmt: skip
+        np.testing.assert_allclose(ours[cycles], exact[cycles], rtol=most)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_steady_sliding_is_the_answer_only_where_small_motions_decay(law):
+    p = draw(600, 3)
+    found = run(columns(p), max_steps=3e4, law=LAWS[law])
+    rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))
+    assert rests.sum() > 150 and np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED)).sum() > 150
+    assert (growth(p).growth[rests] < 0.0).all()
+    assert np.isin(found[at.REGIME], (at.FAILED, at.STUCK, at.NOT_COMPUTED)).sum() == 0
+    assert (found[at.REGIME] == at.UNRESOLVED).mean() < 0.16  # they grow, or shrink, by less than a hundredth a loop
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_small_motions_do_as_linear_theory_says(law):
+    """Started a thousandth off steady sliding: they come to rest, or to a cycle."""
+    p = draw(300, 4)
+    mu = p["mu0"] + (p["a"] - p["b"]) * np.log(p["v_b"] / p["v0"])
+    p = {name: values[mu > 0.05] for name, values in p.items()}
+    mu, speed = mu[mu > 0.05], np.sqrt(p["k"] * p["m"]) / p["N"]
+    found = run(columns(p, mu * (1.0 + 1e-3 * p["a"]), 1e-3 * p["v_b"] * speed), max_steps=3e4, law=LAWS[law])
+    decay, decided = growth(p).growth < 0.0, found[at.REGIME] != at.UNRESOLVED
+    assert decided.mean() > 0.8 and 0.1 < decay.mean() < 0.9
+    rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))
+    np.testing.assert_array_equal(rests[decided], decay[decided])
+
+
+def test_a_cell_is_the_same_in_any_company():
+    p = draw(200, 5)
+    cells, order = columns(p), np.random.default_rng(6).permutation(200)
+    whole, alone = (
+        run(cells, max_steps=1e4, law=LAWS["slip"]),
+        run(cells[:, :1].copy(), max_steps=1e4, law=LAWS["slip"]),
+    )
+    mixed = run(np.ascontiguousarray(cells[:, order]), max_steps=1e4, law=LAWS["slip"])
+    np.testing.assert_array_equal(mixed, whole[:, order])
+    np.testing.assert_array_equal(alone[:, 0], whole[:, 0])
+
+
+def test_the_border_of_small_motions_is_the_critical_stiffness():
+    """By halving, from the roots of the characteristic polynomial."""
+    p = draw(10_000, 7)
+    critical = rate_state.critical_stiffness(p["m"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    p = {name: values[critical > 0.0] for name, values in p.items()}
+    critical = critical[critical > 0.0]
+    assert critical.size > 3000
+    low, high = 0.5 * critical, 2.0 * critical
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        unstable = growth(p | {"k": middle}).growth > 0.0
+        low, high = np.where(unstable, middle, low), np.where(unstable, high, middle)
+    np.testing.assert_allclose(low, critical, rtol=1e-6)
+    np.testing.assert_allclose(
+        growth(p | {"k": critical}).frequency,
+        rate_state.critical_frequency(p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"]), rtol=1e-6,
+    )  # fmt: skip
+    stable = draw(3000, 8)
+    stable["a"] = stable["b"] + 1e-4
+    assert (rate_state.critical_stiffness(*(stable[n] for n in ("m", "c", "N", "v_b", "a", "b", "Dc"))) == 0.0).all()
+    assert (growth(stable).growth < 0.0).all()
