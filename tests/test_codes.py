@@ -3,8 +3,9 @@
 import pytest
 
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
-from stickslip.vocabulary.models import LAWS, MODELS
+from stickslip.vocabulary.models import CURVE_LAWS, LAWS, MODELS
 from stickslip_kernels import layout
+from stickslip_kernels.contacts import rate_and_state
 from stickslip_kernels.contacts.stribeck import laws
 
 
@@ -14,7 +15,8 @@ def test_every_name_stands_for_the_code_the_kernels_write(names):
 
 
 def test_every_law_has_a_name_and_a_shape():
-    assert set(LAWS) == set(laws.LAWS) - {"gaussian"}  # a case of stribeck_delta
+    assert set(CURVE_LAWS) == set(laws.LAWS) - {"gaussian"}  # a case of stribeck_delta
+    assert set(LAWS) - set(CURVE_LAWS) == set(rate_and_state.LAWS)
 
 
 def test_exponents_with_kernels_of_their_own_name_laws_of_the_kernels():

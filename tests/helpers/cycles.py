@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.models import STRIBECK
+from stickslip.vocabulary.quantities import PARAMETERS_OF
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 PAIR = UNIT | {"belt_speed": 0.1, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
@@ -53,7 +54,7 @@ def hard_cells(regime):
     with (Path(__file__).parents[1] / "data" / "hard.csv").open() as file:
         for row in csv.DictReader(file):
             if row["regime"] == regime:
-                yield row["law"], {name: float(row[name]) for name in PARAMETERS}, row
+                yield row["law"], {name: float(row[name]) for name in PARAMETERS_OF[STRIBECK]}, row
 
 
 def coulomb_harmonics(cell, damping, count, before):

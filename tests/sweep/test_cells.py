@@ -3,7 +3,8 @@ import pytest
 import xarray as xr
 
 from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.models import STRIBECK
+from stickslip.vocabulary.quantities import PARAMETERS_OF
 
 PAIR = {
     "mass": 1.0,
@@ -19,7 +20,7 @@ PAIR = {
 
 def test_defaults_complete_a_cell():
     cells = as_cells(PAIR)
-    assert list(cells) == list(PARAMETERS)
+    assert list(cells) == list(PARAMETERS_OF[STRIBECK])
     assert all(values.shape == (1,) and values.dtype == np.float64 for values in cells.values())
     assert cells["damping"] == 0.0 and cells["displacement"] == 0.0
     assert all(np.isnan(cells[name]) for name in ("mu_stop", "mu_static", "velocity"))

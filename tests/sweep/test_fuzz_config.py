@@ -20,7 +20,8 @@ from stickslip.config.model import Config
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, FitWarning, UnitWarning
 from stickslip.studies.uncertainty.inputs import Inputs
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.quantities import PARAMETERS_OF
 
 LONGEST = 5.0  # s of computing for one file; the usual is a hundredth
 MOST_MEMORY = 600  # MB that a session of reading may grow by: a grid of 1e15 cells is refused, not allocated
@@ -68,7 +69,7 @@ def use(config: Config) -> None:
             cells = grid[start : start + 1]
         else:  # at the medians of what is uncertain
             cells, _ = Inputs(config).cells(np.array([start]), np.zeros((1, len(config.uncertain.names))))
-        assert set(cells) == set(PARAMETERS)
+        assert set(cells) == set(PARAMETERS_OF[model_of(config.friction.law)])
     assert parse_config(config.to_yaml()) == config
 
 

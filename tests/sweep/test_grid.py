@@ -12,8 +12,9 @@ from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import load_config, make_config
 from stickslip.dataset.build import map_dataset
+from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.models.stribeck import coefficients
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS_OF
 from stickslip.vocabulary.results import VARIABLES
 
 SYSTEM = {"mass": 1.0, "stiffness": 10.0, "normal_load": 5.0, "belt_speed": 0.1, "damping": 0.5}
@@ -33,8 +34,8 @@ def grid_of(axes=None, curve=CURVE):
 def test_no_axes_are_one_cell():
     grid = grid_of()
     assert (grid.dims, grid.shape, grid.size, list(grid.coords)) == ((), (), 1, [])
-    assert list(grid.fixed) == list(PARAMETERS)
-    assert {name: len(values) for name, values in grid[0:1].items()} == dict.fromkeys(PARAMETERS, 1)
+    assert list(grid.fixed) == list(PARAMETERS_OF[STRIBECK])
+    assert {name: len(values) for name, values in grid[0:1].items()} == dict.fromkeys(PARAMETERS_OF[STRIBECK], 1)
 
 
 def test_the_last_dimension_runs_fastest():
@@ -47,7 +48,7 @@ def test_the_last_dimension_runs_fastest():
 
 
 def test_cells_have_every_parameter_in_order():
-    assert list(grid_of({"mass": [1, 2]})[0:2]) == list(PARAMETERS)
+    assert list(grid_of({"mass": [1, 2]})[0:2]) == list(PARAMETERS_OF[STRIBECK])
 
 
 def test_words_are_nan_in_cells():
@@ -134,7 +135,7 @@ def test_extreme_curves_do_not_overflow():
 
 def test_a_measured_curve_that_does_not_vary_becomes_fixed_coefficients():
     grid = grid_of({"mass": [1, 2]}, MEASURED)
-    assert {"a1", "a2", "a3", "a4"} < set(grid.fixed) <= set(PARAMETERS)
+    assert {"a1", "a2", "a3", "a4"} < set(grid.fixed) <= set(PARAMETERS_OF[STRIBECK])
     assert grid.fixed["a1"] + grid.fixed["a3"] == pytest.approx(0.4)
     assert grid[0:2]["a1"] == pytest.approx([grid.fixed["a1"]] * 2)
 

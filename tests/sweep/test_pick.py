@@ -5,7 +5,8 @@ import pytest
 from stickslip.config.reader import parse_config
 from stickslip.config.select import cell_at, seconds
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.models import STRIBECK
+from stickslip.vocabulary.quantities import PARAMETERS_OF
 
 MAP = parse_config("""
 system: {mass: 1 kg, normal_load: 2}
@@ -22,7 +23,7 @@ CHOICE = ("stiffness=5 N/mm", "belt_speed=0.15", "pad=rubber")
 
 def test_a_cell_has_every_parameter_with_the_chosen_values():
     cell = cell_at(MAP, CHOICE)
-    assert list(cell) == list(PARAMETERS)
+    assert list(cell) == list(PARAMETERS_OF[STRIBECK])
     assert (cell["stiffness"], cell["belt_speed"], cell["normal_load"]) == (5000.0, 0.15, 2.0)
     assert (cell["a1"], cell["a2"], cell["a3"]) == (0.9, 0.2, 0.1)
     assert math.isnan(cell["velocity"])

@@ -7,7 +7,7 @@ from scipy.special import i1e
 
 import stickslip
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.models import LAWS
+from stickslip.vocabulary.models import CURVE_LAWS
 
 STICK_SLIP = REGIMES.index("stick_slip")
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
@@ -161,7 +161,7 @@ def test_the_amplitude_of_pure_slip_is_the_derived_one(belt_speed, amplitude):
 
 def test_every_law_keeps_the_scales():
     """A change of the units of mass, length and time changes nothing, ageing and exponent included."""
-    for law in LAWS:
+    for law in CURVE_LAWS:
         cell = UNIT | ARTICLE | {"belt_speed": 0.05, "ageing_rate": 0.05, "ageing_time": 0.3, "contact_time": 2.0}
         cell |= {"delta": 1.7} if law == "stribeck_delta" else {}
         here = stickslip.evaluate(cell, law=law).isel(cell=0)

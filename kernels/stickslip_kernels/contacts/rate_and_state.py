@@ -62,7 +62,7 @@ SPENT = 1.0  # of the tolerance that one step may spend
 EXPONENT = 0.5 / RODAS_5P.order
 LOG2_SAFETY, SHRINK_MOST, GROW_MOST = -0.152003093445, 0.2, 6.0
 TINIEST_ERROR2 = 1e-16
-HELD = 1e5  # relaxations of w' in a step from which on it follows the load
+HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
@@ -103,24 +103,30 @@ def force(s, i, y, w, phi, psi):
 def derivatives(law, s, i, t, h, y, phi, psi):
     """phi' and phi'' at t after the start of a step of length h.
 
-    Where friction holds w back, w' is the small difference of large forces; there it follows the load, which changes
-    slowly: 0 = w'' = y' - (gamma + a/w) w' - b psi', to one over HELD.
+    Where friction holds w back, w' is the small difference of large forces, and what the step leaves of an error in
+    phi would be all of it. There it follows the load, which changes slowly: w' = (y' - b psi' - w'')/(gamma + a/w), to
+    one over the square of HELD.
     """
     e = exp(phi)
     w, a, b, gamma, rate = s[V + i] * e, s[A + i], s[B_STATE + i], s[at.G + i], s[RATE + i]
     g, g_phi, g_psi = growth(law, e, phi, psi)
-    pull = s[at.B + i] + t * s[at.ALPHA + i] - w
-    freely = force(s, i, y, w, phi, psi) / w
-    load = pull - b * rate * g
-    held = (a / w + gamma) * h > HELD
-    slope = select(held, load / (a + gamma * w), freely)
-    psi_2 = rate * (g_phi * slope + g_psi * rate * g)
+    held, firm = (a / w + gamma) * h > HELD, 1.0 / (a + gamma * w)
+    load = s[at.B + i] + t * s[at.ALPHA + i] - w - b * rate * g
+    slope = load * firm
+    bend = held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm)
+    slope = select(held, (load - w * (bend + slope * slope)) * firm, force(s, i, y, w, phi, psi) / w)
     bend = select(
         held,
-        (s[at.ALPHA + i] - w * slope - b * psi_2 - gamma * w * slope * slope) / (a + gamma * w),
+        held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm),
         (load - gamma * w * slope - a * slope) / w - slope * slope,
     )
     return slope, bend
+
+
+@compiled(inline=True)
+def held_bend(s, i, w, slope, psi_2, firm):
+    """phi'' where w' follows the load; psi_2 is psi''."""
+    return (s[at.ALPHA + i] - w * slope - s[B_STATE + i] * psi_2 - s[at.G + i] * w * slope * slope) * firm
 
 
 @compiled(inline=True)

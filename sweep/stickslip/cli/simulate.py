@@ -112,7 +112,7 @@ def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
         decay = sqrt((1.0 - ratio**2) * cell["stiffness"] / cell["mass"]) / (2.0 * pi)
         rows.append(("vibrates at", f"{quantity(decay, 's-1')} while it decays, by linear theory"))
     texts = {name: quantity(value, VARIABLES[name].units) for name, value in values.items() if isfinite(value)}
-    if regime == "stick_slip":
+    if regime == "stick_slip" and "stick_fraction" in texts:
         texts["stick_fraction"] = f"{values['stick_fraction']:.1%} of the period"
     else:
         texts.pop("stick_fraction", "")

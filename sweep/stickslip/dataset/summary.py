@@ -21,7 +21,8 @@ from stickslip.config.unit_warnings import one_regime_question
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.errors import ConfigError, Problem
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.models import MODELS
+from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.suggest import listed, nearest
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
@@ -123,7 +124,8 @@ def why_absent(ds: xr.Dataset, *names: str) -> str | None:
     if not absent or "regime" not in there:
         return None
     to_horizon = [name for name in absent if VARIABLES[name].when == "full"]
-    if to_horizon and VARIABLES.keys() - set(there) == {v.name for v in VARIABLES.values() if v.when == "full"}:
+    full = {row.name for row in VARIABLES.values() if row.when == "full"}
+    if to_horizon and any(variables_of_model(model).keys() - set(there) == full for model in MODELS):
         return (
             f"holds no {listed(absent, 'and')}, which only a run to a horizon defines\n"
             "hint: solver: {early_stop: false, horizon: ...} computes to a horizon"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
-from math import isfinite, isnan
+from math import isfinite, isnan, nan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -77,7 +77,7 @@ def numbers_html(motions: Mapping[str, Motion], units: Mapping[str, Unit] | None
     ]  # fmt: skip
     rows = []
     for name in _NUMBERS:
-        values = [motion.results[name] for motion in motions.values()]
+        values = [motion.results.get(name, nan) for motion in motions.values()]
         if any(map(isfinite, values)):
             row = VARIABLES[name]
             unit = (units or {}).get(name) or unit_for(row.units, values)

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Results, Scales
+from stickslip.engine import Options, Results, Scales
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import CURVE_LAWS
+from stickslip.vocabulary.suggest import listed
 
 Floats = NDArray[np.float64]
 
@@ -35,6 +37,12 @@ class Cycles:
     cells: Parameters
     period: Floats
     moving: Floats
+
+
+def check_law(options: Options) -> None:
+    """Raise ValueError for a law whose cycles begin with no break-away."""
+    if options.law not in CURVE_LAWS:
+        raise ValueError(f"law: no sound of {options.law}, whose slip never ceases, expected {listed(CURVE_LAWS)}")
 
 
 def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles:

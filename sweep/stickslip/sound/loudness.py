@@ -29,7 +29,7 @@ from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
-from stickslip.sound.cycles import RTOL, Cycles, cycles_of
+from stickslip.sound.cycles import RTOL, Cycles, check_law, cycles_of
 from stickslip.sound.series import HIGHEST, natural_frequency, samples_for, series_of
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
@@ -199,13 +199,14 @@ class LevelStudy(Study):
     def __init__(self, cells: Cells, options: Options, reference: float) -> None:
         self._cells, self._reference = cells, reference
         self.dims, self.shape, self.options = cells.dims, cells.shape, options
+        check_law(options)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The levels of a range of cells."""
         parts = [self.blank(range(0))]
         for start in range(items.start, items.stop, _BLOCK):
             part = self._cells[start : min(start + _BLOCK, items.stop)]
-            cells = as_cells({name: part[name] for name in PARAMETERS if name in part})
+            cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, self.options.law)
             try:
                 results, level = levels_of(cells, self.options, stop)
             except StoppedError:
@@ -234,7 +235,7 @@ def _level_of(reference: Mapping[str, float] | None, options: Options) -> float:
     """The level of the reference (dB), 0 without one. Raises ValueError."""
     if reference is None:
         return 0.0
-    cell = as_cells(reference)
+    cell = as_cells(reference, options.law)
     if cell["mass"].size != 1:
         raise ValueError("reference: expected one cell, every parameter one number")
     level = float(levels_of(cell, options, stop_flag())[1][0])

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.sound.cycles import RTOL, cycles_of
+from stickslip.sound.cycles import RTOL, check_law, cycles_of
 from stickslip.sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.theory.ageing import static_friction
@@ -81,10 +81,11 @@ def of(
         Where the motion cannot be integrated so far.
     """
     checked(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
-    full = as_cells(cell)
+    options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver}))
+    full = as_cells(cell, options.law)
+    check_law(options)
     if full["mass"].size != 1:
         raise ValueError("a sound is that of one cell: give every parameter one number")
-    options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver}))
     results, count = compute(Cells.of(full), options).results, max(round(seconds * rate), 2)
     motion = _Motion(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
     cycles = cycles_of(full, results, motion.lead)

@@ -35,9 +35,9 @@ _ROWS = (
         "wear running_in run_in archard third_body debris",
     ),
     (
-        "Friction follows slip speed, its rise and fall, and the hold time: no bristle or rate-and-state variable",
-        "lugre lu_gre bristle bristles bristle_stiffness dahl leuven gms maxwell_slip elasto_plastic rate_and_state "
-        "rate_state dieterich ruina dieterich_ruina sigma0 sigma_0 sigma1 sigma_1 presliding",
+        "A contact has no bristles: its friction follows slip speed, its rise and fall, and the hold time, or a state",
+        "lugre lu_gre bristle bristles bristle_stiffness dahl leuven gms maxwell_slip elasto_plastic sigma0 sigma_0 "
+        "sigma1 sigma_1 presliding",
     ),
     (
         "The contact is one point of dry friction: it has no area, no pressure distribution, no stiffness of its own",

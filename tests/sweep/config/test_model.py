@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from helpers.configs import GOOD
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.sections import Friction, Start, System
-from stickslip.vocabulary.models import LAWS
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, QUANTITIES
+from stickslip.vocabulary.models import CURVE_LAWS, STRIBECK
+from stickslip.vocabulary.quantities import MEASURED, PARAMETERS_OF, QUANTITIES
 
 
 def test_defaults_are_filled_in():
@@ -52,8 +52,9 @@ def value_of(name):
 def data(draw):
     """A configuration as plain data: some quantities fixed, some along axes, in any order."""
     measured = draw(st.booleans())
-    law = "stribeck" if measured else draw(st.sampled_from(LAWS))
-    names = [n for n in PARAMETERS if not (measured and n in ("a1", "a2", "a3"))] + (list(MEASURED) if measured else [])
+    law = "stribeck" if measured else draw(st.sampled_from(CURVE_LAWS))
+    names = [n for n in PARAMETERS_OF[STRIBECK] if not (measured and n in ("a1", "a2", "a3"))]
+    names += MEASURED if measured else ()
     if law != "stribeck_delta":
         names.remove("delta")
     varied = draw(st.lists(st.sampled_from(names), max_size=3, unique=True))

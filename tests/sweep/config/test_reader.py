@@ -111,7 +111,8 @@ BAD = {
     ),
     "a law nobody knows": (
         with_line(7, "friction:", "  law: coulomb"),
-        "map.yaml:8:8: friction.law: got 'coulomb', expected stribeck, stribeck_delta, rational or cubic",
+        "map.yaml:8:8: friction.law: got 'coulomb', expected stribeck, stribeck_delta, rational, cubic, "
+        "rate_state_ageing or rate_state_slip",
     ),
     "a tolerance out of range": (
         GOOD + "solver: {rtol: 0.1}\n",

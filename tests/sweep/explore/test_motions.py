@@ -19,7 +19,7 @@ from stickslip.explore.motions import motions_of
 from stickslip.explore.static import essential
 from stickslip.explore.view import COARSE, View, cell_of_view, config_of, first_view
 from stickslip.vocabulary.flags import MODES
-from stickslip.vocabulary.models import LAWS
+from stickslip.vocabulary.models import CURVE_LAWS
 
 PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))
@@ -56,7 +56,7 @@ def obeys(motion, cell, curve, tolerance=1e-6):
     assert np.allclose(np.abs(found["friction_coefficient"][rises]), np.interp(w, *curve), atol=2e-3)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", CURVE_LAWS)
 def test_motions_slip_on_the_curve_that_is_drawn_behind_them_under_every_law(law):
     cell = STICK_SLIP | ({"delta": 2.0} if law == "stribeck_delta" else {})
     found = of(cell, law)

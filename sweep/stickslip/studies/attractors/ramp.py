@@ -156,7 +156,8 @@ class RampStudy(Study):
 
     def _at(self, value: ArrayLike, lines: Lines) -> Parameters:
         """The cells of some lines at a value of the parameter."""
-        return as_cells(self._cells.take(lines, **{self._side.name: np.array(np.broadcast_to(value, lines.size))}))
+        moved = {self._side.name: np.array(np.broadcast_to(value, lines.size))}
+        return as_cells(self._cells.take(lines, **moved), self.options.law)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """The ramps of a range of lines."""

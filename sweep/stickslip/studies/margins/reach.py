@@ -60,7 +60,8 @@ class Reach:
 
 def parameters_of(cells: Parameters) -> tuple[str, ...]:
     """The parameters of `CHANGEABLE` that cells have."""
-    return tuple(name for name in CHANGEABLE if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
+    own = [name for name in CHANGEABLE if name in cells]
+    return tuple(name for name in own if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
 
 
 def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) -> Reach:

@@ -118,4 +118,5 @@ RATE_STATE = _RateState(
         "slip_per_cycle": lambda row, by: row("PERIOD") * by.time * by.cells["belt_speed"],
     },
     levels=("mu_0",),
+    one_way=True,
 )

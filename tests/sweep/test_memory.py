@@ -1,0 +1,124 @@
+"""Contacts with memory, through the front door: calls, configurations, trajectories."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import stickslip
+from stickslip import sound
+from stickslip.config.reader import parse_config
+from stickslip.errors import ConfigError
+
+PAIR = {
+    "mass": 1.0,
+    "stiffness": 2e4,
+    "normal_load": 10.0,
+    "mu_0": 0.6,
+    "v_0": 1e-6,
+    "a": 0.01,
+    "b": 0.018,
+    "D_c": 1e-6,
+}
+LAWS = ("rate_state_ageing", "rate_state_slip")
+CONFIG = """
+system: {mass: 1 kg, normal_load: 10 N}
+friction: {law: rate_state_ageing, mu_0: 0.6, v_0: 1 um/s, a: 0.010, b: 0.018, D_c: 1 um}
+axes:
+  stiffness: [20 N/mm, 100 N/mm]
+  belt_speed: [1 um/s, 10 mm/s]
+"""
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_trajectory_is_that_of_scipy(law):
+    belt = 1e-2
+    x = (0.6 - 0.008 * np.log(1e4)) * 10 / 2e4 * 1.02
+
+    def motion(_, state):
+        x, phi, psi = state  # ln(w/v_0), ln(v_0 theta/D_c)
+        w, mu = 1e-6 * np.exp(phi), 0.6 + 0.01 * phi + 0.018 * psi
+        change = np.exp(-psi) - np.exp(phi) if law == LAWS[0] else -np.exp(phi) * (phi + psi)
+        return belt - w, (2e4 * x - 10 * mu) / w, change
+
+    times = np.linspace(0.0, 0.2, 201)
+    start = x, np.log(5e-3 / 1e-6), np.log(1e-6 / belt)
+    exact = solve_ivp(motion, (0.0, 0.2), start, "Radau", times, rtol=1e-10, atol=1e-12).y
+    trace = stickslip.simulate(
+        duration=0.2, samples=201, law=law, rtol=1e-8, belt_speed=belt, displacement=x, velocity=5e-3, **PAIR
+    )
+    for name, values in {
+        "displacement": exact[0], "relative_speed": 1e-6 * np.exp(exact[1]),
+        "friction_coefficient": 0.6 + 0.01 * exact[1] + 0.018 * exact[2],
+    }.items():  # fmt: skip
+        np.testing.assert_allclose(trace[name], values, atol=3e-8 * np.abs(values).max(), err_msg=name)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_between_its_steps_a_trajectory_goes_no_further_than_in_them(law):
+    """While slip is held back for seconds, a sample may lie anywhere in a long step."""
+    random = np.random.default_rng(9)
+    for _ in range(30):
+        cell = PAIR | {"belt_speed": 10 ** random.uniform(-6, -1), "stiffness": 10 ** random.uniform(3, 5)}
+        known = stickslip.evaluate(cell, law=law)
+        time = 3.0 * 12.0 / (cell["belt_speed"] * cell["stiffness"])
+        trace = stickslip.simulate(duration=time, samples=2001, law=law, **cell)
+        assert float(trace["relative_speed"].max()) <= float(known["slip_speed_max"][0]) * (1.0 + 1e-4)
+        assert float(trace["relative_speed"].min()) >= 0.0
+        thrown = cell["belt_speed"] * (cell["stiffness"] * cell["mass"]) ** 0.5
+        assert float(trace["spring_force"].max()) <= 13.5 + thrown
+        step = np.diff(trace["displacement"].values) / np.diff(trace["time"].values)
+        assert np.abs(step).max() <= float(known["slip_speed_max"][0]) + cell["belt_speed"]
+
+
+def test_a_configuration_is_a_map_with_linear_theory_beside_it():
+    ds = stickslip.run(parse_config(CONFIG))
+    assert ds["regime"].values.tolist() == [[1, 1], [2, 1]]
+    np.testing.assert_allclose(ds["critical_stiffness"].sel(belt_speed=1e-6), 80000.8)
+    np.testing.assert_allclose(ds["critical_stiffness"].sel(belt_speed=1e-2), 80079999.99999999)
+    cycle = ds.isel(stiffness=0, belt_speed=1)
+    np.testing.assert_allclose(cycle["slip_per_cycle"], cycle["period"] * 1e-2)
+    np.testing.assert_allclose(cycle["stress_drop"], (cycle["cycle_force_max"] - cycle["cycle_force_min"]) / 10.0)
+    assert (np.sign(ds["growth_rate"]).values == [[1, 1], [-1, 1]]).all()
+    again = stickslip.evaluate(PAIR | {"belt_speed": 1e-2}, law=LAWS[0])
+    for name in ("period", "slip_speed_min", "growth_rate", "growth_frequency", "energy_per_cycle"):
+        np.testing.assert_array_equal(again[name][0], cycle[name])
+
+
+def test_work_and_heat_balance_in_a_cycle():
+    """Without a damper, the work of the belt is the heat of friction: mean force times belt speed times period."""
+    found = stickslip.evaluate(PAIR | {"belt_speed": 1e-2}, law=LAWS[0], rtol=1e-8)
+    period, heat = float(found["period"][0]), float(found["energy_per_cycle"][0])
+    trace = stickslip.simulate(duration=20 * period, samples=20_001, law=LAWS[0], rtol=1e-8, belt_speed=1e-2, **PAIR)
+    force = trace["spring_force"].values[-1000:]  # the last period
+    assert heat == pytest.approx(force.mean() * 1e-2 * period, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"belt_speed: [1 um/s, 10 mm/s]": "belt_speed: [-1 um/s, 10 mm/s]"}, "above 0 m/s"),
+        ({"a: 0.010": "a: 0"}, "friction.a: got 0, expected a number above 0"),
+        ({"D_c: 1 um": "D_c: 1 um, mu_stop: 0.3"}, "got mu_stop with the law rate_state_ageing, expected none"),
+        ({"D_c: 1 um": "a4: 1 mm/s"}, "friction.D_c: missing"),
+        ({"\naxes": "\ndrive: {stroke: 5 mm}\naxes"}, "expected a law of slip in both directions"),
+    ],
+)
+def test_what_such_a_contact_cannot_do_is_said(changes, message):
+    text = CONFIG
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    with pytest.raises(ConfigError) as error:
+        parse_config(text)
+    assert message in str(error.value)
+
+
+def test_a_contact_that_never_rests_has_no_sound():
+    with pytest.raises(ValueError, match="no sound of rate_state_slip, whose slip never ceases"):
+        sound.of(PAIR | {"belt_speed": 1e-2}, law="rate_state_slip")
+
+
+def test_a_border_along_stiffness_ends_where_small_motions_decay():
+    cell = {name: value for name, value in PAIR.items() if name != "stiffness"}
+    found = stickslip.border(cell | {"belt_speed": 1e-5}, "stiffness", (2e4, 2e5), 1e-3, law=LAWS[1], scan=8)
+    assert int(found["regime_above"].values.ravel()[-1]) in (2, 3)
+    assert float(found["border"].values.ravel()[-1]) == pytest.approx(8e4, rel=0.1)
