@@ -44,7 +44,7 @@ def test_a_configuration_that_asks_for_it_is_told(key, word):
     assert any(word in hint and "stickslip help comparison" in hint for hint in hints), hints
 
 
-@pytest.mark.parametrize("topic", ["modulation", "two-degree-of-freedom", "Dahl", "rate and state", "brake", "dither"])
+@pytest.mark.parametrize("topic", ["modulation", "two-degree-of-freedom", "Dahl", "LuGre", "brake", "dither"])
 def test_help_answers_with_the_sentence_and_the_page(topic):
     done = CliRunner().invoke(main, ["help", *topic.split()])
     assert done.exit_code == 0

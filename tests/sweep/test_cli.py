@@ -375,7 +375,7 @@ def test_plan_answers_however_long_the_cells_are_followed(here):
     (here / config).write_text(text)
     seconds = json.loads(call("plan", config, "--json").stdout)["seconds"]
     (here / config).write_text(text.replace("horizon: 100000 s", "horizon: 1 s"))
-    assert json.loads(call("plan", config, "--json").stdout)["seconds"] < 1e-3 * seconds
+    assert json.loads(call("plan", config, "--json").stdout)["seconds"] < 0.1 * seconds
 
 
 def test_validate_says_what_it_understood_in_si(here):
