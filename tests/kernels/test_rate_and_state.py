@@ -113,6 +113,21 @@ def test_small_motions_do_as_linear_theory_says(law):
     np.testing.assert_array_equal(rests[decided], decay[decided])
 
 
+@pytest.mark.parametrize("law", LAWS)
+def test_regimes_near_the_critical_stiffness_are_those_of_a_tighter_tolerance(law):
+    p, random = draw(500, 11), np.random.default_rng(1)
+    critical = rate_state.critical_stiffness(p["m"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    p = {name: values[critical > 0.0] for name, values in p.items()}
+    side = random.choice([-1.0, 1.0], p["k"].size) * 10 ** random.uniform(-3, -1, p["k"].size)
+    p["k"] = critical[critical > 0.0] * (1.0 + side)
+    found, tight = (run(columns(p), rtol, max_steps=steps, law=LAWS[law]) for rtol, steps in ((1e-6, 3e4), (1e-8, 1e5)))
+    both = (found[at.REGIME] != at.UNRESOLVED) & (tight[at.REGIME] != at.UNRESOLVED)
+    assert both.mean() > 0.4
+    np.testing.assert_array_equal(found[at.REGIME, both], tight[at.REGIME, both])
+    cycles = both & np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED))
+    np.testing.assert_allclose(found[at.PERIOD, cycles], tight[at.PERIOD, cycles], rtol=1e-3)
+
+
 def test_a_cell_is_the_same_in_any_company():
     p = draw(200, 5)
     cells, order = columns(p), np.random.default_rng(6).permutation(200)

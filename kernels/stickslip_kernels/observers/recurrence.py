@@ -8,8 +8,8 @@ that nothing is left of the change, is a cycle. What `regime.py` proves of a fri
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
+from .. import contacts, observers
 from .. import layout as at
-from .. import observers
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..machine import DONE
@@ -18,7 +18,7 @@ from ..roots import FOR_A_VALUE, arrival, extreme_speed
 BAND = 1e-4  # of the largest distance from steady sliding so far
 ALIKE = 10.0  # tolerances, of the range, by which a cycle may differ from its limit ...
 TIMES = 2.0  # ... so often in a row
-NOISE = 0.1  # tolerances, of the range: smaller changes are those of steps
+NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
 
 
@@ -147,7 +147,8 @@ def observe_no_event(m, i):
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
     distance, may_rest = (p * p + q * q) ** 0.5, s[at.DECIDED + i] == 0.0 and s[at.ATTRACTS + i] > 0.0
     s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
-    if may_rest and max(distance, abs(s[at.DW + i])) < BAND * s[at.AMPLITUDE + i]:
+    in_band = max(distance, abs(s[at.DW + i])) < BAND * s[at.AMPLITUDE + i]
+    if may_rest and in_band and contacts.is_near_steady(m, i):
         xi = s[at.XI_STAR + i]
         results[at.XI_SETTLED, c], results[at.SETTLING_TIME, c] = xi, s[at.TAU + i]
         results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c], results[at.CYCLE_SPEED_RANGE, c] = xi, xi, 0.0
