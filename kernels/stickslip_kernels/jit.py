@@ -81,3 +81,18 @@ def by_type(type_of_tag, *, inline=False):
         return default
 
     return decorate
+
+
+def in_turn(loop_of, first, count):
+    """The functions `loop_of(first)` to `loop_of(count - 1)` of a law and of the lanes, one after the other."""
+    loop = loop_of(first)
+    if first + 1 == count:
+        return loop
+    later = in_turn(loop_of, first + 1, count)
+
+    @compiled(inline=True)
+    def loops(law, s):
+        loop(law, s)
+        later(law, s)
+
+    return loops

@@ -21,7 +21,7 @@ from ..dense import conservative_work, subtract_damper_work
 from ..exponential import exp, rough_exp2, rough_log2
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
-from ..jit import by_type, compiled
+from ..jit import by_type, compiled, in_turn
 from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
 from ..rosenbrock import RODAS_5P
@@ -283,22 +283,7 @@ def stage_loop(n):
     return loop
 
 
-def stages_from(n):
-    """The loops of stage n and the later ones, one after the other."""
-    loop = stage_loop(n)
-    if n + 1 == STAGES:
-        return loop
-    later = stages_from(n + 1)
-
-    @compiled(inline=True)
-    def loops(law, s):
-        loop(law, s)
-        later(law, s)
-
-    return loops
-
-
-stages = stages_from(0)
+stages = in_turn(stage_loop, 0, STAGES)
 LAST = STAGES - 1
 WEIGHTS = (*RODAS_5P.matrix[LAST], 1.0)
 ROWS = tuple(tuple(stage_row(j, state) for state in range(STATES)) for j in range(STAGES))

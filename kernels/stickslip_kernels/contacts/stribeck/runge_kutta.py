@@ -9,7 +9,7 @@ from ... import layout as at
 from ...dense import interpolate
 from ...exponential import rough_exp2, rough_log2
 from ...intrinsics import select, widest_vectors
-from ...jit import compiled
+from ...jit import compiled, in_turn
 from ...tableau import TSITOURAS_54
 from .equations import jerk_in_lane, slope_in_lane
 from .extreme_slope import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
@@ -67,22 +67,7 @@ def stage_loop(n):
     return loop
 
 
-def stages_from(n):
-    """The loops of stage n and the later ones, one after the other."""
-    loop = stage_loop(n)
-    if n + 1 == len(STAGE_W):
-        return loop
-    later = stages_from(n + 1)
-
-    @compiled(inline=True)
-    def loops(law, s):
-        loop(law, s)
-        later(law, s)
-
-    return loops
-
-
-stages = stages_from(1)  # the first, number 0, is the last of the step before
+stages = in_turn(stage_loop, 1, len(STAGE_W))  # the first, number 0, is the last of the step before
 
 
 @compiled(inline=True)
