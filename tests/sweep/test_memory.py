@@ -121,3 +121,14 @@ def test_a_border_along_stiffness_ends_where_small_motions_decay():
     found = stickslip.border(cell | {"belt_speed": 1e-5}, "stiffness", (2e4, 2e5), 1e-3, law=LAWS[1], scan=8)
     assert int(found["regime_above"].values.ravel()[-1]) in (2, 3)
     assert float(found["border"].values.ravel()[-1]) == pytest.approx(8e4, rel=0.1)
+
+
+def test_attractors_of_it_are_sampled():
+    cells = PAIR | {"belt_speed": 1e-4, "stiffness": [2e4, 1e5]}
+    steady = (0.6 - 0.008 * np.log(100.0)) * 10.0 / 1e5
+    found = stickslip.attractors(
+        cells, {"displacement": (0.5 * steady, 1.5 * steady), "velocity": (-1e-4, 9e-5)}, law=LAWS[0], samples=64
+    )
+    np.testing.assert_array_equal(found["settling_share"], [0.0, 1.0])
+    assert found["regime_from_stick"].values.tolist() == [1, 2]
+    assert found["regime_from_sliding"].values.tolist() == [1, 2]

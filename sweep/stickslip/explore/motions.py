@@ -235,6 +235,7 @@ def _curve(one: Parameters, shown: list[Motion], options: Options) -> tuple[Floa
     curve = model_of(options.law).curve
     decay = one[curve.decay][0] if curve else 0.0
     reach = 1.05 * max([*fastest, 2.0 * abs(one["belt_speed"][0]), 3.0 * decay])
-    w = np.unique(np.concatenate([np.linspace(0.0, reach, _CURVE), np.geomspace(1e-6 * reach, reach, _CURVE)]))
+    least = 0.0 if curve else 1e-6 * reach  # other friction need not be finite at rest
+    w = np.unique(np.concatenate([np.linspace(least, reach, _CURVE), np.geomspace(1e-6 * reach, reach, _CURVE)]))
     cells = {name: np.full(w.size, values[0]) for name, values in one.items()} | {"belt_speed": w}
     return w, friction_at_belt_speed(cells, options)

@@ -43,6 +43,9 @@ class Verdicts:
 
 def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
     """Return which theorem holds. stick : the regime reached from sticking."""
+    if not plain.slips_on_curve(cells, work.options).any():
+        none = np.zeros(stick.size, np.bool_)
+        return Verdicts(none, none, none)
     known, stable = plain.slips_on_curve(cells, work.options), plain.damping(cells) > 0
     everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
     some = np.flatnonzero(everywhere)
@@ -53,16 +56,17 @@ def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
 
 def exact_results(cells: Parameters, stick: Regimes, box: Attractors, work: Work) -> tuple[Flags, Results]:
     """Of which cells the share is exact, and their results, by names of the variables of attractors; NaN elsewhere."""
-    which = verdicts(cells, stick, work)
     n = stick.size
     found: Results = {name: np.full(n, np.nan) for name in _MEASURED}
+    which = verdicts(cells, stick, work)
     for mask, share, disturbance in ((which.nowhere, 0.0, 0.0), (which.everywhere, 1.0, np.inf)):
         found["settling_share"][mask] = share
         for name in _DISTURBANCES:
             found[name][mask] = disturbance
     inside = np.flatnonzero(which.inside)
-    for name, values in _inside_cycles(taken(cells, inside), box, work).items():
-        found[name][inside] = values
+    if inside.size:
+        for name, values in _inside_cycles(taken(cells, inside), box, work).items():
+            found[name][inside] = values
     return np.isfinite(found["settling_share"]), found
 
 
