@@ -128,6 +128,19 @@ def test_regimes_near_the_critical_stiffness_are_those_of_a_tighter_tolerance(la
     np.testing.assert_allclose(found[at.PERIOD, cycles], tight[at.PERIOD, cycles], rtol=1e-3)
 
 
+@pytest.mark.parametrize("law", LAWS)
+def test_speeds_of_plates_are_no_smaller_matter(law):
+    """Ten times softer and stiffer than critical, from 1e-13 to 1e-6 m/s."""
+    speeds = np.repeat(10.0 ** np.arange(-13.0, -5.0), 2)
+    one = dict(zip(NAMES, (10.0, 1.0, 0.0, 0.0, 0.0, 0.6, 1e-6, 0.01, 0.018, 1e-6), strict=True))
+    p = {name: np.full(speeds.size, value) for name, value in one.items()} | {"v_b": speeds}
+    p["k"] = np.tile([8e3, 8e5], speeds.size // 2)
+    found = run(columns(p), law=LAWS[law])
+    rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))
+    np.testing.assert_array_equal(rests, np.tile([False, True], speeds.size // 2))
+    assert np.isin(found[at.REGIME, ::2], (at.STICK_SLIP, at.SUSTAINED)).all()
+
+
 def test_a_cell_is_the_same_in_any_company():
     p = draw(200, 5)
     cells, order = columns(p), np.random.default_rng(6).permutation(200)

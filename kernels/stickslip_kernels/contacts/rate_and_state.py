@@ -18,6 +18,7 @@ from typing import NamedTuple
 from .. import contacts, observers
 from .. import layout as at
 from ..dense import conservative_work, subtract_damper_work
+from ..drive import SMALLEST_SPEED
 from ..exponential import exp, rough_exp2, rough_log2
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
@@ -146,7 +147,7 @@ def begin_cell(m, i, c):
     if smooth.open_cell(m, i, c) == DONE:
         return DONE
     s = m.s
-    speed = s[at.FLOOR + i] * 1e3  # of the belt, or its largest
+    speed = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt, or its largest
     s[V + i], s[A + i], s[B_STATE + i] = speed, cells[DIRECT, c], cells[EVOLUTION, c]
     s[MU_V + i], s[RATE + i] = contacts.steady_friction(m.contact, m.law, cells, c, speed), speed / cells[DISTANCE, c]
     if isnan(cells[at.ETA_START, c]):
