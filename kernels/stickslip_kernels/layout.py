@@ -33,13 +33,8 @@ SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
     HORIZON,  # may be inf
 ) = range(15)  # fmt: skip
 CELL_ROWS = 15
-OWN_0, OWN_1, OWN_2, OWN_3, OWN_4 = (
-    A1,
-    A2,
-    A3,
-    A4,
-    DELTA,
-)  # rows of the contact, as one that has no friction curve calls them
+# rows of the contact, as one that has no friction curve calls them
+OWN_0, OWN_1, OWN_2, OWN_3, OWN_4 = A1, A2, A3, A4, DELTA
 
 # --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (

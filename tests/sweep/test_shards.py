@@ -41,7 +41,7 @@ def dataset(title="a map"):
     return xr.Dataset(data, coords, {"source": "stickslip 0", "configuration": title})
 
 
-def write(place, ds, calls=None, **options):
+def write(place, ds, calls=None, identity="a run", **options):
     """As a run does it: chunk after chunk, all variables of each that are not there."""
 
     def fill(file):
@@ -54,7 +54,7 @@ def write(place, ds, calls=None, **options):
                             calls.append((name, place))
                         target.write(name, ds[name].values[part], place)
 
-    return writing.write(ds, place, fill, goes_on=True, **options)
+    return writing.write(ds, place, fill, identity=identity, **options)
 
 
 def contents(folder):
@@ -103,7 +103,7 @@ def test_the_bytes_are_the_same_however_often_it_was_interrupted(tmp_path, monke
     assert not [*tmp_path.glob(".*")]
 
 
-@pytest.mark.parametrize("damage", ["shard", "journal", "lost"])
+@pytest.mark.parametrize("damage", ["shard", "journal", "zeros", "text", "lost"])
 def test_what_was_damaged_meanwhile_is_written_again(tmp_path, monkeypatch, damage):
     ds, whole, place = dataset(), tmp_path / "whole.zarr", tmp_path / "map.zarr"
     write(whole, ds)
@@ -114,9 +114,13 @@ def test_what_was_damaged_meanwhile_is_written_again(tmp_path, monkeypatch, dama
         shard.write_bytes(bytes([shard.read_bytes()[0] ^ 1]) + shard.read_bytes()[1:])
     elif damage == "lost":
         shard.unlink()
-    else:
+    elif damage == "journal":
         journal = folder / targets.JOURNAL
         journal.write_bytes(journal.read_bytes()[:-7])
+    else:
+        journal = folder / targets.JOURNAL
+        spoiled = b"\0" * 80 + b"\n" if damage == "zeros" else b"\xff[1, 2]\n"
+        journal.write_bytes(b"".join([*journal.read_bytes().splitlines(keepends=True)[:20], spoiled, b"[]\n"]))
     write(place, ds)
     assert contents(place) == contents(whole)
 
@@ -134,12 +138,14 @@ def interrupt(place, ds, monkeypatch, after):
         write(place, ds)
 
 
-def test_another_map_does_not_go_on_with_it(tmp_path, monkeypatch):
+@pytest.mark.parametrize("what", ["map", "run by other kernels"])
+def test_another_map_or_run_does_not_go_on_with_it(tmp_path, monkeypatch, what):
     place, calls = tmp_path / "map.zarr", []
     interrupt(place, dataset(), monkeypatch, 60)
-    write(place, dataset("another"), calls)
+    (tmp_path / ".map.zarr.of-an-other.zarr.0-0-0.part").mkdir()  # of a target with such a name
+    write(place, dataset("another") if what == "map" else dataset(), calls, what)
     assert len(calls) == 3 * 36
-    assert not [*tmp_path.glob(".*")]  # nothing is left of the first one
+    assert [path.name for path in tmp_path.glob(".*")] == [".map.zarr.of-an-other.zarr.0-0-0.part"]
 
 
 @pytest.mark.parametrize(("age", "goes_on"), [(10.0, False), (200.0, True)])

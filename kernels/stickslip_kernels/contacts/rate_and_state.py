@@ -197,6 +197,7 @@ def handle_event(m, i):
     """Look at lane i, whose step was flagged."""
     if smooth.commit(m, i) == DONE:
         return DONE
+    derive(m, i)  # the belt may accelerate otherwise from here on
     return RUNNING
 
 

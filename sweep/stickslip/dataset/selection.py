@@ -20,7 +20,7 @@ from stickslip.errors import PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
-from stickslip.vocabulary.models import model_with
+from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.suggest import listed, nearest, suggest
 
@@ -236,8 +236,9 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
         dims = dict.fromkeys(str(coords[name].dims[0]).removesuffix("_case") for name in missing)
         raise ValueError(f"which cell? give {listed(dims, 'and')}: a value, or a label or position where it has none")
     arrays = parameters_of({name: np.array([value]) for name, value in known.items()})
-    law = next(iter(model_with(arrays).laws))  # of several laws of a model the quantities are the same
-    cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, law)
+    whole = [model for model in MODELS if all(name in arrays for name in model.needed)]
+    laws = (whole or MODELS)[0].laws  # which of them, is one: their quantities are the same
+    cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, next(iter(laws)))
     return {name: float(values[0]) for name, values in cells.items()}
 
 

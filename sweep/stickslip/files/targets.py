@@ -35,6 +35,7 @@ _SILENT = 120.0  # s without a note in its journal: a writer on another machine 
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
 _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
+_PART = re.compile(r"(?P<machine>[0-9a-f]{8})-(?P<pid>\d+)-[0-9a-f]{8}\.part")
 Begun = Callable[[Path], bool]
 NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
 
@@ -177,8 +178,10 @@ def _neighbour(target: Path, begun: Begun | None) -> Iterator[Path]:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         for path in target.parent.glob(f".{glob.escape(short)}.*-*-*.part"):
-            machine, pid, _ = path.name[len(short) + 2 :].split("-")
-            ours = machine == here and pid.isdigit() and not is_alive(int(pid))
+            named = _PART.fullmatch(path.name[len(short) + 2 :])
+            if not named:  # of another target
+                continue
+            ours = named["machine"] == here and not is_alive(int(named["pid"]))
             if begun and not temporary.exists() and (ours or _is_silent(path)) and begun(path):
                 with suppress(OSError):  # another one was faster
                     os.rename(path, temporary)

@@ -56,7 +56,7 @@ def write(
     fill: Fill | None = None,
     chunks: tuple[int, ...] | None = None,
     check: Check | None = None,
-    goes_on: bool = False,
+    identity: str | None = None,
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
@@ -66,14 +66,14 @@ def write(
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
     check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
         Behind a URL nothing can come between, since who writes holds a lock.
-    goes_on : whether the values depend on nothing but the rest, so that a large Zarr store in a folder goes on where an
-        earlier writer was interrupted.
+    identity : of the values, beside all else that is written: a large Zarr store in a folder goes on where an earlier
+        writer of the same was interrupted. None: nobody goes on with it.
     """
     place = location(path)
     plain = sealed(_with_plain_texts(ds.drop_encoding()))
     if place.suffix == ".zarr":
         require_zarr(path)
-        with _new_zarr(place, plain.attrs[SEAL], check, goes_on) as store:
+        with _new_zarr(place, plain.attrs[SEAL], check, identity) as store:
             _create(plain, chunks, store, fill)
             store.finish(map(str, ds.variables))
         return place
@@ -87,7 +87,7 @@ def write(
 
 
 @contextmanager
-def _new_zarr(place: Location, seal: str, check: Check | None, goes_on: bool) -> Iterator[NewZarr]:
+def _new_zarr(place: Location, seal: str, check: Check | None, identity: str | None) -> Iterator[NewZarr]:
     """A new store that replaces that at `place` in the end.
 
     Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
@@ -99,7 +99,8 @@ def _new_zarr(place: Location, seal: str, check: Check | None, goes_on: bool) ->
         with replaced_store(place) as put:
             yield NewZarr(put, waits=True)
         return
-    begun = partial(is_begun, of=seal) if goes_on else None
+    of = f"{seal} {identity}"
+    begun = None if identity is None else partial(is_begun, of=of)
     with replaced(place, _replace_folder, check, zarr=True, begun=begun) as temporary:
 
         def write(key: str, data: Packed) -> None:
@@ -107,7 +108,7 @@ def _new_zarr(place: Location, seal: str, check: Check | None, goes_on: bool) ->
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(data)
 
-        yield NewZarr(write, shards=Shards(temporary, seal))
+        yield NewZarr(write, shards=Shards(temporary, of))
 
 
 def _create(plain: xr.Dataset, chunks: tuple[int, ...] | None, file: Path | NewZarr, fill: Fill | None) -> None:

@@ -53,7 +53,7 @@ class Sharding:
 class Shards:
     """The shards of a store in a folder; chunks are appended by any thread.
 
-    of : what is written, the seal of the store. contents : of all chunks that are there.
+    of : what identifies the values that are written. contents : of all chunks that are there.
     """
 
     def __init__(self, folder: Path, of: str) -> None:
@@ -70,9 +70,12 @@ class Shards:
             journal.readline()
             good = journal.tell()
             while (line := journal.readline()).endswith(b"\n"):
-                name, number, offset, length, content = json.loads(line)
-                of, number = shardings[name], tuple(number)
-                data = self._read(of.key(number), offset, length)
+                try:
+                    name, number, offset, length, content = json.loads(line)
+                    of, number = shardings[name], tuple(number)
+                    data = self._read(of.key(number), offset, length)
+                except (ValueError, KeyError, TypeError):  # a note that a power failure spoiled
+                    break
                 if int.from_bytes(data[-_CHECKSUM:], "little") != google_crc32c.value(data[:-_CHECKSUM]):
                     break
                 self._enter(of, number, offset, length, bytes.fromhex(content))
@@ -121,7 +124,7 @@ def is_begun(folder: Path, of: str) -> bool:
     try:
         with open(folder / JOURNAL, encoding="utf-8") as journal:
             return journal.readline() == json.dumps(of) + "\n"
-    except OSError:
+    except (OSError, ValueError):
         return False
 
 

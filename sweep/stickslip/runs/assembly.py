@@ -163,7 +163,8 @@ def assemble(
             else:
                 _write_by_region(canvas, target, progress)
 
-    writing.write(template, output, fill, chunks, check, goes_on=store.is_complete())
+    identity = f"{store.manifest.created} {' '.join(kernels)}" if store.is_complete() else None
+    writing.write(template, output, fill, chunks, check, identity)
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
