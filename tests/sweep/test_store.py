@@ -165,8 +165,8 @@ def test_what_a_killed_process_left_is_removed_and_what_others_write_is_not(tmp_
     with targets.replaced(tmp_path / "map.nc") as temporary:
         temporary.write_text("old")
     ours = temporary.name.partition(f"{os.getpid()}-")[0]
-    left = [f"{ours}{pid}-0123.part" for pid in (gone.pid, os.getpid())]
-    elsewhere = f".map.nc.elsewher-{gone.pid}-0123.part"
+    left = [f"{ours}{pid}-01234567.part" for pid in (gone.pid, os.getpid())]
+    elsewhere = f".map.nc.abcdef01-{gone.pid}-01234567.part"
     for name in (*left, elsewhere):
         (tmp_path / name).write_text("half a map")
     writing.write(plane(), tmp_path / "map.nc")
