@@ -31,8 +31,11 @@ SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
     ETA_START,  # NaN: sticking
     CONTACT_START,  # time in contact before the start
     HORIZON,  # may be inf
-) = range(15)  # fmt: skip
-CELL_ROWS = 15
+    CONTACT_STIFFNESS, CONTACT_DAMPING,  # of bristles (`contacts/lugre.py`), over k and over sqrt(k m)
+    CONTACT_DAMPING_RATE,  # one over the slip speed at which that damping has fallen to a third; 0: it does not
+    ELASTIC_PART,
+) = range(19)  # fmt: skip
+CELL_ROWS = 19
 # rows of the contact, as one that has no friction curve calls them
 OWN_0, OWN_1, OWN_2, OWN_3, OWN_4 = A1, A2, A3, A4, DELTA
 
@@ -181,9 +184,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
     DECIDED_BY,  # the status then
     SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
-    # what `observers/recurrence.py` must know of steady sliding
+    # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
     ATTRACTS,  # 1 where it attracts small motions
     FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
+    LONGEST,  # step near it that does not damp motions that grow; inf where none do
     # the amplitude map (`observers/amplitudes.py`)
     INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,
@@ -195,7 +199,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     MAP_STEPS,  # steps tried before
     MAP_OFF,  # by how much the last node differed from what those before foretold
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 67 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 68 * WIDTH, WIDTH)  # fmt: skip
 MAP_ROWS_ASIDE, MAP_MOST_NODES = 10, 16
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map

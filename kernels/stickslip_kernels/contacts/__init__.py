@@ -26,7 +26,7 @@ from ..dense import horner, load_and_speed, speed
 from ..jit import by_type
 from ..roots import FOR_A_VALUE, crossing
 
-_NAMES = ("stribeck.modes", "rate_and_state")  # files of this folder
+_NAMES = ("stribeck.modes", "rate_and_state", "lugre")  # files of this folder
 
 _of_machine = by_type(lambda m, *_: m.types[m.fields.index("contact")])
 _inline = by_type(lambda m, *_: m.types[m.fields.index("contact")], inline=True)

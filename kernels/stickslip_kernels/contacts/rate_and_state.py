@@ -12,21 +12,32 @@ friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbr
 WEAK has psi.
 """
 
-from math import isnan, log, pi
+from math import isnan, log
 from typing import NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
 from ..dense import conservative_work, subtract_damper_work
 from ..drive import SMALLEST_SPEED
-from ..exponential import exp, rough_exp2, rough_log2
+from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
-from ..jit import by_type, compiled, in_turn
+from ..jit import by_type, compiled
 from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
-from ..rosenbrock import RODAS_5P
 from . import smooth
+from .implicit import (
+    V_START,
+    end_of_step,
+    errors,
+    factorise,
+    judge_steady_sliding,
+    rates,
+    slopes,
+    stages,
+    step_factor,
+    variable,
+)
 
 
 class RateAndState(NamedTuple):
@@ -54,27 +65,13 @@ LAWS, REGIMES = {"rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0)}, Re
 MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
 # rows of a lane: a, b, mu_V, V, V/D
 A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
-STAGES, STATES = len(RODAS_5P.matrix), 3
-(PHI, DIAGONAL, W_01, L_10, U_11, W_12, L_21, U_22) = range(
-    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 8) * at.WIDTH, at.WIDTH
-)
-NODES, TIME_WEIGHTS = RODAS_5P.nodes_and_time_weights()
 SPENT = 1.0  # of the tolerance that one step may spend
-EXPONENT = 0.5 / RODAS_5P.order
-LOG2_SAFETY, SHRINK_MOST, GROW_MOST = -0.152003093445, 0.2, 6.0
-TINIEST_ERROR2 = 1e-16
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
-LOOP, NEAR = 2.0 * pi, 0.1
 CLOSE = 1e-2  # deviation of ln w, of ln theta, and of friction over a, up to which linear theory holds
 START = 0.1  # slip speed at the start, over that of the belt
-
-
-def stage_row(n, state):
-    """Row of k of stage n."""
-    return at.SERIES_DW + (STATES * n + state) * at.WIDTH
 
 
 _law = by_type(lambda law, *_: law, inline=True)
@@ -159,28 +156,10 @@ def begin_cell(m, i, c):
     contact = cells[at.CONTACT_START, c]
     s[at.WEAK + i] = log(contact * s[RATE + i]) if contact > 0.0 else 0.0
     s[at.STEP + i] = 1e-3 * min(1.0, s[at.W + i] / s[A + i], 1.0 / s[RATE + i])
-    judge_steady_sliding(s, i, belt)
+    at_once = s[at.G + i] + s[A + i] / belt
+    judge_steady_sliding(s, i, at_once, at_once - s[B_STATE + i] / belt, belt / cells[DISTANCE, c])
     derive(m, i)
     return RUNNING
-
-
-@compiled
-def judge_steady_sliding(s, i, b):
-    """Rows ATTRACTS and FIRMNESS at the belt speed b.
-
-    With the slopes E of friction at once and S of steady friction, and the rate r = b/D at which the state follows:
-    x^3 + (r + E) x^2 + (1 + r S) x + r has roots with negative real parts only (Routh, Hurwitz).
-
-    J. R. Rice, A. L. Ruina, J. Appl. Mech. 50 (1983) 343.
-    """
-    at_once = s[at.G + i] + s[A + i] / b
-    steady, rate = at_once - s[B_STATE + i] / b, s[RATE + i] * b / s[V + i]
-    square, linear = rate + at_once, 1.0 + rate * steady
-    excess = square * linear - rate
-    s[at.ATTRACTS + i] = 1.0 if square > 0.0 and excess > 0.0 else 0.0
-    decay = 0.5 * abs(excess) / (abs(linear) + square * square)  # of x = i linear^(1/2), to first order
-    is_near = abs(excess) < NEAR * rate
-    s[at.FIRMNESS + i] = min(LOOP * decay / abs(linear) ** 0.5, 1.0) if is_near else 1.0
 
 
 @compiled(inline=True)
@@ -225,70 +204,33 @@ def steady_friction(contact, law, cells, c, w):
 @compiled
 def try_step(m):
     """A step of the size STEP in every lane; nothing is committed."""
-    factorise(m.law, m.s)
-    stages(m.law, m.s)
+    kind = (m.contact, m.law)
+    factorise(kind, m.s)
+    stages(kind, m.s)
     control_step(m.law, m.s, m.rtol)
     expand(m.s)
     subtract_damper_work(m.s)
 
 
-@compiled
-def factorise(law, s):
-    """1/(gamma h) - J in triangular factors; y, phi and psi are coupled to their neighbours only."""
-    widest_vectors()
-    for i in range(at.WIDTH):
-        h = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
-        phi, psi, w = ln(s[at.W + i] / s[V + i]), s[at.WEAK + i], s[at.W + i]
-        e, per_w, diagonal = w / s[V + i], 1.0 / w, 1.0 / (RODAS_5P.gamma * h)
-        _, g_phi, g_psi = growth(law, e, phi, psi)
-        slope = force(s, i, s[at.Y + i], w, phi, psi) * per_w
-        per_d, w_12 = 1.0 / diagonal, s[B_STATE + i] * per_w
-        l_10 = -per_w * per_d
-        per_u11 = 1.0 / (diagonal + s[at.G + i] + s[A + i] * per_w + slope - l_10 * w)
-        l_21 = -s[RATE + i] * g_phi * per_u11
-        s[at.TAKEN + i], s[PHI + i] = h, phi
-        s[DIAGONAL + i], s[W_01 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
-            per_d, w, l_10, per_u11, w_12, l_21
-        )  # fmt: skip
-        s[U_22 + i] = 1.0 / (diagonal - s[RATE + i] * g_psi - l_21 * w_12)
+@variable.of(RateAndState)
+def _variable(kind, s, i):
+    return ln(s[at.W + i] / s[V + i])
 
 
-def stage_loop(n):
-    """The loop of stage n: straight-line code, since its rows and weights are constants."""
-    rows = tuple(tuple(stage_row(j, state) for state in range(STATES)) for j in range(n + 1))
-    a, coupling, node, time_weight = RODAS_5P.matrix[n], RODAS_5P.coupling[n], NODES[n], TIME_WEIGHTS[n]
-    own, first = rows[n], n == 0
-
-    @compiled
-    def loop(law, s):
-        widest_vectors()
-        for i in range(at.WIDTH):
-            h, y, phi, psi = s[at.TAKEN + i], s[at.Y + i], s[PHI + i], s[at.WEAK + i]
-            r_0, r_1, r_2 = 0.0, 0.0, 0.0
-            if not first:
-                for j in range(n):
-                    k_0, k_1, k_2 = s[rows[j][0] + i], s[rows[j][1] + i], s[rows[j][2] + i]
-                    y, phi, psi = y + a[j] * k_0, phi + a[j] * k_1, psi + a[j] * k_2
-                    r_0, r_1, r_2 = r_0 + coupling[j] * k_0, r_1 + coupling[j] * k_1, r_2 + coupling[j] * k_2
-            e, per_h = exp(phi), 1.0 / h
-            w = s[V + i] * e
-            moved = s[at.ALPHA + i] * h
-            b_0 = s[at.B + i] + node * moved - w + r_0 * per_h + time_weight * moved
-            b_1 = force(s, i, y, w, phi, psi) / w + r_1 * per_h
-            b_2 = s[RATE + i] * growth(law, e, phi, psi)[0] + r_2 * per_h
-            b_1 -= s[L_10 + i] * b_0
-            b_2 -= s[L_21 + i] * b_1
-            k_2 = b_2 * s[U_22 + i]
-            k_1 = (b_1 - s[W_12 + i] * k_2) * s[U_11 + i]
-            s[own[0] + i], s[own[1] + i], s[own[2] + i] = (b_0 - s[W_01 + i] * k_1) * s[DIAGONAL + i], k_1, k_2
-
-    return loop
+@rates.of(RateAndState)
+def _rates(kind, s, i, y, phi, psi):
+    e = exp(phi)
+    w = s[V + i] * e
+    return w, force(s, i, y, w, phi, psi) / w, s[RATE + i] * growth(kind[1], e, phi, psi)[0]
 
 
-stages = in_turn(stage_loop, 0, STAGES)
-LAST = STAGES - 1
-WEIGHTS = (*RODAS_5P.matrix[LAST], 1.0)
-ROWS = tuple(tuple(stage_row(j, state) for state in range(STATES)) for j in range(STAGES))
+@slopes.of(RateAndState)
+def _slopes(kind, s, i, y, phi, psi):
+    w = s[at.W + i]
+    per_w, (_, g_phi, g_psi) = 1.0 / w, growth(kind[1], w / s[V + i], phi, psi)
+    slope = force(s, i, y, w, phi, psi) * per_w
+    at_once = -s[at.G + i] - s[A + i] * per_w - slope
+    return w, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
 @compiled
@@ -300,22 +242,15 @@ def control_step(law, s, rtol):
     widest_vectors()
     tolerance2 = 1.0 / (SPENT * rtol) ** 2
     for i in range(at.WIDTH):
-        y, phi, psi = s[at.Y + i], s[PHI + i], s[at.WEAK + i]
-        for j in range(STAGES):
-            y, phi = y + WEIGHTS[j] * s[ROWS[j][0] + i], phi + WEIGHTS[j] * s[ROWS[j][1] + i]
-            psi += WEIGHTS[j] * s[ROWS[j][2] + i]
-        e_0, e_1, e_2 = s[ROWS[LAST][0] + i] / s[A + i], s[ROWS[LAST][1] + i], s[ROWS[LAST][2] + i]
+        (y, phi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
+        e_0 /= s[A + i]
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
-        factor = rough_exp2(LOG2_SAFETY - EXPONENT * rough_log2(max(error2, TINIEST_ERROR2)))
-        factor = min(max(factor, SHRINK_MOST), GROW_MOST)
-        good = error2 <= 1.0
-        factor = select(good, factor, min(factor, 0.9))
-        factor = select(error2 < 1e300, factor, SHRINK_MOST)
+        good, factor = error2 <= 1.0, step_factor(error2)
         h = s[at.TAKEN + i]
         slope, bend = derivatives(law, s, i, h, h, y, phi, psi)
         s[at.Y_NEW + i], s[at.WEAK_NEW + i] = y, psi
         put_motion(s, i, at.Y_NEW - at.Y, s[V + i] * exp(phi), slope, bend)
-        short = h * max(abs(slope), abs(s[at.DW + i] / s[at.W + i]), abs(phi - s[PHI + i]) / h) < LONGEST_RISE
+        short = h * max(abs(slope), abs(s[at.DW + i] / s[at.W + i]), abs(phi - s[V_START + i]) / h) < LONGEST_RISE
         s[at.GOOD + i] = select(good & short, 1.0, 0.0)
         s[at.STEP + i] = select(short, factor, min(factor, 0.5)) * s[at.STEP + i]
 

@@ -1,8 +1,9 @@
 """Observer of regimes for any contact: what recurs, or comes to rest, in the motion itself. Hooks of `observers`.
 
 It knows little of friction: a motion that stays within a band about steady sliding has settled, unless the contact says
-that this repels; one whose range of u changes so little from maximum to maximum, several times in a row,
-that nothing is left of the change, is a cycle. What `regime.py` proves of a friction curve it only sees.
+that this repels; one whose range of u changes so little from maximum to maximum, or from every second, third or fourth
+to the next such, several times in a row, that nothing is left of the change, is a cycle. What `regime.py` proves of a
+friction curve it only sees.
 """
 
 from math import inf, isnan, nan
@@ -18,8 +19,21 @@ from ..roots import FOR_A_VALUE, arrival, extreme_speed
 BAND = 1e-4  # of the largest distance from steady sliding so far
 ALIKE = 10.0  # tolerances, of the range, by which a cycle may differ from its limit ...
 TIMES = 2.0  # ... so often in a row
+MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
+MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
+AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
+DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
+SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
 NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
+
+# The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
+# + 1 of them; the extremes in each, its friction work and its duration. How often in a row u has ranged as so many
+# loops before; how often it has changed little, and from what on.
+RANGE = at.MAP_ASIDE
+_FIRST = RANGE + (2 * MOST_LOOPS + 1) * at.WIDTH
+_ROWS = (MOST_LOOPS + 1) * at.WIDTH
+HIGH, LOW, FAST, SLOW, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 9 * _ROWS, _ROWS)
 
 
 class Recurrence(NamedTuple):
@@ -31,10 +45,20 @@ class Recurrence(NamedTuple):
 
 def begin_cell(m, i, c):
     s = m.s
-    s[at.DECIDED + i], s[at.LOOP_STILL + i], s[at.AMPLITUDE + i] = 0.0, 0.0, 0.0
-    s[at.LOOP_XI + i], s[at.LOOP_CHANGE + i], s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = nan, nan, nan, 0.0
+    s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
+    forget_loops(s, i)
     s[at.FASTEST + i] = 0.0
     forget(s, i)
+
+
+@compiled
+def forget_loops(s, i):
+    """Loops are counted from here on."""
+    s[at.LOOP_STILL + i], s[at.LOOP_TAU + i] = 0.0, nan
+    for row in range(RANGE, ALIKE_BEFORE, at.WIDTH):
+        s[row + i] = nan
+    for loops in range(MOST_LOOPS + 1):
+        s[ALIKE_BEFORE + loops * at.WIDTH + i], s[WITHIN + loops * at.WIDTH + i] = 0.0, 0.0
 
 
 @compiled(inline=True)
@@ -73,15 +97,21 @@ def before_commit(m):
         b, w, dw, good = s[at.B + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.GOOD + i] > 0.0
         turns = (s[at.W + i] > b) != (w > b)
         peaks = (s[at.DW + i] > 0.0) != (dw > 0.0)
-        p, q = s[at.Y_NEW + i] - s[at.Y_STAR + i], w - b
-        distance = (p * p + q * q) ** 0.5
+        distance = distance_from_steady(s, i, s[at.Y_NEW + i], w)
         farthest = max(s[at.AMPLITUDE + i], distance)
         s[at.AMPLITUDE + i] = select(good, farthest, s[at.AMPLITUDE + i])
         s[at.DW_TOP + i] = select(good, max(s[at.DW_TOP + i], abs(dw)), s[at.DW_TOP + i])
         s[at.FASTEST + i] = select(good, max(s[at.FASTEST + i], abs(w)), s[at.FASTEST + i])
-        settled = max(distance, abs(dw)) < BAND * farthest
+        settled = max(distance, abs(dw)) <= BAND * farthest
         s[at.SIDE_LAST_NEW + i], s[at.CROSSED_NEW + i] = s[at.SIDE_LAST + i], s[at.CROSSED + i]
         s[at.LOOK + i], s[at.TURNING + i] = select(turns | peaks | settled, 1.0, 0.0), select(turns, 1.0, 0.0)
+
+
+@compiled(inline=True)
+def distance_from_steady(s, i, y, w):
+    """Distance from steady sliding; from standstill under a belt that rests, where the load may be any."""
+    p, q = select(s[at.B + i] != 0.0, y - s[at.Y_STAR + i], 0.0), w - s[at.B + i]
+    return (p * p + q * q) ** 0.5
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
@@ -91,11 +121,12 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
         note(s, i, y - s[at.G + i] * b, extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1], 0.0)
     if (s[at.W + i] > b) != (w > b):
         t, rise, so_far = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
-        note(s, i, s[at.Y + i] + rise - s[at.G + i] * b, b, 0.0)
+        u = s[at.Y + i] + rise - s[at.G + i] * b
+        note(s, i, u, b, 0.0)
         if abs(s[at.Y + i] + rise - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
-        if w > b:
-            look_back(m, i, s[at.TAU + i] + t, s[at.HEAT + i] + so_far)
+        if (w > b) == (b > 0.0):
+            look_back(m, i, s[at.TAU + i] + t, u, s[at.HEAT + i] + so_far)
 
 
 @compiled(inline=True)
@@ -107,29 +138,99 @@ def note(s, i, u, w, dw):
 
 
 @compiled
-def look_back(m, i, tau, heat):
-    """A maximum of u at tau: is the last loop that to which the loops before tend?
+def look_back(m, i, tau, u, heat):
+    """A maximum of u at tau: is what came before, in one loop or a few, that to which the motion tends?
+
+    What rings after a slip, in the contact itself, belongs to the loop under way.
+    """
+    s, span, largest = m.s, m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i], 0.0
+    for row in range(RANGE, RANGE + MOST_LOOPS * at.WIDTH, at.WIDTH):
+        largest = max(largest, s[row + i]) if s[row + i] > 0.0 else largest
+    s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if span < SMALL * largest else 0.0
+    if 0.0 < s[at.LOOP_STILL + i] < MOST_SMALL:
+        return
+    if s[at.LOOP_STILL + i] > 0.0:
+        forget_loops(s, i)
+    for row in range(ALIKE_BEFORE - at.WIDTH, RANGE, -at.WIDTH):  # what falls into the next quantity is replaced there
+        s[row + i] = s[row - at.WIDTH + i]
+    s[RANGE + i] = span
+    s[HIGH + i], s[LOW + i] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
+    s[FAST + i], s[SLOW + i] = s[at.V_HIGH + i], s[at.V_LOW + i]
+    s[TIME + i], s[HEAT + i] = tau - s[at.LOOP_TAU + i], heat - s[at.LOOP_HEAT + i]
+    s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = tau, heat
+    for loops in range(1, MOST_LOOPS + 1):
+        if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
+            tell_cycle(m, i, loops * at.WIDTH)
+    forget(s, i)
+    note(s, i, u, s[at.B + i], 0.0)
+
+
+@compiled
+def recurs(m, i, loops):
+    """Return whether the last loops, so many, are those to which the motion tends.
 
     What is left of a geometric sequence of changes (Aitken) must be small; changes within the noise of steps say no
-    more than that noise does where small motions hardly grow or shrink.
+    more than that noise does where small motions hardly grow or shrink, unless the mass came to rest on the belt. Where
+    steps leave more noise than that, changes within the tolerance that lead nowhere, in many such loops.
     """
-    s, results, c, span = m.s, m.observer.results, int(m.s[at.CELL + i]), m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i]
-    change, before, noise = span - s[at.LOOP_XI + i], s[at.LOOP_CHANGE + i], NOISE * m.rtol * span
-    ratio = abs(change / before)
+    s, row = m.s, loops * at.WIDTH + i
+    last, span = s[RANGE + row], 0.0
+    change, previous = s[RANGE + i] - last, last - s[RANGE + loops * at.WIDTH + row]
+    firmness = s[at.FIRMNESS + i]
+    for one in range(0, loops * at.WIDTH, at.WIDTH):
+        span = max(span, s[RANGE + one + i])
+        if s[SLOW + one + i] <= 0.0 <= s[FAST + one + i]:
+            firmness = 1.0
+    tolerance = m.rtol * span
+    noise, ratio = NOISE * tolerance, abs(change / previous)
     left = abs(change) * ratio / (1.0 - ratio) if ratio < 1.0 else inf
-    if abs(change) <= noise and abs(before) <= noise:
+    if abs(change) <= noise and abs(previous) <= noise:
         left = noise
-    is_alike = max(left, noise / s[at.FIRMNESS + i]) <= ALIKE * m.rtol * span
-    s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if is_alike else 0.0
-    if s[at.DECIDED + i] == 0.0 and s[at.LOOP_STILL + i] >= TIMES:
-        results[at.PERIOD, c], results[at.CYCLE_HEAT, c] = tau - s[at.LOOP_TAU + i], heat - s[at.LOOP_HEAT + i]
-        results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
-        results[at.CYCLE_SPEED_RANGE, c] = s[at.V_HIGH + i] - s[at.V_LOW + i]
-        results[at.SLOWEST_SLIP, c] = s[at.V_LOW + i]
-        sticks = s[at.V_LOW + i] < STICK_BELOW * abs(s[at.B + i])
-        decide(m, i, at.STICK_SLIP if sticks else at.SUSTAINED, at.CYCLE_CLOSED if sticks else at.SLIP_CYCLE)
-    s[at.LOOP_XI + i], s[at.LOOP_CHANGE + i], s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = span, change, tau, heat
-    forget(s, i)
+    as_long = abs(s[TIME + i] - s[TIME + row]) <= AS_LONG * s[TIME + i]
+    is_alike = as_long and max(left, noise / firmness) <= ALIKE * tolerance
+    s[ALIKE_BEFORE + row] = s[ALIKE_BEFORE + row] + 1.0 if is_alike else 0.0
+    if not (as_long and abs(change) <= tolerance):
+        s[WITHIN + row] = 0.0
+    elif s[WITHIN + row] == 0.0:
+        s[WITHIN + row], s[WITHIN_FROM + row] = 1.0, s[RANGE + i]
+    else:
+        s[WITHIN + row] += 1.0
+    times = (s[WITHIN + row] - 1.0) / loops
+    leads_nowhere = times >= MANY and times % 1.0 == 0.0 and abs(s[RANGE + i] - s[WITHIN_FROM + row]) <= tolerance
+    return s[ALIKE_BEFORE + row] >= TIMES * loops or (leads_nowhere and firmness == 1.0)
+
+
+@compiled
+def is_repeated(m, i, loops):
+    """Return whether the last loops, so many, are fewer of them several times over, and these are not certain yet."""
+    s = m.s
+    for fewer in range(1, loops // 2 + 1):
+        off, row = 0.0 if loops % fewer == 0 else inf, fewer * at.WIDTH + i
+        for one in range(0, min(loops, MOST_LOOPS + 1 - fewer) * at.WIDTH, at.WIDTH):
+            off = max(off, abs(s[RANGE + one + i] - s[RANGE + one + row]) / s[RANGE + one + i] / (DISTINCT * m.rtol))
+            off = max(off, abs(s[TIME + one + i] - s[TIME + one + row]) / s[TIME + one + i] / AS_LONG)
+        if off < 1.0:
+            return True
+    return False
+
+
+@compiled
+def tell_cycle(m, i, loops):
+    """Write what the last loops, as many as these rows, are as a cycle."""
+    s, results, c, high, low, fast, slow = m.s, m.observer.results, int(m.s[at.CELL + i]), -inf, inf, -inf, inf
+    time, heat = 0.0, 0.0
+    for row in range(0, loops, at.WIDTH):
+        high, low = max(high, s[HIGH + row + i]), min(low, s[LOW + row + i])
+        fast, slow = max(fast, s[FAST + row + i]), min(slow, s[SLOW + row + i])
+        time, heat = time + s[TIME + row + i], heat + s[HEAT + row + i]
+    results[at.PERIOD, c], results[at.CYCLE_HEAT, c] = time, heat
+    results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = high, low
+    results[at.CYCLE_SPEED_RANGE, c] = fast - slow
+    least = slow if s[at.B + i] > 0.0 else -fast
+    results[at.SLOWEST_SLIP, c] = least
+    s[at.XI_HIGH + i], s[at.XI_LOW + i] = high, low
+    sticks = least < STICK_BELOW * abs(s[at.B + i])
+    decide(m, i, at.STICK_SLIP if sticks else at.SUSTAINED, at.CYCLE_CLOSED if sticks else at.SLIP_CYCLE)
 
 
 @compiled
@@ -144,11 +245,14 @@ def decide(m, i, regime, status):
 
 def observe_no_event(m, i):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
-    p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - s[at.B + i]
-    distance, may_rest = (p * p + q * q) ** 0.5, s[at.DECIDED + i] == 0.0 and s[at.ATTRACTS + i] > 0.0
+    distance, may_rest = distance_from_steady(s, i, s[at.Y + i], s[at.W + i]), s[at.DECIDED + i] == 0.0
     s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
-    in_band = max(distance, abs(s[at.DW + i])) < BAND * s[at.AMPLITUDE + i]
-    if may_rest and in_band and contacts.is_near_steady(m, i):
+    in_band = max(distance, abs(s[at.DW + i])) <= BAND * s[at.AMPLITUDE + i]
+    if not (may_rest and in_band and s[at.ATTRACTS + i] > 0.0):
+        return
+    if s[at.B + i] == 0.0:
+        decide(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
+    elif contacts.is_near_steady(m, i):
         xi = s[at.XI_STAR + i]
         results[at.XI_SETTLED, c], results[at.SETTLING_TIME, c] = xi, s[at.TAU + i]
         results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c], results[at.CYCLE_SPEED_RANGE, c] = xi, xi, 0.0
