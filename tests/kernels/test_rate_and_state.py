@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from helpers.kernel_runs import NAN, run
-from stickslip.theory import rate_state
+from stickslip.theory import memory
 from stickslip_kernels import layout as at
 from stickslip_kernels.rosenbrock import RODAS_5P
 
@@ -49,15 +49,19 @@ def draw(count, seed):
     p = {name: 10 ** random.uniform(low[name], high[name], count) for name in low}
     p["c"][::3] = 0.0
     p["k"] = 10 ** random.uniform(2, 6, count)
-    critical = rate_state.critical_stiffness(p["m"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    critical = memory.critical_stiffness(p["m"], slopes(p))
     near = (random.random(count) < 0.5) & (critical > 0.0)
     side = random.choice([-1.0, 1.0], count) * 10 ** random.uniform(-2, -0.5, count)
     p["k"] = np.where(near, critical * (1.0 + side), p["k"])
     return p
 
 
+def slopes(p):
+    return memory.rate_state_slopes(*(p[name] for name in ("c", "N", "v_b", "a", "b", "Dc")))
+
+
 def growth(p):
-    return rate_state.small_motions(p["m"], p["k"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    return memory.small_motions(p["m"], p["k"], slopes(p))
 
 
 def test_the_nodes_of_the_method_follow_from_its_matrices():
@@ -116,7 +120,7 @@ def test_small_motions_do_as_linear_theory_says(law):
 @pytest.mark.parametrize("law", LAWS)
 def test_regimes_near_the_critical_stiffness_are_those_of_a_tighter_tolerance(law):
     p, random = draw(500, 11), np.random.default_rng(1)
-    critical = rate_state.critical_stiffness(p["m"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    critical = memory.critical_stiffness(p["m"], slopes(p))
     p = {name: values[critical > 0.0] for name, values in p.items()}
     side = random.choice([-1.0, 1.0], p["k"].size) * 10 ** random.uniform(-3, -1, p["k"].size)
     p["k"] = critical[critical > 0.0] * (1.0 + side)
@@ -156,7 +160,7 @@ def test_a_cell_is_the_same_in_any_company():
 def test_the_border_of_small_motions_is_the_critical_stiffness():
     """By halving, from the roots of the characteristic polynomial."""
     p = draw(10_000, 7)
-    critical = rate_state.critical_stiffness(p["m"], p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"])
+    critical = memory.critical_stiffness(p["m"], slopes(p))
     p = {name: values[critical > 0.0] for name, values in p.items()}
     critical = critical[critical > 0.0]
     assert critical.size > 3000
@@ -168,9 +172,9 @@ def test_the_border_of_small_motions_is_the_critical_stiffness():
     np.testing.assert_allclose(low, critical, rtol=1e-6)
     np.testing.assert_allclose(
         growth(p | {"k": critical}).frequency,
-        rate_state.critical_frequency(p["c"], p["N"], p["v_b"], p["a"], p["b"], p["Dc"]), rtol=1e-6,
+        memory.critical_frequency(slopes(p)), rtol=1e-6,
     )  # fmt: skip
     stable = draw(3000, 8)
     stable["a"] = stable["b"] + 1e-4
-    assert (rate_state.critical_stiffness(*(stable[n] for n in ("m", "c", "N", "v_b", "a", "b", "Dc"))) == 0.0).all()
+    assert (memory.critical_stiffness(stable["m"], slopes(stable)) == 0.0).all()
     assert (growth(stable).growth < 0.0).all()

@@ -256,7 +256,7 @@ def observe_no_event(m, i):
         xi = s[at.XI_STAR + i]
         results[at.XI_SETTLED, c], results[at.SETTLING_TIME, c] = xi, s[at.TAU + i]
         results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c], results[at.CYCLE_SPEED_RANGE, c] = xi, xi, 0.0
-        results[at.SLOWEST_SLIP, c] = s[at.B + i]
+        results[at.SLOWEST_SLIP, c] = abs(s[at.B + i])
         if isnan(s[at.LOOP_TAU + i]):
             note(s, i, xi, s[at.B + i], 0.0)
         decide(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, at.SETTLING_OBSERVED)

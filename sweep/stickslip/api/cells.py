@@ -81,6 +81,7 @@ def evaluate(
     if options is None:
         end = inf if horizon is None else float(horizon)
         options = Options(law, float(rtol), end, int(max_steps), bool(early_stop), threads)
+    options = options.for_contact(cells)
     if variables is not None:
         options = options.keeping(variables)
     full = given_cells(cells, options)
@@ -139,6 +140,7 @@ def simulate(
     if samples < 2:
         raise ValueError(f"samples: got {samples!r}, expected at least 2")
     options = replace(options or Options(law, float(rtol), max_steps=int(max_steps)), horizon=seconds)
+    options = options.for_contact(cell)
     full = as_cells(cell, options.law)
     if full["mass"].size != 1:
         raise ValueError("simulate computes one trajectory: give every parameter one number")

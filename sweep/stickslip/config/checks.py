@@ -16,11 +16,13 @@ from stickslip.config.rigs import Drive
 from stickslip.config.rules import Finding
 from stickslip.config.studies import study_class
 from stickslip.errors import Path, Problem
+from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
+RIGID = "none"  # for the stiffness of a contact that sticks without giving way
 OF_RIGS = ("drive", "sensor", "features", "risk")  # sections
 MOST_TESTS = 100_000  # of a rig
 MOST_SAMPLES = 20_000_000  # of one motion: 160 MB a signal
@@ -34,6 +36,14 @@ _NARROWEST = 1e-6  # of the rate: bandwidths
 def belongs(rig: bool, key: str) -> bool:
     """True if a configuration of a rig, or of a map, may have this key."""
     return key not in (STUDIES if rig else OF_RIGS)
+
+
+def with_rigid_contact(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The plain data, without the stiffness of a contact that has none."""
+    friction = data.get("friction")
+    if not isinstance(friction, dict) or friction.get(STIFFNESS) != RIGID:
+        return data
+    return {**data, "friction": {name: value for name, value in friction.items() if name != STIFFNESS}}
 
 
 def misplaced(rig: bool, data: Mapping[str, Any]) -> Iterator[Problem]:

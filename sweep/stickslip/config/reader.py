@@ -26,7 +26,7 @@ from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_ya
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.models import MODELS, laws_with, model_of
+from stickslip.vocabulary.models import MODELS, law_of_contact, laws_with, model_of
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.studies import STUDIES
@@ -107,7 +107,7 @@ class _Reader(ProblemCollector):
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
         known = [key for key in KEYS if checks.belongs(self._rig, key)]
-        whole = self.mapping(self.document.data, (), f"the keys {listed(known)}")
+        whole = checks.with_rigid_contact(self.mapping(self.document.data, (), f"the keys {listed(known)}"))
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
         for problem in checks.misplaced(self._rig, whole):
@@ -124,6 +124,8 @@ class _Reader(ProblemCollector):
         studies = self._studies(data, sections["solver"])
         given = self._given(data)
         self._check_once(given)
+        friction = sections["friction"]
+        sections["friction"] = friction.model_copy(update={"law": law_of_contact(friction.law, given)})
         self._check_contact(sections["friction"], given)
         if ramp := checks.ramp_of_no_use(sections["drive"], given):
             self.add(ramp.path, ramp.message, ramp.hint, at_key=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, isinf
@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.models import LAWS, Model, model_of
+from stickslip.vocabulary.models import LAWS, Model, law_of_contact, model_of
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip_kernels import layout
@@ -88,6 +88,11 @@ class Options:
             got = repr(variables) if isinstance(variables, str) else ", ".join(map(repr, unknown))
             raise ValueError(f"variables: got {got}, expected a list of names out of {', '.join(known)}")
         return replace(self, variables=tuple(dict.fromkeys(("regime", *variables))))
+
+    def for_contact(self, names: Container[Any]) -> Options:
+        """The same for cells with quantities of these names, which may make the contact one of bristles."""
+        law = law_of_contact(self.law, names)
+        return self if law == self.law else replace(self, law=law)
 
     @property
     def until(self) -> int:

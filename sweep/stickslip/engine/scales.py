@@ -75,7 +75,7 @@ def to_si(rows: Floats, cells: Parameters, options: Options) -> Results:
 
 @lru_cache(maxsize=16)
 def _conversions(options: Options) -> dict[str, _Conversion]:
-    own = {name: _of_model(convert) for name, convert in model_of(options.law).to_si.items()}
+    own = {name: _of_model(convert) for name, convert in model_of(options.law).conversions(options.law).items()}
     return {name: (_CONVERSIONS | own)[name] for name in columns(options)}
 
 

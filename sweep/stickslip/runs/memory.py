@@ -68,7 +68,7 @@ class Subject:
     def of(cls, given: CellsOrConfig, keywords: SolverKeywords) -> Subject:
         """From what a call was given. Raises TypeError, ValueError or ConfigError."""
         if not is_config(given):
-            return cls(given, Options.of(keywords), {})  # type: ignore[arg-type]
+            return cls(given, Options.of(keywords).for_contact(given), {})  # type: ignore[arg-type]
         config = as_config(given)
         named = keywords.get("options")
         law = named.law if named else keywords.get("law")

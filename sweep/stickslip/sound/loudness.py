@@ -256,7 +256,7 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
         cells, law = _of_result(given)
         title = f"Levels: {given.attrs.get('title', 'a map')}"
         return cells, law, str(given.attrs.get("configuration", "")), title
-    options = Options.of(solver)
+    options = Options.of(solver).for_contact(cast(Mapping[str, Any], given))
     return given_cells(cast(Mapping[str, Any], given), options), options.law, "", "Levels of cells"
 
 

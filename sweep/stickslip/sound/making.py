@@ -81,7 +81,7 @@ def of(
         Where the motion cannot be integrated so far.
     """
     checked(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
-    options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver}))
+    options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver})).for_contact(cell)
     full = as_cells(cell, options.law)
     check_law(options)
     if full["mass"].size != 1:

@@ -32,6 +32,21 @@ SHAPES: dict[str, Callable[[Floats], Floats]] = {
 }
 
 
+def weakening(law: str, z: ArrayLike, delta: ArrayLike = 1.0) -> tuple[Floats, Floats]:
+    """Shape of the weakening of friction that a law names, over z = w/a4, and its derivative.
+
+    delta : exponent of stribeck_delta.
+    """
+    z, delta = floats(z, delta)
+    if law == "rational":
+        return 1.0 / (1.0 + z), -1.0 / np.square(1.0 + z)
+    if law == "cubic":
+        return 1.0 - 1.5 * z + 0.5 * z**3, 1.5 * np.square(z) - 1.5
+    power = z**delta if law == "stribeck_delta" else z
+    per_z = delta * z ** (delta - 1.0) if law == "stribeck_delta" else 1.0
+    return np.exp(-power), -per_z * np.exp(-power)
+
+
 def stribeck(slip_speed: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike, a4: ArrayLike) -> Floats:
     """Friction coefficient at slip speed w >= 0 (m/s): Eq. (2) in its standard form, a2 in s/m, a4 in m/s."""
     w, a1, a2, a3, a4 = floats(slip_speed, a1, a2, a3, a4)

@@ -35,13 +35,12 @@ _ROWS = (
         "wear running_in run_in archard third_body debris",
     ),
     (
-        "A contact has no bristles: its friction follows slip speed, its rise and fall, and the hold time, or a state",
-        "lugre lu_gre bristle bristles bristle_stiffness dahl leuven gms maxwell_slip elasto_plastic sigma0 sigma_0 "
-        "sigma1 sigma_1 presliding",
+        "A contact has one layer of bristles, contact_stiffness, or none: no hysteresis with nonlocal memory",
+        "leuven gms generalised_maxwell_slip generalized_maxwell_slip maxwell_slip iwan jenkins nonlocal_memory",
     ),
     (
-        "The contact is one point of dry friction: it has no area, no pressure distribution, no stiffness of its own",
-        "contact_stiffness tangential_stiffness contact_area pressure hertz asperities roughness fem finite_element",
+        "The contact is one point of dry friction: it has no area and no pressure distribution",
+        "contact_area pressure hertz asperities roughness fem finite_element",
     ),
 )
 SENTENCES = tuple(sentence for sentence, _ in _ROWS)

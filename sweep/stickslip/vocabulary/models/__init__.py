@@ -8,19 +8,20 @@ from __future__ import annotations
 from collections.abc import Container
 from typing import Any
 
+from stickslip.vocabulary.models.lugre import LUGRE, law_of_contact
 from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
 from stickslip.vocabulary.models.rate_state import RATE_STATE
 from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, STRIBECK
 
-MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE)
+MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE, LUGRE)
 LAW_MESSAGES = {law: text for model in MODELS for law, text in model.laws.items()}
 LAWS = tuple(LAW_MESSAGES)
-CURVE_LAWS = tuple(law for model in MODELS if model.curve for law in model.laws)  # those of a friction curve
+CURVE_LAWS = tuple(STRIBECK.laws)  # those of a friction curve and nothing else
 _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "ROUNDING", "STRIBECK",
-    "Curve", "Model", "OwnKernels", "Rule", "Slider", "laws_with", "model_of", "model_with",
+    "Curve", "Model", "OwnKernels", "Rule", "Slider", "law_of_contact", "laws_with", "model_of", "model_with",
 ]  # fmt: skip
 
 
@@ -37,7 +38,7 @@ def laws_with(name: str) -> tuple[str, ...]:
 
 def model_with(names: Container[Any]) -> Model:
     """The model of cells that have parameters of these names."""
-    for model in MODELS:
-        if all(name in names for name in model.needed):
-            return model
-    raise KeyError(f"no model has all it needs among {names}")
+    able = [model for model in MODELS if all(name in names for name in model.needed)]
+    if not able:
+        raise KeyError(f"no model has all it needs among {names}")
+    return max(able, key=lambda model: len(model.needed))

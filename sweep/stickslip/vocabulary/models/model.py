@@ -121,6 +121,10 @@ class Model:
         """The parameters of the model in kernel units, by names of rows of the kernels' cells."""
         return {}
 
+    def conversions(self, law: str) -> Mapping[str, Callable[[Row, Scales], Floats]]:
+        """`to_si` of a law."""
+        return self.to_si
+
     def curve_of(self, cells: Values) -> list[Any]:
         """The parameters of the curves of cells: level, slope, drop, decay."""
         return [cells[name] for name in self.curve or ()]

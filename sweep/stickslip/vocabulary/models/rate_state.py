@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from stickslip.vocabulary.models.memory import RESULTS, results_to_si
 from stickslip.vocabulary.models.model import Model, Rule, Slider, Values
-from stickslip.vocabulary.parameter import FRICTION, SPEED, Parameter, Variable, table
+from stickslip.vocabulary.parameter import FRICTION, SPEED, Parameter, table
 
 if TYPE_CHECKING:
-    from stickslip.vocabulary.models.model import Row
+    from stickslip.theory.memory import Slopes
     from stickslip.vocabulary.scales import Floats, Scales
 
 _LAWS = {
@@ -28,17 +29,6 @@ _PARAMETERS = table(
     Parameter("b", "1", "evolution effect b of rate-and-state friction", "friction", at_least=0, plausible=(0.2, 0.2)),
     Parameter("D_c", "m", "slip distance over which the state follows", "friction", above=0, plausible=(1e-2, 1.0)),
 )
-_RESULTS = (
-    Variable("slip_speed_min", "m s-1", "least slip speed on the attractor"),
-    Variable("critical_stiffness", "N m-1", "stiffness below which steady sliding is unstable", "regime",
-             comment="0 where it is stable on any spring."),
-    Variable("critical_frequency", "s-1", "angular frequency of small motions at the critical stiffness", "regime"),
-    Variable("growth_rate", "s-1", "rate at which small motions about steady sliding grow", "regime",
-             comment="Below 0 where they decay."),
-    Variable("growth_frequency", "s-1", "angular frequency of these motions", "regime"),
-    Variable("stress_drop", "1", "drop of the spring force in a cycle, over the load"),
-    Variable("slip_per_cycle", "m", "slip distance in a cycle"),
-)  # fmt: skip
 _RULES = (
     Rule("belt_speed", {"belt_speed": -1}, lambda p: p["belt_speed"], lambda p: "above 0 m/s",
          "rate-and-state friction is one of slip in one direction", strict=True),
@@ -48,33 +38,10 @@ _RULES = (
 )  # fmt: skip
 
 
-def _contact(by: Scales, *names: str) -> list[Any]:
-    """Quantities of cells, as the closed forms take them."""
-    return [by.cells[name] for name in (*names, "damping", "normal_load", "belt_speed", "a", "b", "D_c")]
+def _slopes(cells: Values) -> Slopes:
+    from stickslip.theory.memory import rate_state_slopes
 
-
-def _critical_stiffness(row: Row, by: Scales) -> Floats:
-    from stickslip.theory import rate_state
-
-    return rate_state.critical_stiffness(*_contact(by, "mass"))
-
-
-def _critical_frequency(row: Row, by: Scales) -> Floats:
-    from stickslip.theory import rate_state
-
-    return rate_state.critical_frequency(*_contact(by))
-
-
-def _growth_rate(row: Row, by: Scales) -> Floats:
-    from stickslip.theory import rate_state
-
-    return rate_state.small_motions(*_contact(by, "mass", "stiffness")).growth
-
-
-def _growth_frequency(row: Row, by: Scales) -> Floats:
-    from stickslip.theory import rate_state
-
-    return rate_state.small_motions(*_contact(by, "mass", "stiffness")).frequency
+    return rate_state_slopes(*(cells[name] for name in ("damping", "normal_load", "belt_speed", "a", "b", "D_c")))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,17 +73,9 @@ class _RateState(Model):
 RATE_STATE = _RateState(
     laws=_LAWS,
     parameters=_PARAMETERS,
-    results=_RESULTS,
+    results=RESULTS,
     rules=dict.fromkeys(_LAWS, _RULES),
-    to_si={
-        "slip_speed_min": lambda row, by: row("SLOWEST_SLIP") * by.speed,
-        "critical_stiffness": _critical_stiffness,
-        "critical_frequency": _critical_frequency,
-        "growth_rate": _growth_rate,
-        "growth_frequency": _growth_frequency,
-        "stress_drop": lambda row, by: row("CYCLE_XI_MAX") - row("CYCLE_XI_MIN"),
-        "slip_per_cycle": lambda row, by: row("PERIOD") * by.time * by.cells["belt_speed"],
-    },
+    to_si=results_to_si(_slopes),
     levels=("mu_0",),
     one_way=True,
 )

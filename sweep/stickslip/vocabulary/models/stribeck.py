@@ -187,8 +187,7 @@ _START = Rule(
     "the curve starts at mu_start = a1 + a3, which is the static friction",
     slack=lambda p: ROUNDING * p["a1"], last=True,
 )  # fmt: skip
-_OF_MEASURED = (
-    *_between_levels(("mu_start",), ""),
+OF_CURVE = (  # as it is measured
     Rule(
         "mu_reversal", {"mu_reversal": 1, "mu_start": -1}, lambda p: p["mu_start"] - p["mu_reversal"],
         lambda p: f"less than mu_start = {p['mu_start']:.6g}",
@@ -201,7 +200,11 @@ _OF_MEASURED = (
     ),
 )  # fmt: skip
 _RULES = {
-    law: (_START, *_between_levels(("a1", "a3"), " = a1 + a3"), _minimum(law), *_OF_MEASURED) for law in _LAWS
+    law: (
+        _START, *_between_levels(("a1", "a3"), " = a1 + a3"), _minimum(law), *_between_levels(("mu_start",), ""),
+        *OF_CURVE,
+    )
+    for law in _LAWS
 }  # fmt: skip
 
 
@@ -209,22 +212,16 @@ _RULES = {
 
 
 @dataclass(frozen=True, eq=False)
-class _Stribeck(Model):
+class CurveModel(Model):
+    """A model whose steady sliding follows one of these curves."""
+
     def to_kernel(self, cells: Values, by: Scales) -> dict[str, Floats]:
+        """The coefficients of the curve."""
         a1, a2, a3, a4 = self.curve_of(cells)
-        return {
-            "A1": a1,
-            "A2": a2 * by.speed,
-            "A3": a3,
-            "A4": a4 / by.speed,
-            "DELTA": cells["delta"],
-            "MU_STATIC": self.static_of(cells),
-            "MU_STOP": cells["mu_stop"],
-            "AGEING": cells["ageing_rate"] / _DECADE,
-            "AGEING_TIME": cells["ageing_time"] * by.rate,
-        }
+        return {"A1": a1, "A2": a2 * by.speed, "A3": a3, "A4": a4 / by.speed, "DELTA": cells["delta"]}
 
     def completed(self, quantities: Values) -> dict[str, Any]:
+        """The coefficients that follow from what is measured of a curve."""
         known = dict(quantities)
         if "a4" in known and _MEASURED.keys() <= known.keys():
             known |= coefficients(*(known[name] for name in (*_MEASURED, "a4")))._asdict()
@@ -243,6 +240,7 @@ class _Stribeck(Model):
         return {**cells, **{n: np.where(has, values, np.nan) for n, values in zip(_MEASURED, measured, strict=True)}}
 
     def without_measured(self, cells: Values) -> dict[str, Any]:
+        """Cells with the coefficients instead; NaN where no curve is so."""
         if not _MEASURED.keys() <= cells.keys():
             return dict(cells)
         import numpy as np
@@ -255,28 +253,31 @@ class _Stribeck(Model):
         return rest | {name: np.where(np.isnan(start), cells[name], values) for name, values in curve.items()}
 
     def within(self, name: str, cells: Values, least: Floats, most: Floats) -> tuple[Floats, Floats]:
+        """Bounds that the rules between levels of friction leave."""
         import numpy as np
 
         start = self.start_of(cells)
+        stop, static = (np.asarray(cells.get(of, np.nan)) for of in ("mu_stop", "mu_static"))
         if name in ("mu_start", "mu_reversal"):  # a1 >= 0, and mu_reversal <= mu_start
             unit = coefficients(1.0, 0.0, cells["v_reversal"], cells["a4"])
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = 1.0 - 1.0 / unit.a3
                 if name == "mu_reversal":
                     return cells["mu_start"] * share, cells["mu_start"]
-                least = np.fmax(cells["mu_reversal"], cells["mu_stop"])
-                return least, np.fmin(cells["mu_reversal"] / share, cells["mu_static"])
+                least = np.fmax(cells["mu_reversal"], stop)
+                return least, np.fmin(cells["mu_reversal"] / share, static)
         if name == "mu_static":
             return np.maximum(least, start), most
         if name == "mu_stop":
             return least, np.minimum(most, start)
         if name in self.levels:
             rest = start - cells[name]
-            least = np.maximum(least, np.nan_to_num(cells["mu_stop"], nan=0.0) - rest)
-            most = np.minimum(most, np.nan_to_num(cells["mu_static"], nan=np.inf) - rest)
+            least = np.maximum(least, np.nan_to_num(stop, nan=0.0) - rest)
+            most = np.minimum(most, np.nan_to_num(static, nan=np.inf) - rest)
         return least, most
 
     def change_scale(self, name: str, cells: Values, by: Scales) -> Floats:
+        """Scales of friction, speed and displacement."""
         import numpy as np
 
         start = self.start_of(cells)
@@ -290,6 +291,7 @@ class _Stribeck(Model):
         return np.asarray(cells["ageing_time"] if name == "contact_time" else friction)
 
     def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
+        """Ends from the friction at break-away."""
         start = cell["mu_start"] if "mu_start" in cell else cell.get("a1", 0.0) + cell.get("a3", 0.0)
         doubling = start / max(abs(cell["belt_speed"]), 1e-3)  # so much doubles friction at the belt speed
         shift = rounded(2.0 * start * cell["normal_load"] / cell["stiffness"])
@@ -304,6 +306,17 @@ class _Stribeck(Model):
             "ageing_rate": (0.0, rounded(0.1 * start), 0.0),
             "displacement": (-shift, shift, 0.0),
         }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Stribeck(CurveModel):
+    def to_kernel(self, cells: Values, by: Scales) -> dict[str, Floats]:
+        return super().to_kernel(cells, by) | {
+            "MU_STATIC": self.static_of(cells),
+            "MU_STOP": cells["mu_stop"],
+            "AGEING": cells["ageing_rate"] / _DECADE,
+            "AGEING_TIME": cells["ageing_time"] * by.rate,
+        }
 
 
 STRIBECK = _Stribeck(
