@@ -31,7 +31,7 @@ PAGE = (Path(__file__).resolve().parents[2] / "docs" / "comparison.md").read_tex
         ({"system": SYSTEM.replace("load: 10", "load: {mean: 10, amplitude: 2, frequency: 30}")}, "dither"),
         ({"axes": ", normal_load: {mean: 10, amplitude: 2}"}, "dither"),
         ({"system": SYSTEM.replace("0.1", "{mean: 0.1, amplitude: 0.02}")}, "The belt runs at a constant speed"),
-        ({"friction": ", law: LuGre"}, "bristle"),
+        ({"friction": ", law: maxwell-slip"}, "one layer of bristles"),
         ({"friction": ", wear: 1"}, "no wear"),
         ({"axes": ", temperature: [20, 80]"}, "Temperature is no quantity"),
         ({"more": "temperature: 20 C\n"}, "Temperature is no quantity"),
@@ -44,7 +44,7 @@ def test_a_configuration_that_asks_for_it_is_told(key, word):
     assert any(word in hint and "stickslip help comparison" in hint for hint in hints), hints
 
 
-@pytest.mark.parametrize("topic", ["modulation", "two-degree-of-freedom", "Dahl", "LuGre", "brake", "dither"])
+@pytest.mark.parametrize("topic", ["modulation", "two-degree-of-freedom", "Leuven", "brake", "dither"])
 def test_help_answers_with_the_sentence_and_the_page(topic):
     done = CliRunner().invoke(main, ["help", *topic.split()])
     assert done.exit_code == 0

@@ -53,6 +53,8 @@ HELD = 30.0  # periods of bristles in a step from which on the slip follows the 
 PASSED = 0.1  # tolerances, of the speed: slip back by less has not passed zero
 BEYOND, AT_MOST = 1.5, 2.0  # of this: where a step that passes zero is to end, and the most it may be beyond
 TINIEST_STEP, NOTHING = 1e-60, 1e-300
+FLOOR = 1e-3  # of the speed scale
+SLIDING = 0.1  # by how much bristles that slide may be off the deflection at which they do
 CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
 SINE = tuple((-1.0) ** n / factorial(2 * n + 1) for n in range(8))  # coefficients of sin(x)/x
 
@@ -77,29 +79,31 @@ def yielding(elastic, q):
 
 @compiled(inline=True)
 def bristles(law, s, i, w, f):
-    """z' and its derivatives by w and by f; s_1 and its derivative by w."""
+    """z' and its derivatives by w and by f; s_1 and its derivative by w; g and its slope."""
     sign, rate, drop, delta = s[SIGN + i], s[at.RATE + i], s[at.DROP + i], s[at.EXPONENT + i]
     over = max(rate * sign * w, 0.0)
     weakening = drop * laws.shape(law, over, delta)
-    per_g = 1.0 / (s[LEVEL_OF_CURVE + i] + weakening)
+    g = s[LEVEL_OF_CURVE + i] + weakening
+    per_g = 1.0 / g
     g_slope = laws.weakening_slope(law, over, weakening, drop, delta) * rate
     q = sign * f * per_g
     yields, yields_slope = yielding(s[ELASTIC + i], q)
     fade = s[S_1_RATE + i] * w
     s_1 = s[S_1 + i] * exp(-fade * fade)
     by_w = 1.0 - yields + sign * w * yields_slope * q * g_slope * per_g
-    return w * (1.0 - yields), by_w, -sign * w * yields_slope * per_g, s_1, -2.0 * fade * s[S_1_RATE + i] * s_1
+    s_1_slope = -2.0 * fade * s[S_1_RATE + i] * s_1
+    return w * (1.0 - yields), by_w, -sign * w * yields_slope * per_g, s_1, s_1_slope, g, g_slope
 
 
 @rates.of(LuGre)
 def _rates(kind, s, i, y, w, f):
-    give, _, _, s_1, _ = bristles(kind[1], s, i, w, f)
+    give, _, _, s_1, _, _, _ = bristles(kind[1], s, i, w, f)
     return w, y - (s[at.G + i] + s[at.SLOPE + i]) * w - f - s_1 * give, s[S_0 + i] * give
 
 
 @slopes.of(LuGre)
 def _slopes(kind, s, i, y, w, f):
-    give, by_w, by_f, s_1, s_1_slope = bristles(kind[1], s, i, w, f)
+    give, by_w, by_f, s_1, s_1_slope, _, _ = bristles(kind[1], s, i, w, f)
     damping = s[at.G + i] + s[at.SLOPE + i] + s_1 * by_w + s_1_slope * give
     return 1.0, 1.0, -damping, -1.0 - s_1 * by_f, s[S_0 + i] * by_w, s[S_0 + i] * by_f
 
@@ -109,16 +113,22 @@ def derivatives(law, s, i, t, h, y, w, f):
     """w' and w'' at t after the start of a step of length h.
 
     Where bristles hold w back, w' is the small difference of large forces, and what the step leaves of an error in them
-    would be all of it. There slip follows the load, f' = y', so that w = B/(1 + s_0 (1 - q)).
+    would be all of it. There slip follows the load, f' = y', so that w = B/(1 + s_0 (1 - q)). Where they follow the
+    slip at once, f is g, and the same holds of w''.
     """
-    give, by_w, by_f, s_1, s_1_slope = bristles(law, s, i, w, f)
-    s_0, drag = s[S_0 + i], s[at.G + i] + s[at.SLOPE + i]
-    damping, firm = drag + s_1 * by_w + s_1_slope * give, s_0 * by_w
-    held = (h * h * firm > HELD * HELD) & (h * firm > HELD * abs(damping))
+    sign, s_0, drag = s[SIGN + i], s[S_0 + i], s[at.G + i] + s[at.SLOPE + i]
+    give, by_w, by_f, s_1, s_1_slope, g, g_slope = bristles(law, s, i, w, f)
+    damping, firm, drive = drag + s_1 * by_w + s_1_slope * give, s_0 * by_w, s[at.B + i] + t * s[at.ALPHA + i]
+    follows = abs(w * (1.0 + firm) - drive) < 0.5 * abs(drive) + FLOOR * s[SPEED_SCALE + i]
+    held = follows & (h * h * firm > HELD * HELD) & (h * firm > HELD * abs(damping))
+    dw = y - drag * w - f - s_1 * give
+    bend = drive - w - damping * dw - (1.0 + s_1 * by_f) * s_0 * give
     slow = (s[at.ALPHA + i] - s_0 * by_f * s_0 * give) / (1.0 + firm)
-    dw = select(held, slow, y - drag * w - f - s_1 * give)
-    load = s[at.B + i] + t * s[at.ALPHA + i] - w
-    bend = load - damping * dw - (1.0 + s_1 * by_f) * s_0 * give
+    rate = s_0 * abs(w) / g
+    slides = (rate * h > HELD) & (abs(1.0 - sign * f / g) < SLIDING)
+    sliding = (y - drag * w - sign * g) / (1.0 + g_slope * (s_1 / s_0 - 1.0 / rate))
+    dw = select(held, slow, select(slides, sliding, dw))
+    bend = select(slides, drive - w - (drag + g_slope) * dw, bend)
     return dw, select(held, 2.0 * slow * slow * w / (w * w + NOTHING), bend)
 
 

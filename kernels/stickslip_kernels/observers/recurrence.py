@@ -23,6 +23,7 @@ MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
 MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
 AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
 DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
+IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
 NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
@@ -34,6 +35,8 @@ RANGE = at.MAP_ASIDE
 _FIRST = RANGE + (2 * MOST_LOOPS + 1) * at.WIDTH
 _ROWS = (MOST_LOOPS + 1) * at.WIDTH
 HIGH, LOW, FAST, SLOW, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 9 * _ROWS, _ROWS)
+# Extremes while the motion sticks in every loop.
+TOP, BOTTOM, FASTEST, SLOWEST = range(_FIRST + 9 * _ROWS, _FIRST + 9 * _ROWS + 4 * at.WIDTH, at.WIDTH)
 
 
 class Recurrence(NamedTuple):
@@ -47,7 +50,7 @@ def begin_cell(m, i, c):
     s = m.s
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
     forget_loops(s, i)
-    s[at.FASTEST + i] = 0.0
+    s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
     forget(s, i)
 
 
@@ -94,15 +97,11 @@ def before_commit(m):
     widest_vectors()
     s = m.s
     for i in range(at.WIDTH):
-        b, w, dw, good = s[at.B + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.GOOD + i] > 0.0
+        b, w, dw = s[at.B + i], s[at.W_NEW + i], s[at.DW_NEW + i]
         turns = (s[at.W + i] > b) != (w > b)
         peaks = (s[at.DW + i] > 0.0) != (dw > 0.0)
         distance = distance_from_steady(s, i, s[at.Y_NEW + i], w)
-        farthest = max(s[at.AMPLITUDE + i], distance)
-        s[at.AMPLITUDE + i] = select(good, farthest, s[at.AMPLITUDE + i])
-        s[at.DW_TOP + i] = select(good, max(s[at.DW_TOP + i], abs(dw)), s[at.DW_TOP + i])
-        s[at.FASTEST + i] = select(good, max(s[at.FASTEST + i], abs(w)), s[at.FASTEST + i])
-        settled = max(distance, abs(dw)) <= BAND * farthest
+        settled = max(distance, abs(dw)) <= BAND * max(s[at.AMPLITUDE + i], distance)
         s[at.SIDE_LAST_NEW + i], s[at.CROSSED_NEW + i] = s[at.SIDE_LAST + i], s[at.CROSSED + i]
         s[at.LOOK + i], s[at.TURNING + i] = select(turns | peaks | settled, 1.0, 0.0), select(turns, 1.0, 0.0)
 
@@ -112,6 +111,15 @@ def distance_from_steady(s, i, y, w):
     """Distance from steady sliding; from standstill under a belt that rests, where the load may be any."""
     p, q = select(s[at.B + i] != 0.0, y - s[at.Y_STAR + i], 0.0), w - s[at.B + i]
     return (p * p + q * q) ** 0.5
+
+
+def after_commit(m):
+    widest_vectors()
+    s = m.s
+    for i in range(at.WIDTH):
+        w, dw = s[at.W + i], s[at.DW + i]
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance_from_steady(s, i, s[at.Y + i], w))
+        s[at.DW_TOP + i], s[at.FASTEST + i] = max(s[at.DW_TOP + i], abs(dw)), max(s[at.FASTEST + i], abs(w))
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
@@ -161,6 +169,7 @@ def look_back(m, i, tau, u, heat):
     for loops in range(1, MOST_LOOPS + 1):
         if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
             tell_cycle(m, i, loops * at.WIDTH)
+    count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
 
@@ -224,13 +233,38 @@ def tell_cycle(m, i, loops):
         fast, slow = max(fast, s[FAST + row + i]), min(slow, s[SLOW + row + i])
         time, heat = time + s[TIME + row + i], heat + s[HEAT + row + i]
     results[at.PERIOD, c], results[at.CYCLE_HEAT, c] = time, heat
+    tell_attractor(m, i, high, low, fast, slow)
+    sticks = results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i])
+    decide(m, i, at.STICK_SLIP if sticks else at.SUSTAINED, at.CYCLE_CLOSED if sticks else at.SLIP_CYCLE)
+
+
+@compiled
+def tell_attractor(m, i, high, low, fast, slow):
+    """Write the extremes of an attractor."""
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = high, low
     results[at.CYCLE_SPEED_RANGE, c] = fast - slow
-    least = slow if s[at.B + i] > 0.0 else -fast
-    results[at.SLOWEST_SLIP, c] = least
+    results[at.SLOWEST_SLIP, c] = slow if s[at.B + i] > 0.0 else -fast
     s[at.XI_HIGH + i], s[at.XI_LOW + i] = high, low
-    sticks = least < STICK_BELOW * abs(s[at.B + i])
-    decide(m, i, at.STICK_SLIP if sticks else at.SUSTAINED, at.CYCLE_CLOSED if sticks else at.SLIP_CYCLE)
+
+
+@compiled
+def count_sticking(m, i):
+    """Count loops that stick, each or those before it; so many of them are stick-slip where nothing settles."""
+    s, least = m.s, inf
+    for row in range(0, MOST_LOOPS * at.WIDTH, at.WIDTH):
+        slow = s[SLOW + row + i] if s[at.B + i] > 0.0 else -s[FAST + row + i]
+        least = min(least, slow) if slow == slow else least
+    if not least < STICK_BELOW * abs(s[at.B + i]) or s[at.LOOP_STEPS + i] == 0.0:
+        s[at.LOOP_STEPS + i] = 1.0 if least < STICK_BELOW * abs(s[at.B + i]) else 0.0
+        s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i] = -inf, inf, -inf, inf
+        return
+    s[at.LOOP_STEPS + i] += 1.0
+    s[TOP + i], s[BOTTOM + i] = max(s[TOP + i], s[HIGH + i]), min(s[BOTTOM + i], s[LOW + i])
+    s[FASTEST + i], s[SLOWEST + i] = max(s[FASTEST + i], s[FAST + i]), min(s[SLOWEST + i], s[SLOW + i])
+    if s[at.LOOP_STEPS + i] > IRREGULAR and s[at.DECIDED + i] == 0.0 and s[at.ATTRACTS + i] == 0.0:
+        tell_attractor(m, i, s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i])
+        decide(m, i, at.STICK_SLIP, at.IRREGULAR)
 
 
 @compiled

@@ -91,10 +91,11 @@ def listen(
     if length > _LONGEST:
         fail(f"--seconds: got {seconds!r}, expected at most {_LONGEST:g} s")
     cell, law, title = select.cell_of(loaded), loaded.friction.law, cell_title(loaded.title, at)
-    made = sound.of(
-        cell, length, rate=rate, slow=slow, full_scale=loudest, transient=transient, title=title, law=law,
-        max_steps=loaded.solver.max_steps,
-    )  # fmt: skip
+    with refuses_bad_input(config.name):
+        made = sound.of(
+            cell, length, rate=rate, slow=slow, full_scale=loudest, transient=transient, title=title, law=law,
+            max_steps=loaded.solver.max_steps,
+        )  # fmt: skip
     cell_level = float(sound.levels(cell, law=law)[LEVEL.name][0])
     screen.echo(made.described())
     if not isfinite(made.frequency) or cell_level == cell_level:

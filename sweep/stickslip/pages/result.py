@@ -51,7 +51,7 @@ _STYLE = """\
   border: 1px solid #000; vertical-align: -.05em; -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 th.regime { text-align: left; }
 """ + "".join(f".is-{name}::before {{ background: {colour}; }}\n" for name, colour in FLAG_COLOURS["regime"].items())
-_OBSERVED = ("settling_observed", "too_slow_to_tell")  # ends that are seen, not proven
+_OBSERVED = ("settling_observed", "too_slow_to_tell", "irregular")  # ends that are seen, not proven
 
 
 class Picture(NamedTuple):

@@ -53,6 +53,7 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
         "too_slow_to_tell": "#8c8c8c",
         "negative_friction": "#5c2a4d",
         "hysteresis_undefined": "#3d3d3d",
+        "irregular": "#8a4b20",
     },
     "computed": {"inferred": WHITE, "computed": BLACK},
 }

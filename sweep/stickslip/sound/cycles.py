@@ -42,7 +42,7 @@ class Cycles:
 def check_law(options: Options) -> None:
     """Raise ValueError for a law whose cycles begin with no break-away."""
     if options.law not in CURVE_LAWS:
-        raise ValueError(f"law: no sound of {options.law}, whose slip never ceases, expected {listed(CURVE_LAWS)}")
+        raise ValueError(f"law: no sound of {options.law}, a contact with memory, expected {listed(CURVE_LAWS)}")
 
 
 def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles:

@@ -1,4 +1,7 @@
-"""Things the model does not have, named where people ask for them: one sentence for each, `PAGE` tells the rest."""
+"""Things the model does not have, named where people ask for them: one sentence for each, `PAGE` tells the rest.
+
+And one that it has without a name of its own.
+"""
 
 from __future__ import annotations
 
@@ -43,8 +46,11 @@ _ROWS = (
         "contact_area pressure hertz asperities roughness fem finite_element",
     ),
 )
+_BRISTLES = "Bristles stand on any friction curve: give the contact_stiffness of the contact beside its law"
+_OF_BRISTLES = "lugre lu_gre bristle bristles dahl elasto_plastic presliding lugre_model dahl_model".split()
 SENTENCES = tuple(sentence for sentence, _ in _ROWS)
 _BY_WORD = {word: sentence for sentence, words in _ROWS for word in words.split()}
+_BY_WORD |= dict.fromkeys(_OF_BRISTLES, _BRISTLES)
 
 
 def beyond_the_model(word: str) -> str | None:
@@ -55,4 +61,6 @@ def beyond_the_model(word: str) -> str | None:
 def hint(word: str) -> str | None:
     """The sentence with the page that names tools which have it."""
     sentence = beyond_the_model(word)
+    if sentence == _BRISTLES:
+        return f"{sentence}; `stickslip help memory` says more"
     return f"{sentence}; `stickslip help {PAGE}` names tools that have it" if sentence else None

@@ -28,7 +28,7 @@ _LAWS = {f"{_PREFIX}{law}": f"contact_stiffness, and the curve of {law}" for law
 _PARAMETERS = {name: STRIBECK.parameters[name] for name in (*CURVE, "delta")} | table(
     Parameter(
         STIFFNESS, "N m-1", "stiffness of the contact before it slides", "friction", above=0,
-        synonyms="sigma0 sigma_0 bristle_stiffness tangential_stiffness",
+        absent="a rigid contact", synonyms="sigma0 sigma_0 bristle_stiffness tangential_stiffness",
     ),
     Parameter(
         "contact_damping", "N s m-1", "damping of the contact before it slides", "friction", default=0.0, at_least=0,

@@ -50,7 +50,14 @@ def results_to_si(slopes: Callable[[Values], Slopes]) -> dict[str, Callable[[Row
 
         return memory.small_motions(by.mass, by.stiffness, slopes(by.cells)).frequency
 
+    def damping_ratio(row: Row, by: Scales) -> Floats:
+        import numpy as np
+
+        growth, frequency = growth_rate(row, by), growth_frequency(row, by)
+        return np.asarray(-growth / np.hypot(growth, frequency))
+
     return {
+        "damping_ratio": damping_ratio,
         "slip_speed_min": lambda row, by: row("SLOWEST_SLIP") * by.speed,
         "critical_stiffness": critical_stiffness,
         "critical_frequency": critical_frequency,
