@@ -19,7 +19,7 @@ def cell(
     delta=1.0, ageing=0.0, ageing_time=1.0, contact=0.0,
 ):  # fmt: skip
     """One column of kernel input; mu_static None means that of the curve. ageing is per e-fold of contact time."""
-    column = np.empty(at.CELL_ROWS)
+    column = np.zeros(at.CELL_ROWS)
     column[at.GAMMA], column[at.BELT] = gamma, belt
     column[at.A1], column[at.A2], column[at.A3], column[at.A4] = curve
     column[at.MU_STATIC] = curve[0] + curve[2] if mu_static is None else mu_static

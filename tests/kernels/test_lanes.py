@@ -9,6 +9,7 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
+from helpers.nightly import few
 from stickslip.engine.compiled import warm_up
 from stickslip_kernels import layout as at
 from stickslip_kernels import objects
@@ -45,7 +46,7 @@ def machine(law, s):
     return Machine(TAG, LAWS[law], STEADY_BELT, observer, s, cells, 1e-6, 1e6)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", few(LAWS, ("stribeck", "gaussian")))
 def test_every_lane_takes_the_step_it_would_take_alone(law):
     """The step of a lane does not depend on what the others do, nor on which lane it is."""
     random = np.random.default_rng(1)

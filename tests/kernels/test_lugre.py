@@ -243,3 +243,28 @@ def test_cycles_of_several_loops_are_told_from_one():
     tight, loose = run(cells, 1e-8, law=LAWS[0]), run(cells, 1e-5, law=LAWS[0])
     np.testing.assert_allclose(tight[at.PERIOD], [2973.9, 906.96], rtol=1e-4)  # as SciPy's Radau has them
     np.testing.assert_allclose(loose[at.PERIOD], tight[at.PERIOD], rtol=1e-5)
+
+
+def test_ever_stiffer_bristles_are_the_rigid_contact():
+    """Canudas' contact, from 1e5 N/m to 1e12: 2.3 %, 0.077 %, and on with the square root."""
+    stiffness = np.array([1e5, 1e7, 1e9, 1e12])
+    cells = np.zeros((at.CELL_ROWS, 4))
+    cells[at.BELT], cells[at.A1], cells[at.A2], cells[at.A3], cells[at.A4] = (
+        0.1 * 2**0.5,
+        1.0,
+        0.4 / 2**0.5,
+        0.5,
+        0.001 * 2**0.5,
+    )
+    cells[at.MU_STATIC], cells[at.DELTA], cells[at.MU_STOP], cells[at.AGEING_TIME] = 1.5, 2.0, NAN, 1.0
+    cells[at.ETA_START], cells[at.HORIZON] = NAN, np.inf
+    rigid = run(np.ascontiguousarray(cells[:, :1]), 1e-9, law="gaussian")
+    cells[at.MU_STOP] = 0.0
+    cells[at.CONTACT_STIFFNESS], cells[at.CONTACT_DAMPING] = stiffness / 2.0, (stiffness / 2.0) ** 0.5
+    for rtol in (1e-5, 1e-6, 1e-8):
+        found = run(cells, rtol, law=LAWS[1])
+        assert (found[at.REGIME] == at.STICK_SLIP).all()
+        off = found[at.PERIOD] / rigid[at.PERIOD] - 1.0
+        np.testing.assert_allclose(off, [-2.297e-2, -7.65e-4, -6.9e-5, -1.43e-6], rtol=0.02, atol=1e-7)
+        for row in (at.SPEED_MAX, at.XI_MAX, at.CYCLE_XI_MAX, at.CYCLE_XI_MIN):
+            assert abs(found[row, 3] / rigid[row, 0] - 1.0) < 3e-6

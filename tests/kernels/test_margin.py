@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import ARTICLE, NAN, block_of, cell, outcome, run
+from helpers.nightly import few
 from helpers.scipy_oscillator import SHAPES, TIGHT, Oscillator
 from stickslip_kernels import layout as at
 
@@ -53,7 +54,7 @@ def random_cells(n, law, seed):
             yield belt, curve, gamma, curve[0] + drop + more
 
 
-@pytest.mark.parametrize("law", SHAPES)
+@pytest.mark.parametrize("law", few(SHAPES, 2))
 def test_margin_is_the_first_trough_of_the_slip_speed_or_the_depth_of_the_one_sticking_replaces(law):
     delta = 2.0 if law == "stribeck_delta" else 1.0
     cases = list(random_cells(12, law, 7))

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from helpers.nightly import few
 from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, jerk, lanes, slope
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck import taylor
@@ -13,7 +14,8 @@ from stickslip_kernels.contacts.stribeck.laws import LAWS, RECURRENCES
 from stickslip_kernels.contacts.stribeck.resolvable import may_bend_twice
 
 RTOL = 1e-9
-EVERY_LAW = pytest.mark.parametrize("law", [name for name, tag in LAWS.items() if type(tag) in RECURRENCES])
+WITH_SERIES = [name for name, tag in LAWS.items() if type(tag) in RECURRENCES]
+EVERY_LAW = pytest.mark.parametrize("law", WITH_SERIES)
 SHAPES = {
     "stribeck": lambda z: mpmath.exp(-z),
     "rational": lambda z: 1 / (1 + z),
@@ -26,7 +28,7 @@ def series(base, count, s, lane=0):
     return s[base + lane :: at.WIDTH][:count]
 
 
-@EVERY_LAW
+@pytest.mark.parametrize("law", few(WITH_SERIES, ("stribeck", "gaussian")))
 def test_coefficients_are_the_derivatives_of_the_motion(law):
     """Products of series in 40 digits, written independently: the series of the shape, composed with the motion."""
     s = lanes(law)

@@ -16,6 +16,7 @@ from matplotlib.text import Text
 
 import stickslip
 from helpers.configs import write_config
+from helpers.nightly import few
 from stickslip import plots
 from stickslip.cli import main, screen
 from stickslip.dataset.export import write_table
@@ -131,7 +132,7 @@ def test_more_noise_than_there_is_force_or_a_bandwidth_of_nothing_is_refused(tmp
         assert done.exit_code == 2 and "expected" in done.stderr, (values, done.output, done.exception)
 
 
-@pytest.mark.parametrize("unit", ["blub", "m/", "°", "m s-", "2", "kg**", "$x^{$", ""])
+@pytest.mark.parametrize("unit", few(["blub", "$x^{$", "", "m/", "°", "m s-", "2", "kg**"], 3))
 def test_an_unknown_unit_in_a_file_of_others_is_told_without_a_traceback(unit, labelled, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     speeds = xr.DataArray([0.1, 0.2], dims="belt_speed", attrs={"units": unit})

@@ -8,6 +8,7 @@ import stickslip
 from stickslip import sound
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
+from stickslip.rig import RigTests
 
 PAIR = {
     "mass": 1.0,
@@ -26,6 +27,23 @@ friction: {law: rate_state_ageing, mu_0: 0.6, v_0: 1 um/s, a: 0.010, b: 0.018, D
 axes:
   stiffness: [20 N/mm, 100 N/mm]
   belt_speed: [1 um/s, 10 mm/s]
+"""
+BRISTLES = {
+    "mass": 0.1,
+    "stiffness": 5000.0,
+    "damping": 1.0,
+    "normal_load": 10.0,
+    "a1": 0.25,
+    "a2": 0.0,
+    "a3": 0.2,
+    "a4": 0.02,
+    "contact_stiffness": 1e6,
+    "contact_damping": 100.0,
+}
+RIG = """
+system: {mass: 100 g, stiffness: 5 N/mm, damping: 1 N s/m, normal_load: 10 N, belt_speed: 20 mm/s}
+friction: {a1: 0.25, a2: 0, a3: 0.2, a4: 20 mm/s, contact_stiffness: 1 N/um, contact_damping: 100 N s/m}
+drive: {stroke: 5 mm}
 """
 
 
@@ -132,3 +150,96 @@ def test_attractors_of_it_are_sampled():
     np.testing.assert_array_equal(found["settling_share"], [0.0, 1.0])
     assert found["regime_from_stick"].values.tolist() == [1, 2]
     assert found["regime_from_sliding"].values.tolist() == [1, 2]
+
+
+# --- bristles ---------------------------------------------------------------------------------------------------------
+
+
+def bristle_config(friction="", axes="contact_stiffness: [10 N/mm, 1 N/um]"):
+    return f"""
+system: {{mass: 100 g, damping: 1 N s/m, normal_load: 10 N, stiffness: 5 N/mm}}
+friction: {{a1: 0.25, a2: 0, a3: 0.2, a4: 20 mm/s, contact_damping: 100 N s/m{friction}}}
+axes:
+  belt_speed: [20 mm/s, 1 m/s]
+  {axes}
+"""
+
+
+def test_the_stiffness_of_the_contact_chooses_its_model():
+    """The second belt is quiet; the first is the reference cell L9."""
+    ds = stickslip.run(parse_config(bristle_config()))
+    assert ds["regime"].sel(contact_stiffness=1e6).values.tolist() == [1, 2]
+    cycle = ds.sel(contact_stiffness=1e6, belt_speed=0.02)
+    assert float(cycle["period"]) == pytest.approx(0.054840572932607135, rel=1e-6)
+    assert float(cycle["presliding_displacement"]) == pytest.approx(4.5e-6)
+    assert float(cycle["growth_rate"]) == pytest.approx(175.09265744758096) and np.isinf(cycle["critical_stiffness"])
+    assert (np.sign(ds["damping_ratio"]) == -np.sign(ds["growth_rate"])).all()
+    again = stickslip.evaluate(BRISTLES | {"belt_speed": 0.02})
+    for name in ("period", "slip_speed_min", "growth_frequency", "energy_per_cycle", "steps"):
+        np.testing.assert_array_equal(again[name][0], cycle[name])
+
+
+def test_work_and_heat_of_bristles_balance_in_a_cycle():
+    found = stickslip.evaluate(BRISTLES | {"belt_speed": 0.02, "damping": 0.0}, rtol=1e-8)
+    period, heat = float(found["period"][0]), float(found["energy_per_cycle"][0])
+    trace = stickslip.simulate(
+        duration=20 * period, samples=20_001, rtol=1e-8, **BRISTLES | {"belt_speed": 0.02, "damping": 0.0}
+    )
+    assert heat == pytest.approx(trace["spring_force"].values[-1000:].mean() * 0.02 * period, rel=1e-4)
+    assert np.abs(trace["friction_coefficient"]).max() < 0.4501
+
+
+def test_a_contact_that_is_not_given_or_none_is_rigid():
+    given = bristle_config().replace(", contact_damping: 100 N s/m", ", contact_stiffness: none")
+    rigid = parse_config(
+        given.replace("contact_stiffness: [10 N/mm, 1 N/um]", "a3: [0.1, 0.2]").replace("a3: 0.2, ", "")
+    )
+    assert rigid.friction.law == "stribeck"
+    assert "presliding_displacement" not in stickslip.run(rigid)
+
+
+def test_a_curve_as_it_is_measured_may_have_bristles():
+    measured = bristle_config().replace(
+        "a1: 0.25, a2: 0, a3: 0.2", "mu_start: 0.45, mu_reversal: 0.3, v_reversal: 80 mm/s"
+    )
+    config = parse_config(measured)
+    assert config.friction.law == "lugre_stribeck"
+    assert (stickslip.run(config)["presliding_displacement"].sel(contact_stiffness=1e6) == 4.5e-6).all()
+
+
+def test_borders_margins_and_attractors_serve_bristles():
+    cell = {name: value for name, value in BRISTLES.items() if name != "stiffness"}
+    soft = cell | {"contact_stiffness": 2e4, "contact_damping": 0.0, "a3": 0.05, "belt_speed": 0.02}  # L11
+    found = stickslip.border(soft, "stiffness", (5e3, 4e4), 1e-3, scan=8)
+    assert found["regime_above"].values.ravel()[-1] == 2
+    assert float(found["border"].values.ravel()[-1]) == pytest.approx(19428.22698550356, rel=0.05)
+    both = stickslip.attractors(
+        BRISTLES | {"belt_speed": [0.02, 1.0]}, {"displacement": (0.0, 1e-3), "velocity": (-0.1, 0.015)}, samples=64
+    )
+    np.testing.assert_array_equal(both["settling_share"], [0.0, 1.0])
+
+
+def test_a_rig_with_bristles_turns_round():
+    record = next(iter(RigTests(parse_config(RIG, rig=True)).tests([0]))).record
+    force = record["spring_force"].values
+    assert force.max() == pytest.approx(4.5, abs=0.3) and force.min() == pytest.approx(-4.5, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (bristle_config(", mu_stop: 0.3"), "got mu_stop with the law lugre_stribeck, expected none"),
+        (bristle_config(", ageing_rate: 0.1"), "got ageing_rate with the law lugre_stribeck, expected none"),
+        (bristle_config(axes="elastic_part: [0, 1]"), "elastic_part"),
+        (bristle_config().replace("a1: 0.25", "a1: 0"), "above 0"),
+        (bristle_config(axes="contact_stiffness: [none, 1 N/um]"), "leave contact_stiffness out for a rigid contact"),
+        (
+            bristle_config().replace("friction: {", "friction: {law: LuGre, "),
+            "contact_stiffness of the contact beside its law",
+        ),
+    ],
+)
+def test_what_bristles_cannot_be_is_said(text, message):
+    with pytest.raises(ConfigError) as error:
+        parse_config(text)
+    assert message in str(error.value)

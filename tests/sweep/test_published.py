@@ -150,6 +150,7 @@ def test_the_cubic_law_has_a_border_between_stick_slip_and_oscillation_without_s
     assert [REGIMES[r] for r in ds["regime"].values] == ["stick_slip", "sustained", "sustained", "damped"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("belt_speed", "amplitude"), [(0.40, 0.379336)])
 def test_the_amplitude_of_pure_slip_is_the_derived_one(belt_speed, amplitude):
     """Derived by simulation; their A1 = 2 sqrt(v_b1^2 - v^2) = 0.371184 is 2 % below."""

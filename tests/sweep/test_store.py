@@ -14,6 +14,7 @@ import xarray as xr
 
 import stickslip
 from helpers.maps import axis, cell_dataset, make_map, plane
+from helpers.nightly import few
 from stickslip.config.reader import parse_config
 from stickslip.dataset.build import trace_dataset
 from stickslip.dataset.provenance import provenance
@@ -315,13 +316,13 @@ MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borde
 MISTAKEN = re.compile(r"should define valid units for l|does not include geometry dimension 'node'")
 
 
-@pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
-def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", few(MAKERS, 5))
+def test_files_pass_the_cf_checker_without_a_single_remark(kind, cf_checker, tmp_path, monkeypatch):
     def no_network(*arguments):
         raise AssertionError("the checker wanted the network")
 
     monkeypatch.setattr(socket.socket, "connect", no_network)
-    ds = make()
+    ds = MAKERS[kind]()
     path = writing.write(ds, tmp_path / "map.nc")
     check = f"cf:{ds.attrs['Conventions'].removeprefix('CF-')}"
     with warnings.catch_warnings():
@@ -331,4 +332,4 @@ def test_files_pass_the_cf_checker_without_a_single_remark(make, cf_checker, tmp
         file.close()
     assert not crashes
     remarks = [message for result in results if not _is_full_score(result.value) for message in result.msgs]
-    assert [message for message in remarks if make is not contours or not MISTAKEN.search(message)] == []
+    assert [message for message in remarks if MAKERS[kind] is not contours or not MISTAKEN.search(message)] == []
