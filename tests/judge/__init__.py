@@ -56,7 +56,7 @@ def to_kernel(full, law) -> np.ndarray:
     m, k, load = full["mass"], full["stiffness"], full["normal_load"]
     time, length = np.sqrt(m / k), load / k
     speed = length / time
-    rows = np.empty((m.size, at.CELL_ROWS))
+    rows = np.zeros((m.size, at.CELL_ROWS))
     rows[:, at.BELT], rows[:, at.GAMMA] = full["belt_speed"] / speed, full["damping"] / np.sqrt(k * m)
     rows[:, at.A1], rows[:, at.A2], rows[:, at.A3] = full["a1"], full["a2"] * speed, full["a3"]
     rows[:, at.A4], rows[:, at.DELTA], rows[:, at.LAW] = full["a4"] / speed, full["delta"], at.LAWS.index(law)

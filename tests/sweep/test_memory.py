@@ -6,8 +6,11 @@ from scipy.integrate import solve_ivp
 
 import stickslip
 from stickslip import sound
+from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
+from stickslip.engine import Options
 from stickslip.errors import ConfigError
+from stickslip.explore.motions import motions_of
 from stickslip.rig import RigTests
 
 PAIR = {
@@ -243,3 +246,15 @@ def test_what_bristles_cannot_be_is_said(text, message):
     with pytest.raises(ConfigError) as error:
         parse_config(text)
     assert message in str(error.value)
+
+
+def test_stick_slip_that_never_repeats_is_told_and_shown():
+    """Soft bristles without damping of their own ring from one slip to the next."""
+    cell = BRISTLES | {
+        "a3": 0.05, "stiffness": 500.0, "contact_stiffness": 2e4, "contact_damping": 0.0, "belt_speed": 0.043,
+    }  # fmt: skip
+    found = stickslip.evaluate(cell)
+    assert (found["regime"].values[0], found["status"].values[0]) == (1, 17) and np.isnan(found["period"].values[0])
+    assert 0.0 < float(found["displacement_amplitude"][0]) < 10.0 / 500.0
+    assert 0.0 < time_span(found).duration < 10.0
+    assert motions_of(cell, Options(law="lugre_stribeck")).motions[0].time.size > 100

@@ -182,7 +182,7 @@ def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
         regime = REGIMES[int(result["regime"].values[0])]
         began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
         after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
-        if regime == "stick_slip":
+        if regime == "stick_slip" and isfinite(values["period"]):
             after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"
         elif regime == "sustained":
             after = max(_SLOW * natural, CYCLES * values["period"])

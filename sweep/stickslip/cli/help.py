@@ -222,8 +222,11 @@ def _declared(word: str) -> str:
     texts = []
     if quantity := QUANTITIES.get(name):
         default = (
-            f"{quantity.written(quantity.default)} unless given" if quantity.default is not None
-            else f"{quantity.absent} unless given" if quantity.absent else "it must be given"
+            f"{quantity.written(quantity.default)} unless given"
+            if quantity.default is not None
+            else f"{quantity.absent} unless given"
+            if quantity.absent
+            else "it must be given"
         )
         texts.append(f" in `{quantity.section}` or `axes`: {quantity.long_name}; {quantity.expected}; {default}.")
     elif setting := settings.get(name):

@@ -26,7 +26,8 @@ from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_ya
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.models import MODELS, law_of_contact, laws_with, model_of
+from stickslip.vocabulary.models import MODELS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
+from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
 from stickslip.vocabulary.studies import STUDIES
@@ -297,10 +298,9 @@ class _Reader(ProblemCollector):
             if law in laws_with(name) or (row.default is not None and getattr(friction, name, None) == row.default):
                 continue
             expected = listed(model.needed, "and") if row.default is None else "none"
-            laws = listed(laws_with(name))
-            self.add(
-                paths[0], f"got {name} with the law {law}, expected {expected}: it is for the law {laws}", at_key=True
-            )
+            laws = [one for one in laws_with(name) if one in WRITTEN_LAWS]
+            whose = f"the law {listed(laws)}" if laws else f"contacts with {STIFFNESS}"
+            self.add(paths[0], f"got {name} with the law {law}, expected {expected}: it is for {whose}", at_key=True)
 
 
 def _example_range(name: str) -> str:

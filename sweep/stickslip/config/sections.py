@@ -30,7 +30,7 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
-from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, WRITTEN_LAWS
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
@@ -132,9 +132,9 @@ def choice(value: object, words: Collection[str], what: str = "", inside: bool =
     return value
 
 
-def one_of(words: Collection[str], what: str = "") -> Read:
-    """One of some words."""
-    return Read(lambda value: choice(value, words, what), {"enum": list(words)})
+def one_of(words: Collection[str], what: str = "", named: Collection[str] = ()) -> Read:
+    """One of some words. named : those among them that people are told, unless all."""
+    return Read(lambda value: value if value in words else choice(value, named or words, what), {"enum": list(words)})
 
 
 def list_of(
@@ -315,8 +315,9 @@ class System(with_quantities(Section, "system")):  # type: ignore[misc]
 
 
 class _Law(Section):
-    law: Annotated[str, one_of(LAWS)] = Field(
-        "stribeck", description="shape of the weakening: " + "; ".join(map(": ".join, LAW_MESSAGES.items()))
+    law: Annotated[str, one_of(LAWS, named=WRITTEN_LAWS)] = Field(
+        "stribeck",
+        description="shape of the weakening: " + "; ".join(f"{law}: {LAW_MESSAGES[law]}" for law in WRITTEN_LAWS),
     )
     fit: Annotated[str | tuple[str, ...] | None, _POINTS] = Field(
         None,

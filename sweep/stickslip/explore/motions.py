@@ -196,7 +196,8 @@ def _window(results: Mapping[str, float], natural: float, sticking: bool, beside
     if regime == "stick_slip" and not sticking and _is_slow(results):
         return max(0.0, away - period), results["restick_time"] + 2.0 * natural  # growth until it sticks
     if regime == "stick_slip":
-        shown = period * (_SLOW_CYCLES if results["stick_fraction"] > _MOSTLY else _CYCLES)
+        cycles = _SLOW_CYCLES if results["stick_fraction"] > _MOSTLY else _CYCLES
+        shown = period * cycles if isfinite(period) else _RINGING * natural  # irregular
         growth = 0.0 if sticking else _GROWTH * natural
         return max(0.0, away - max(growth, _LEAD * shown)), away + shown
     if regime in ("damped", "creep"):

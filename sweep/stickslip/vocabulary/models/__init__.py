@@ -17,11 +17,13 @@ MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE, LUGRE)
 LAW_MESSAGES = {law: text for model in MODELS for law, text in model.laws.items()}
 LAWS = tuple(LAW_MESSAGES)
 CURVE_LAWS = tuple(STRIBECK.laws)  # those of a friction curve and nothing else
+WRITTEN_LAWS = tuple(law for model in MODELS if not model.implied for law in model.laws)  # what people name
 _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "ROUNDING", "STRIBECK",
-    "Curve", "Model", "OwnKernels", "Rule", "Slider", "law_of_contact", "laws_with", "model_of", "model_with",
+    "WRITTEN_LAWS", "Curve", "Model", "OwnKernels", "Rule", "Slider", "law_of_contact", "laws_with", "model_of",
+    "model_with",
 ]  # fmt: skip
 
 

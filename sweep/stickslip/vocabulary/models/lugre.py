@@ -103,6 +103,7 @@ LUGRE = _LuGre(
     to_si={_PRESLIDING.name: lambda row, by: (by.cells["a1"] + by.cells["a3"]) * by.load / by.cells[STIFFNESS]},
     curve=CURVE,
     levels=STRIBECK.levels,
+    implied=True,
     measured=STRIBECK.measured,
     of_laws={name: tuple(f"{_PREFIX}{law}" for law in laws) for name, laws in STRIBECK.of_laws.items()},
     own_kernels={

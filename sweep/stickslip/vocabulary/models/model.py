@@ -86,6 +86,7 @@ class Model:
     own_kernels : of laws some of whose cells have kernels of their own; those of all others have the name of the law.
     to_si : by name of a result, how it is found, in SI, from the rows of the kernels.
     one_way : whether there is slip in one direction only, so that no drive may turn round.
+    implied : whether nobody names its laws: they follow from those of another model and a quantity that is given.
     """
 
     laws: Mapping[str, str]
@@ -100,6 +101,7 @@ class Model:
     of_laws: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     own_kernels: Mapping[str, OwnKernels] = field(default_factory=dict)
     one_way: bool = False
+    implied: bool = False
 
     @cached_property
     def replaced(self) -> tuple[str, ...]:
