@@ -187,7 +187,7 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
     ATTRACTS,  # 1 where it attracts small motions
     FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
-    LONGEST,  # step near it that does not damp motions that grow; inf where none do
+    LONGEST,  # step; of implicit ones near steady sliding, so that they do not damp motions that grow
     # the amplitude map (`observers/amplitudes.py`)
     INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,
@@ -200,10 +200,10 @@ SLOW = SERIES_FACTOR + ORDER * WIDTH
     MAP_OFF,  # by how much the last node differed from what those before foretold
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
 ) = range(SLOW, SLOW + 68 * WIDTH, WIDTH)  # fmt: skip
-MAP_ROWS_ASIDE, MAP_MOST_NODES = 10, 16
+MAP_ROWS_ASIDE, MAP_MOST_NODES = 11, 24
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
-MAP_C = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the logarithm of the map
-MAP_T = MAP_C + MAP_MOST_NODES * WIDTH  # the same of the duration
+MAP_R = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the ratio of amplitudes
+MAP_T = MAP_R + MAP_MOST_NODES * WIDTH  # the same of the duration
 
 # --- lanes brought together: the same rows once more (`compaction.py`) -----------------------------------------------
 GATHERED = MAP_T + MAP_MOST_NODES * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has

@@ -24,8 +24,8 @@ def lanes(law="stribeck", y=Y0, w=W0, gamma=GAMMA, rate=RATE, step=np.inf, end=n
     s, tag = np.zeros(at.LANE_NUMBERS), LAWS[law]
     rows = {
         at.Y: y, at.W: w, at.WEAK: DROP * WEAKENING[law](rate * w), at.B: B, at.G: gamma, at.OFFSET: OFFSET,
-        at.SLOPE: SLOPE, at.DROP: DROP, at.RATE: rate, at.EXPONENT: 1.0, at.STEP: step, at.TAU_END: end,
-        at.FLOOR: 1e-3, at.FAR: 37.0 / rate, at.HIDES: 2.0 / rate,
+        at.SLOPE: SLOPE, at.DROP: DROP, at.RATE: rate, at.EXPONENT: 1.0, at.STEP: step, at.LONGEST: 1.0,
+        at.TAU_END: end, at.FLOOR: 1e-3, at.FAR: 37.0 / rate, at.HIDES: 2.0 / rate,
     }  # fmt: skip
     for row, value in rows.items():
         s[row : row + at.WIDTH] = value

@@ -180,7 +180,7 @@ def choose_step(s, rtol):
         last = rough_log2(s[at.SERIES + at.ORDER * at.WIDTH + i])
         before = rough_log2(s[at.SERIES + (at.ORDER - 1) * at.WIDTH + i])
         h = rough_exp2(min((allowed - last) * (1.0 / at.ORDER), (allowed - before) * (1.0 / (at.ORDER - 1))))
-        h = min(h, LONGEST)
+        h = min(h, s[at.LONGEST + i])
         s[at.GOOD + i] = select(h >= at.SMALLEST_STEP, 1.0, 0.0)
         s[at.TAKEN + i] = min(h, min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i]))
 
@@ -244,4 +244,4 @@ def restart(law, s, i, h):
 @compiled
 def begin_stepping(law, s, i, cells, c):
     """The same for the first step of a slip."""
-    s[at.STEP + i] = inf
+    s[at.STEP + i], s[at.LONGEST + i] = inf, LONGEST
