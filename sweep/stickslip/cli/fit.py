@@ -18,6 +18,8 @@ from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE_LAWS
 
+MEMORY_LAWS = ("rate_state_ageing", "rate_state_slip", "lugre")  # those of `fit/memory.py`
+
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit, Wanted
 
@@ -52,7 +54,9 @@ Examples:
   stickslip fit configs/measured/dry.csv --law best        # of all laws that one fits best (AICc)
   stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
-  stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu"""
+  stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu
+  stickslip fit configs/measured/velocity_steps.csv --law rate_state_ageing    # columns: time, speed, mu
+  stickslip fit loops.csv --law lugre --load "10 N"        # columns: displacement [um], mu"""
 )
 @params.RECORDS
 @click.option(
@@ -63,16 +67,20 @@ Examples:
 @click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
 @click.option(
     "--law",
-    type=click.Choice((*CURVE_LAWS, "best")),
+    type=click.Choice((*CURVE_LAWS, "best", *MEMORY_LAWS)),
     default="stribeck",
     show_default=True,
-    help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",
+    help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here. rate_state_...: of a record of "
+    "velocity steps and holds; lugre: contact stiffness, of small motions back and forth.",
 )
+@click.option("--stiffness", metavar="STIFFNESS", help='Of the drive ("20 N/um"), for rate_state_...: else fitted.')
 @params.plot_option("Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_errors
-def fit(files: tuple[Path, ...], at: str, load: str | None, law: str, plot: Path | None) -> Answer:
-    """Fit friction curves, or ageing, to measured points.
+def fit(
+    files: tuple[Path, ...], at: str, load: str | None, law: str, stiffness: str | None, plot: Path | None
+) -> Answer:
+    """Fit friction curves, or ageing, to measured points; contacts with memory to records.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
     static friction with the waiting time (hold time), and several of these are ranked. Files are CSV as instruments and
@@ -86,6 +94,10 @@ def fit(files: tuple[Path, ...], at: str, load: str | None, law: str, plot: Path
 
     if load is not None:
         newtons(load)
+    if law in MEMORY_LAWS:
+        return _fit_memory(files, law, load, stiffness, plot)
+    if stiffness is not None:
+        fail(f"--stiffness goes with a law of rate-and-state friction, got --law {law}")
     if screen.remembered("same") and law != "stribeck":
         fail(f"--same goes with the law stribeck, got --law {law}")
     fits = fit_files(files, column_choice(load), law)
@@ -105,6 +117,36 @@ def fit(files: tuple[Path, ...], at: str, load: str | None, law: str, plot: Path
 
         save_plot(plots.plot_fits(fits), plot)
     return lambda: _answer(fits, ageing, seconds(at), plot)
+
+
+def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: str | None, plot: Path | None) -> Answer:
+    """Contacts with memory, of each record."""
+    from stickslip.errors import ConfigError
+    from stickslip.fit import fit_memory_file, report
+    from stickslip.fit.columns import newtons
+
+    spring = None
+    if stiffness is not None:
+        spring = params.si_quantity("--stiffness", stiffness, "N m-1", "a value above 0")
+    fits = {}
+    for file in files:
+        weight = None if load is None else newtons(load)
+        try:
+            fits[file.name] = fit_memory_file(params.points_file(file), law, load=weight, stiffness=spring)
+        except ConfigError:
+            raise
+        except ValueError as error:
+            fail(f"{file}: {error}")
+    for name, each in fits.items():
+        screen.echo(f"{report.describe_memory(name, each)}\n")
+    if plot is not None:
+        from stickslip import plots
+
+        save_plot(plots.plot_memory_fits(fits), plot)
+    plain = [{"name": name, "law": one.law, "values": one.values, "interval": one.interval,
+              "residual_rms": one.residual_rms, "good": one.good, "quality": one.quality}
+             for name, one in fits.items()]  # fmt: skip
+    return lambda: {"fits": plain} | ({"plot": str(plot)} if plot else {})
 
 
 def fit_files(files: Sequence[Path], choice: Wanted, law: str = "stribeck") -> list[MaterialFit]:

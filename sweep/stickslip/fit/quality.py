@@ -65,6 +65,11 @@ SENTENCES = {
     "and t0 cannot be distinguished. Measure at longer waiting times.",
     "grows": "Static friction grows by {beta:.3g} per decade of waiting time; residual rms {rms:.2g}.",
     "t0 taken": "t0 is taken as {t0:.3g} s.",
+    # of contacts with memory
+    "record": "The contact explains {share:.3g} % of the variance of the record, with a residual rms of {rms:.2g}.",
+    "record other": "What is left is no scatter: it is another law, another stiffness of the drive, or a drift.",
+    "record open": "The record does not determine {names}: sample more often where the speed changes, or take steps of "
+    "other sizes.",
     "t0 open": "The waiting times, of {shortest:.3g} s and more, do not determine t0 ({others} fits as well): taken as "
     "{t0:.3g} s.",
 }

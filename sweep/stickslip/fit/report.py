@@ -8,11 +8,13 @@ from typing import Any
 
 from stickslip.fit.ageing import AgeingFit, rank
 from stickslip.fit.files import MaterialFit
+from stickslip.fit.memory import BRISTLES, MemoryFit
 from stickslip.fit.steps import StepPoints
 from stickslip.vocabulary.models import CURVE, FITTED
 from stickslip.vocabulary.suggest import listed
 
 _UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
+_MEMORY_UNITS = {"v_0": "m/s", "D_c": "m", "contact_stiffness": "N/m", "drive_stiffness": "1/m"}
 _AGEING = ("mu0", "beta", "t0")
 
 
@@ -35,6 +37,19 @@ def describe(material: MaterialFit) -> str:
         rows.append(f"  {name:9}{getattr(fit, name):10.4g} {_UNITS.get(name, ''):11} {known}")
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*rows, worth, f"  {fit.quality}"])
+
+
+def describe_memory(name: str, fit: MemoryFit) -> str:
+    """Parameters with their 95 % intervals, the quality of the fit, and what to paste."""
+    rows = [f"{name}: {fit.law}"]
+    for key, value in fit.values.items():
+        low, high = fit.interval.get(key, (math.nan, math.nan))
+        known = f"95 %: {low:.5g} to {high:.5g}" if math.isfinite(low) else "the first speed"
+        rows.append(f"  {key:18}{value:10.5g} {_MEMORY_UNITS.get(key, ''):4} {known}")
+    paste = {key: value for key, value in fit.values.items() if key not in ("mu_k", "drive_stiffness")}
+    law = "" if fit.law == BRISTLES else f"law: {fit.law}, "
+    pasted = ", ".join(f"{key}: {value:.6g} {_MEMORY_UNITS.get(key, '')}".rstrip() for key, value in paste.items())
+    return "\n".join([*rows, f"  {fit.quality}", f"  friction: {{{law}{pasted}}}"])
 
 
 def describe_ranking(fits: Mapping[str, AgeingFit], at: float) -> str:

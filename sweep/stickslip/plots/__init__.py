@@ -13,7 +13,7 @@ from stickslip.plots.attractors import plot_attractors, plot_branches, plot_of_r
 from stickslip.plots.kinds import is_drawn, is_over_map, plot_result, subject
 from stickslip.plots.layout import DPI, free_name, request_of, save
 from stickslip.plots.maps import plot_map
-from stickslip.plots.materials import plot_fits, plot_materials
+from stickslip.plots.materials import plot_fits, plot_materials, plot_memory_fits
 from stickslip.plots.options import Look, Mark
 from stickslip.plots.overlays import BORDERS
 from stickslip.plots.traces import plot_sound, plot_trace
@@ -22,6 +22,6 @@ from stickslip.vocabulary.studies import kind_of
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "free_name", "is_drawn", "is_over_map", "kind_of",
-    "plot_attractors", "plot_branches", "plot_fits", "plot_map", "plot_materials", "plot_of_ramp", "plot_probability",
-    "plot_ramp", "plot_result", "plot_sound", "plot_trace", "request_of", "save", "subject",
+    "plot_attractors", "plot_branches", "plot_fits", "plot_map", "plot_materials", "plot_memory_fits", "plot_of_ramp",
+    "plot_probability", "plot_ramp", "plot_result", "plot_sound", "plot_trace", "request_of", "save", "subject",
 ]  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.materials import speeds_of
 from stickslip.errors import PlotError
+from stickslip.fit.memory import BRISTLES
 from stickslip.plots.layout import ROW, Figure, entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
 
 if TYPE_CHECKING:
-    from stickslip.fit import MaterialFit
+    from stickslip.fit import MaterialFit, MemoryFit
 
 Floats = NDArray[np.float64]
 # Ten of each; with the marks and lines materials are told apart without colours.
@@ -89,6 +90,20 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
         handles += _draw_ageing(axes[-1], ageing)
     legend(figure, handles, at_right=panels == 1, notes=["points, fitted curve, 95 % band"] if curves else [])
     entitle(figure, axes[0], title or ", ".join(one.name for one in fits), above_all=True)
+    return figure
+
+
+def plot_memory_fits(fits: Mapping[str, MemoryFit]) -> Figure:
+    """Records of contacts with memory, by name, and what is fitted to them; a panel each."""
+    figure = Figure(figsize=(7.2, 1.2 + 3.0 * len(fits)), layout="constrained")
+    for (name, fit), ax in zip(fits.items(), figure.subplots(len(fits), squeeze=False)[:, 0], strict=True):
+        is_loop = fit.law == BRISTLES
+        factor, label = (1e6, "displacement (µm)") if is_loop else (1.0, "time (s)")
+        ax.plot(factor * fit.along, fit.mu, ".", color="0.65", markersize=3, label="record")
+        ax.plot(factor * fit.along, fit.predicted, color="black", linewidth=1.2, label=fit.law)
+        ax.set(xlabel=label, ylabel="friction coefficient")
+        ax.legend(frameon=False)
+        entitle(figure, ax, name)
     return figure
 
 
