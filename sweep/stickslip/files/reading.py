@@ -224,6 +224,8 @@ class _Guarded(BackendArray):
             values = self._values(part)
             if not marks.fit(self._name, number, values):
                 raise self._damaged(part, _ELSEWHERE)
+            if part == whole:  # as dask asks for it
+                return values
             common = [(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(part, whole, strict=True)]
             of_part, of_whole = (
                 tuple(slice(start - of.start, stop - of.start) for (start, stop), of in zip(common, sides, strict=True))
