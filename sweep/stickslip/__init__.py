@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from . import sound as sound
     from . import theory as theory
     from .api.cells import evaluate, simulate
-    from .api.runs import collect, open, retry_failed, run, run_shard, status, sweep
+    from .api.runs import collect, retry_failed, run, run_shard, status, sweep
     from .api.studies import attractors, border, contours, margins, ramp
     from .config.model import Config
     from .config.reader import load_config
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
+    from .files.reading import open
     from .materials import compare
 
 __all__ = [
@@ -33,8 +34,9 @@ __all__ = [
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
     "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
-    "collect": "api.runs", "open": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs",
-    "status": "api.runs", "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
+    "open": "files.reading",
+    "collect": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs", "status": "api.runs",
+    "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
     "ramp": "api.studies",
 }  # fmt: skip

@@ -1,5 +1,6 @@
 """The command as a new user meets it: what it prints, writes and returns."""
 
+import gc
 import json
 import os
 import re
@@ -18,6 +19,7 @@ from click.testing import CliRunner
 import stickslip
 from helpers.configs import write_config
 from helpers.runs import until
+from stickslip import __main__
 from stickslip.cli import main
 from stickslip.engine import compiled, compiling
 from stickslip.runs.work import Work
@@ -188,6 +190,18 @@ def test_a_map_and_its_plot_are_made_without_what_they_do_not_need(here):
     loaded = {name.strip(" '[]") for name in done.stdout.splitlines()[-1].split(",")}
     assert "matplotlib.figure" in loaded
     assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba", "stickslip.rig"}
+    assert not loaded & {"stickslip.api.studies", "stickslip.studies.attractors", "stickslip.dataset.export"}
+    assert not loaded & {f"stickslip.cli.{other}" for other in ("advise", "fit", "plan", "rig", "simulate", "studies")}
+
+
+def test_garbage_is_collected_as_ever_after_the_start(monkeypatch):
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")  # of the user
+    usual, callbacks = gc.get_threshold(), len(gc.callbacks)
+    __main__._start_lightly()
+    assert gc.get_threshold()[0] > 100 * usual[0]
+    gc.collect()
+    assert gc.get_threshold() == usual and len(gc.callbacks) == callbacks
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "3"
 
 
 def test_every_command_has_help_that_fits_a_screen():

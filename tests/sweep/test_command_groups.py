@@ -46,9 +46,9 @@ def test_help_lists_every_command_once_under_a_heading():
     text = call("--help").stdout
     for heading, commands in SECTIONS.items():
         part = text.partition(f"\n{heading}:\n")[2].partition("\n\n")[0]
-        assert [line.split()[0] for line in part.splitlines()] == [command.name for command in commands]
+        assert [line.split()[0] for line in part.splitlines()] == list(commands)
     shown = {name for name, command in main.commands.items() if not command.hidden}
-    assert shown == {command.name for commands in SECTIONS.values() for command in commands}
+    assert shown == {name for commands in SECTIONS.values() for name in commands}
 
 
 def test_the_commands_of_rigs_are_a_group_and_the_old_spellings_are_the_same_commands():

@@ -89,6 +89,12 @@ def test_nobody_pays_for_dask_or_h5py_who_opens_and_writes_no_file():
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
 
 
+def test_opening_a_result_does_not_wait_for_what_computes():
+    code = "import sys, stickslip; stickslip.open; sys.exit('stickslip.engine' in sys.modules)"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
+
+
 def test_threads_read_one_file_at_once_and_right(kind, small_chunks, tmp_path):
     import dask
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Section = Mapping[str, Any]
 
-__all__ = ["collect", "open", "retry_failed", "run", "run_shard", "status", "sweep"]
+__all__ = ["collect", "retry_failed", "run", "run_shard", "status", "sweep"]
 
 
 def run(

@@ -11,44 +11,32 @@ import warnings
 import click
 
 from stickslip._version import __version__
-from stickslip.cli import (
-    advise,
-    compare,
-    configs,
-    explore,
-    fit,
-    help,
-    listen,
-    plan,
-    plot,
-    results,
-    rig,
-    run,
-    screen,
-    simulate,
-    stores,
-    studies,
-)
+from stickslip.cli import screen
 from stickslip.cli.exits import EXIT_CODES
-from stickslip.cli.groups import SectionedGroup, complete_names
+from stickslip.cli.groups import SectionedGroup
 from stickslip.cli.params import next_step
+from stickslip.vocabulary.studies import STUDIES
 
-SECTIONS = {  # of the help: a new command is one word here
-    "To begin": (configs.init, configs.validate, configs.schema, help.help_command),
-    "Maps": (plan.plan, run.run, plot.plot, results.inspect, explore.explore, results.export),
-    "One cell, and what a designer asks": (
-        *(simulate.simulate, listen.listen, *studies.COMMANDS.values(), advise.advise),
-    ),
-    "Friction curves and materials": (fit.fit, compare.compare, fit.points),
-    "Test rigs": (rig.rig,),
-    "Long runs and clusters": (stores.status, stores.collect, stores.retry_failed),
-}
+SECTIONS = {  # of the help: each command with its file, a new one is an entry here
+    "To begin": {"init": "configs", "validate": "configs", "schema": "configs", "help": "help"},
+    "Maps": {
+        "plan": "plan", "run": "run", "plot": "plot", "inspect": "results", "explore": "explore", "export": "results",
+    },
+    "One cell, and what a designer asks": {
+        "simulate": "simulate", "listen": "listen",
+        **{key: "studies" for key, entry in STUDIES.items() if entry.command}, "advise": "advise",
+    },
+    "Friction curves and materials": {"fit": "fit", "compare": "compare", "points": "fit"},
+    "Test rigs": {"rig": "rig"},
+    "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
+}  # fmt: skip
+OLD = {"rig-features": "rig_features:features", "calibrate": "rig_fits:calibrate"}  # spellings of earlier versions
 
 
 @click.group(
     cls=SectionedGroup,
     sections=SECTIONS,
-    old=rig.OLD,
+    old=OLD,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=EXIT_CODES,
@@ -73,6 +61,3 @@ def main(context: click.Context) -> None:
     if context.invoked_subcommand is None:
         screen.echo(context.get_help())
         screen.echo(f"\n{next_step()}")
-
-
-complete_names(main)

@@ -2,44 +2,65 @@
 
 from __future__ import annotations
 
+from collections import UserDict
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import partial
 from importlib import import_module
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
-Sections = Mapping[str, Sequence[click.Command]]
+Places = Mapping[str, str]  # of commands by name: `file` of `cli/`, or `file:name` where it has another name there
 _COMMANDS_FOR = {
     ".yaml": ("run", "validate", "rig"), ".yml": ("run", "validate", "rig"),
     ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"), ".csv": ("fit",),
 }  # fmt: skip
 
 
+class _Commands(UserDict[str, Any]):
+    """Commands by name, each imported when it is asked for: a run does not wait for what the others need."""
+
+    def __getitem__(self, name: str) -> click.Command:
+        command = self.data[name]
+        if isinstance(command, str):
+            command = self.data[name] = _imported(name, *command.split(":"))
+        return command  # type: ignore[no-any-return]
+
+
+def _imported(name: str, file: str, itself: str | None = None) -> click.Command:
+    """The command of a file; one that has another name there is hidden."""
+    names = vars(import_module(f"stickslip.cli.{file}"))
+    commands = (*names.values(), *names.get("COMMANDS", {}).values())
+    command = next(c for c in commands if isinstance(c, click.Command) and c.name == (itself or name))
+    if itself:
+        command = copy(command)
+        command.name, command.hidden = name, True
+    complete_names(command)
+    return command
+
+
 class SectionedGroup(click.Group):
     """A group whose help lists its commands under headings, in the order of a table.
 
-    sections : commands by heading. old : commands under spellings that go on working, and are not listed. default : of
-    a group that was a command once, the command of arguments that begin with none of its commands.
+    sections : places of commands by heading. old : of commands under spellings that go on working, and are not listed.
+    default : of a group that was a command once, the command of arguments that begin with none of its commands.
     """
 
     def __init__(
         self,
         *args: Any,
-        sections: Sections,
-        old: Sequence[click.Command] = (),
+        sections: Mapping[str, Places],
+        old: Places | None = None,
         default: str | None = None,
         **given: Any,
     ) -> None:
+        places = {name: place for row in (*sections.values(), old or {}) for name, place in row.items()}
         super().__init__(*args, **given)
-        self._sections = {heading: [str(command.name) for command in row] for heading, row in sections.items()}
-        self._default = default
-        for command in (*chain(*sections.values()), *old):
-            self.add_command(command)
+        self.commands = _Commands(places)
+        self._sections, self._default = sections, default
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """The arguments, with the command that is meant."""
@@ -91,13 +112,6 @@ def _refuse_repeated(command: click.Command, ctx: click.Context, args: Sequence[
             raise click.UsageError(f"{name} is given {given.count(option)} times, and takes one value", own)
 
 
-def renamed(command: click.Command, name: str) -> click.Command:
-    """A command under another name, which no help lists."""
-    other = copy(command)
-    other.name, other.hidden = name, True
-    return other
-
-
 # --- names that shells propose after an option ------------------------------------------------------------------------
 
 _PARAMETERS = ("vocabulary.quantities", "PARAMETERS")
@@ -110,13 +124,11 @@ _NAMES = {  # by option, in whatever command it is: the table, or the function t
 
 
 def complete_names(command: click.Command) -> None:
-    """Let the shell complete the names that options of a command, and of the commands in it, take."""
+    """Let the shell complete the names that options of a command take."""
     for parameter in command.params:
         for option in parameter.opts:
             if option in _NAMES and isinstance(parameter, click.Option) and parameter.metavar != "TIME":
                 setattr(parameter, "shell_complete", partial(_proposed, option))  # noqa: B010 - a method of click's, replaced
-    for inner in command.commands.values() if isinstance(command, click.Group) else ():
-        complete_names(inner)
 
 
 def _proposed(option: str, _context: click.Context, typed: str) -> list[CompletionItem]:

@@ -56,10 +56,10 @@ def save_table(
 
     The workbook of a comparison begins with the table that is printed.
     """
-    from stickslip.dataset import export
-
     if target is None:
         return
+    from stickslip.dataset import export
+
     front, is_long = None, export.table_of(ds, variables).rows >= _LONG
     if "quiet_above" in ds and not variables and target.suffix.lower() == ".xlsx":
         from stickslip.materials.table import RankTable
@@ -200,11 +200,14 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
 
 def plot_limits(config: Config) -> str | None:
     """Text on what the plot of a configuration will leave out; None for nothing."""
-    from stickslip.api.studies import coarse_map
     from stickslip.config.grid import build_grid
     from stickslip.dataset.selection import left_out
 
-    grid = build_grid(coarse_map(config))
+    if config.study is not None:
+        from stickslip.api.studies import coarse_map
+
+        config = coarse_map(config)
+    grid = build_grid(config)
     return left_out(dict(zip(grid.dims, grid.shape, strict=True)))
 
 

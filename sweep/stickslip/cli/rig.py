@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import params, rig_features, rig_fits, screen
+from stickslip.cli import params, rig_features, screen
 from stickslip.cli.exits import JSON, QUIET, fail, reports_errors
-from stickslip.cli.groups import SectionedGroup, renamed
+from stickslip.cli.groups import SectionedGroup
 from stickslip.cli.listen import check_sounds, save_sounds
 from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
 from stickslip.cli.run import BLOCKS, run_request, shard_of
@@ -157,14 +157,10 @@ class _Outputs(Outputs):
 rig = SectionedGroup(
     "rig",
     default="run",
-    sections={"Commands": (run, rig_features.features, rig_fits.calibrate, rig_fits.identify)},
+    sections={"Commands": {"run": "rig", "features": "rig_features", "calibrate": "rig_fits", "identify": "rig_fits"}},
     help="""Test rigs: simulated ones, records of measured ones, and the risk number.
 
     `stickslip rig my_rig.yaml` is short for `stickslip rig run my_rig.yaml`.""",
     short_help="Simulate a test rig, or evaluate records of one.",
     no_args_is_help=True,
-)
-OLD = (  # spellings of earlier versions, which go on working
-    renamed(rig_features.features, "rig-features"),
-    renamed(rig_fits.calibrate, "calibrate"),
 )

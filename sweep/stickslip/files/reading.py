@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import ExitStack
 from itertools import product
 from math import prod
@@ -149,12 +149,14 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     to_close.callback(ds.close)
     if engine == "zarr":
         ds = _in_order(ds, source)
-    for name, variable in list(ds.variables.items()):
+    loaded = dict[Hashable, xr.Variable]()
+    for name, variable in ds.variables.items():
         if name in ds.coords or not variable.ndim:
             values = variable.values
             stored = {key: variable.encoding[key] for key in ("preferred_chunks",) if key in variable.encoding}
             native = values.astype(_native(values.dtype), copy=False)
-            ds[name] = xr.Variable(variable.dims, native, variable.attrs, stored)
+            loaded[name] = xr.Variable(variable.dims, native, variable.attrs, stored)
+    ds.update(loaded)  # all at once: each time it looks at all variables
     return ds
 
 
@@ -222,6 +224,8 @@ class _Guarded(BackendArray):
             values = self._values(part)
             if not marks.fit(self._name, number, values):
                 raise self._damaged(part, _ELSEWHERE)
+            if part == whole:  # as dask asks for it
+                return values
             common = [(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(part, whole, strict=True)]
             of_part, of_whole = (
                 tuple(slice(start - of.start, stop - of.start) for (start, stop), of in zip(common, sides, strict=True))

@@ -15,6 +15,7 @@ from typing import Any
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as PlainFigure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
@@ -67,9 +68,13 @@ class Figure(PlainFigure):
     legend_outside: _Legend | None = None
 
     def draw(self, renderer: Any) -> None:
-        """Draw, texts as they are."""
+        """Draw, texts as they are; what matplotlib draws before it saves, without ink, is only laid out."""
         show_verbatim(self)
-        super().draw(renderer)
+        engine = self.get_layout_engine()
+        if isinstance(engine, ConstrainedLayoutEngine) and self.axes and self.canvas.is_saving():
+            engine.execute(self)  # once saved in earnest, it has another
+        else:
+            super().draw(renderer)
 
     def _repr_png_(self) -> bytes:
         fit(self)

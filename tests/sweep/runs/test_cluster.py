@@ -212,5 +212,14 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
     same(opened(output), whole)
 
 
+def test_workers_on_this_machine_keep_the_memory_of_a_block_for_the_next(kernels, monkeypatch):
+    from stickslip.runs.dask import connecting
+
+    monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
+    with connecting.connected("local", 1, print) as cluster:
+        (trimmed,) = cluster.client.run(os.environ.get, "MALLOC_TRIM_THRESHOLD_").values()
+    assert trimmed is None
+
+
 def finished(store):
     return {int(path.name.removeprefix("block-")) for path in store.glob("block-*")}

@@ -33,6 +33,11 @@ _STARTING = 60.0  # s, for processes to start on a busy machine
 _SILENT = logging.CRITICAL + 1
 _TALKATIVE = ("distributed", "tornado", "asyncio")  # loggers
 _NAMED = 3  # workers named in a message
+_LEAN = {  # of workers on this machine, which have one kind of task and no dashboard
+    # At 64 KiB, as Dask has it, all arrays of all blocks are mapped anew: a quarter of a worker's time.
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
+    "distributed.worker.profile.enabled": False,
+}
 _HOW = (
     "hint: start one with `dask scheduler` and `dask worker tcp://HOST:8786`, and name it as tcp://HOST:8786; "
     "--dask local starts processes on this machine, --dask none computes without Dask"
@@ -153,10 +158,11 @@ def _local_cluster(threads: int | None) -> Any:
     is_main = threading.current_thread() is threading.main_thread()  # signals are set there and nowhere else
     before = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
     try:
-        return LocalCluster(
-            n_workers=count, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address=None,
-            silence_logs=_SILENT, preload=preload,
-        )  # fmt: skip
+        with dask.config.set(_LEAN):
+            return LocalCluster(
+                n_workers=count, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address=None,
+                silence_logs=_SILENT, preload=preload,
+            )  # fmt: skip
     finally:
         if is_main:
             signal.signal(signal.SIGINT, before)

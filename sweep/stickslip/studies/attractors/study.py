@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
@@ -41,6 +40,9 @@ from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.quantities import PARAMETERS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 

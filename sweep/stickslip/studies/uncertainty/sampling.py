@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import prod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from stickslip.config.model import Config
 from stickslip.config.studies import Finished, Moved, Study, Table
@@ -22,6 +21,9 @@ from stickslip.studies.uncertainty.reduction import STATES, Summary, reduced
 from stickslip.studies.uncertainty.subset import RareStudy
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import flag_label
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class SampleStudy(Study):
