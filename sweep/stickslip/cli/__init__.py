@@ -15,6 +15,7 @@ from stickslip.cli import (
     advise,
     compare,
     configs,
+    explain,
     explore,
     fit,
     help,
@@ -39,6 +40,7 @@ SECTIONS = {  # of the help: a new command is one word here
     "One cell, and what a designer asks": (
         *(simulate.simulate, listen.listen, *studies.COMMANDS.values(), advise.advise),
     ),
+    "From measurements to causes": (explain.explain,),
     "Friction curves and materials": (fit.fit, compare.compare, fit.points),
     "Test rigs": (rig.rig,),
     "Long runs and clusters": (stores.status, stores.collect, stores.retry_failed),

@@ -59,7 +59,7 @@ def _read_measured(row: Variable) -> Read:
     forms = _FORMS.format(number, f"0.02 {unit}".rstrip())
 
     def si(text: Any) -> float:
-        if isinstance(text, str) and row.units == "1" and _NUMBER.fullmatch(text.strip()):
+        if isinstance(text, str) and _NUMBER.fullmatch(text.strip()):  # part of a text; alone it is in SI
             text = float(text)
         try:
             value = units.si_value(text, row.units)

@@ -90,6 +90,8 @@ class ExplainStudy(Study):
                     problems.add((*path, i, name), message, "an observation says what it was made at")
                 elif name not in known and any(name in other.conditions for other in section.observed):
                     problems.add((*path, i, name), f"missing, expected the {row.long_name}, as other observations have")
+            if config.axes and i == 0:
+                cls._check_predicted(section, config, known - {*one.conditions}, problems)
             for name in prior & one.conditions.keys():
                 problems.add((*path, i, name), "given, and uncertain in prior, expected one of them")
         for i, name in enumerate(section.laws or ()):
@@ -103,6 +105,16 @@ class ExplainStudy(Study):
                 problems.add((section.key, "laws", i), f"got {name}, whose {twice[0]} is uncertain in prior")
             elif lacking := [one for one in needed - given if one in own and not model_of(law).measured]:
                 problems.add((section.key, "laws", i), f"got {name}, for which {lacking[0]} is missing in prior")
+
+    @classmethod
+    def _check_predicted(
+        cls, section: Explain, config: Config, known: set[str], problems: ProblemCollector
+    ) -> None:
+        """Note what cells of the axes lack, since observations differ in it."""
+        along = {member.name for axis in config.axes for member in axis.members}
+        for name in {*section.observed[0].conditions} - known - along - _shared(section).keys():
+            message = f"{name} differs between observations, so that nothing can be predicted without it"
+            problems.add(("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}")
 
     @classmethod
     def explain(cls, section: Explain, config: Config) -> Iterator[tuple[str, str, str]]:
@@ -194,8 +206,8 @@ class ExplainStudy(Study):
         along = {member.name for axis in self.config.axes for member in axis.members}
         options = replace(experiment.options, variables=("regime",))
         for one in range(draws):
-            known = {name: np.full(size, value[one]) for name, value in drawn.items() if name not in along}
-            known |= {name: np.full(size, value) for name, value in experiment.fixed.items()}
+            known = {name: value[one] for name, value in drawn.items()} | _shared(self.request) | experiment.fixed
+            known = {name: np.full(size, value) for name, value in known.items() if name not in along}
             cells, possible = drawn_cells(self.grid, np.arange(size), known, experiment.law)
             computed = computed_where(cells, possible, options, stop, moved)
             if not computed.complete:
@@ -223,3 +235,9 @@ class ExplainStudy(Study):
     @cached_property
     def _asked(self) -> summary.Asked:
         return summary.Asked(self.prior, self.request, self.laws, self.grid, self.config.written_in)
+
+
+def _shared(section: Explain) -> dict[str, float]:
+    """The conditions that all observations have in common, at which regimes are predicted."""
+    first, *others = (one.conditions for one in section.observed)
+    return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}

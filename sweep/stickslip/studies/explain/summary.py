@@ -98,7 +98,7 @@ def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr
     rng = np.random.default_rng(int(asked.request.seed))
     posterior = asked.prior.values(draws["score"])
     prior = asked.prior.values(rng.standard_normal((_PRIOR_DRAWS, len(asked.prior.names))))
-    fixed = directions(prior, posterior)
+    fixed, sentences = directions(prior, posterior)
     values = _evidence(columns) | {
         "law_probability": laws.value, "law_probability_error": laws.error, "posterior_law": law,
         "variance_ratio": deviates.var(0), "correlation": np.atleast_2d(np.corrcoef(deviates.T)),
@@ -118,11 +118,11 @@ def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr
         }  # fmt: skip
     undecided = float(np.mean(draws["unsure"] != 0.0))
     attributes = dict(attributes) | {
-        "explained_method": _method(asked, columns), "explained_directions": "; ".join(fixed.sentences()),
+        "explained_method": _method(asked, columns), "explained_directions": "; ".join(sentences),
         "explained_undecided": f"{100 * undecided:.3g} % of the draws have cells without a verdict",
     }  # fmt: skip
-    if text := _contradiction(asked, draws):
-        attributes["explained_contradiction"] = text
+    if found := _contradiction(asked, draws):
+        attributes |= {"explained_contradicting": found[0], "explained_contradiction": found[1]}
     whole = {name: np.asarray(array)[None] for name, array in values.items()}
     ds = study_dataset("explain", rows, whole, (), (), _coordinates(asked), attributes)
     meanings = attributes_of(VARIABLES["posterior_law"], tuple(asked.laws))
@@ -188,16 +188,16 @@ def _leave_one_out(log_likelihood: Floats) -> Floats:
     return np.asarray(least - np.log(np.mean(np.exp(least - log_likelihood), axis=0)))
 
 
-def _contradiction(asked: Asked, draws: Results) -> str:
-    """Why nothing explains the observations, and which of them contradicts; nothing where something does."""
+def _contradiction(asked: Asked, draws: Results) -> tuple[int, str] | None:
+    """Which observation contradicts, and why nothing explains them; None where something does."""
     observed, contradicts = asked.request.observed, draws["contradicts"]
     if not np.isfinite(draws["log_likelihood"]).all():
-        return "no draw of the prior is a possible oscillator"
+        return 0, "no draw of the prior is a possible oscillator"
     wrong = int(np.quantile(contradicts.sum(1), _RARE))
     regimes = sum(one.regime is not None for one in observed)
     out_of_reach = float(np.quantile(np.sum(draws["score"] ** 2, 1), _RARE)) > stats.chi2.isf(_BEYOND, len(asked.prior.names))
     if not out_of_reach and (not wrong or stats.binom.sf(wrong - 1, regimes, asked.request.mislabelled) >= _RARE):
-        return ""
+        return None
     best = draws["log_likelihood"].max(0) if not wrong else np.zeros(len(observed))
     surprise = best - _leave_one_out(draws["log_likelihood"])
     guilty = np.where(contradicts.mean(0) >= _RARE, surprise, -np.inf) if wrong else surprise
@@ -205,7 +205,7 @@ def _contradiction(asked: Asked, draws: Results) -> str:
     reason = "contradicts the others" if len(observed) > 1 else "is beyond the prior"
     if out_of_reach and not wrong:
         reason = "takes quantities that the prior all but rules out"
-    return f"observation {first + 1} ({observed[first].words}) {reason}"
+    return first, f"observation {first + 1} ({observed[first].words}) {reason}"
 
 
 def _method(asked: Asked, columns: Results) -> str:
@@ -244,10 +244,11 @@ def report(ds: xr.Dataset) -> Iterator[str | Table]:
         yield "no population is computed yet"
         return
     if text := ds.attrs.get("explained_contradiction"):
-        yield f"nothing   explains this: {text}"
+        yield f"nothing explains this: {text}"
     if ds.sizes["law"] > 1:
-        rows = [[str(one["law"].values), f"{float(one['log_evidence']):.4g}", f"{float(one['log_evidence_error']):.2g}",
-                 f"{float(one['law_probability']):.3g}"] for _, one in ds.groupby("law", squeeze=True)]  # fmt: skip
+        names = ("log_evidence", "log_evidence_error", "law_probability")
+        columns = [[f"{value:.3g}" for value in ds[name].values] for name in names]
+        rows = list(zip(map(str, ds["law"].values), *columns, strict=True))
         yield Table("", ("law",), ("log evidence", "standard error", "probability"), rows)
     else:
         yield f"evidence  {float(ds['log_evidence'][0]):.4g} +- {float(ds['log_evidence_error'][0]):.2g} (logarithm)"
