@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params
-from stickslip.cli.exits import JSON, QUIET, fail, incomplete, reports_errors
+from stickslip.cli.exits import JSON, QUIET, fail, remark_incomplete, reports_errors
 from stickslip.cli.outputs import Outputs
 from stickslip.cli.run import FRESH, run_request
 
@@ -55,7 +55,7 @@ def explain(
     keep = ["explain", str(config), "-o", f"{config.stem}.nc"]
     answer = run_request(request, keep, Outputs(target, page=page))
     if "contradiction" in answer:
-        incomplete(f"{_place(config, answer['observation'])}: nothing explains this: {answer['contradiction']}")
+        remark_incomplete(f"{_place(config, answer['observation'])}: nothing explains this: {answer['contradiction']}")
     return answer
 
 

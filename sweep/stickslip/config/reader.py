@@ -138,7 +138,8 @@ class _Reader(ProblemCollector):
                  if name in of_model and value is not None}  # fmt: skip
         if self._rig:
             fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
-        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), law)):
+        drawn = None if self._explains else studies.get("uncertain")  # what is impossible explains nothing
+        for finding in rules.findings(rules.Space(fixed, axes, drawn, law)):
             checks.add_finding(self, finding, self._about_list(finding.path))
         self.raise_any()
         for key in QUANTITY_SECTIONS:

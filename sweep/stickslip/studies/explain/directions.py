@@ -34,7 +34,8 @@ class Directions:
 
     ratio : (n,) posterior over prior variance. parts : (n, quantities), of numbers whose prior has the variance 1, the
     largest being 1; weights : the same of the numbers themselves. own : ratio of the variances of each number.
-    middle, before, after : (n,) posterior median of the combinations, and their standard deviations.
+    middle, before, after : (n,) posterior median of the combinations, and their standard deviations. logs : names of
+    those whose logarithms the numbers are.
     """
 
     names: Sequence[str]
@@ -45,27 +46,56 @@ class Directions:
     middle: Floats
     before: Floats
     after: Floats
+    logs: Sequence[str] = ()
 
     def named(self, i: int) -> list[tuple[str, float]]:
         """The quantities that make up a direction, with their weights."""
         each = zip(self.names, self.weights[i], self.parts[i], strict=True)
         return [(name, weight) for name, weight, part in each if abs(part) >= _PART]
 
+    def product(self, i: int) -> str:
+        """`stiffness/mass`; what is not always positive is named beside."""
+        named = self.named(i)
+        over = [_power(name, weight) for name, weight in named if name in self.logs and weight > 0]
+        under = [_power(name, -weight) for name, weight in named if name in self.logs and weight < 0]
+        others = [name for name, _ in named if name not in self.logs]
+        return listed(["/".join([" ".join(over) or "1", *under])] * bool(over or under) + others, "with")
+
+    def spread(self, i: int) -> str:
+        """`to 3.2 % (before: 61 %)`; of what is not always positive a share."""
+        if any(name not in self.logs for name, _ in self.named(i)):
+            return f"to {100 * np.sqrt(self.ratio[i]):.2g} % of the scatter before"
+        return f"to {_percent(self.after[i])} (before: {_percent(self.before[i])})"
+
 
 def directions(prior: Draws, posterior: Draws) -> tuple[Directions, list[str]]:
     """The directions of draws of quantities from prior and posterior; and in words what is fixed and what not."""
-    logs = {name: (prior[name] > 0).all() and (posterior[name] > 0).all() for name in prior}
-    whole = _of(*({n: np.log(v) if logs[n] else v for n, v in draws.items()} for draws in (prior, posterior)))
-    total = _best_sum(prior, posterior)
-    texts = [] if total is None or total.ratio[0] >= min(whole.ratio[0], FIXED) else [_text(total, 0, _sum(total))]
-    for i in range(len(texts), np.count_nonzero(whole.ratio < OPEN)):
-        texts.append(_text(whole, i, f"{_product(whole.named(i), logs)} {_spread(whole, i, logs)}"))
+    whole, total, texts = _of_logs(prior, posterior), _best_sum(prior, posterior), []
+    shown, added = whole, ""
+    if total is not None and total.ratio[0] < min(whole.ratio[0], FIXED):  # it takes the place of its largest part
+        texts.append(f"the observations fix {_sum(total)} {_value(total)}")
+        added, largest = f"({_sum(total)})", total.names[int(np.abs(total.parts[0]).argmax())]
+        shown = _of_logs(*(
+            {name: values for name, values in draws.items() if name != largest}
+            | {added: total.weights[0] @ np.array([draws[name] for name in total.names])}
+            for draws in (prior, posterior)
+        ))  # fmt: skip
+    for i in np.flatnonzero(shown.ratio < OPEN):
+        if [name for name, _ in shown.named(i)] != [added]:
+            verb = "fix" if shown.ratio[i] < FIXED else "narrow"
+            texts.append(f"the observations {verb} {shown.product(i)} {shown.spread(i)}")
     single = [name for name, own in zip(whole.names, whole.own, strict=True) if own >= OPEN]
-    joint = [_product(whole.named(i), logs) for i in np.flatnonzero(whole.ratio >= OPEN)
-             if not {name for name, _ in whole.named(i)}.issubset(single)]  # fmt: skip
+    joint = [whole.product(i) for i in np.flatnonzero(whole.ratio >= OPEN)
+             if {name for name, _ in whole.named(i)}.isdisjoint(single)]  # fmt: skip
     if single or joint:
         texts.append(f"nothing here fixes {listed([*single, *joint])}")
     return whole, texts
+
+
+def _of_logs(prior: Draws, posterior: Draws) -> Directions:
+    """The directions of the logarithms of what is always positive, and of the rest as it is."""
+    logs = [name for name in prior if (prior[name] > 0).all() and (posterior[name] > 0).all()]
+    return _of(*({n: np.log(v) if n in logs else v for n, v in draws.items()} for draws in (prior, posterior)), logs)
 
 
 def _best_sum(prior: Draws, posterior: Draws) -> Directions | None:
@@ -78,7 +108,7 @@ def _best_sum(prior: Draws, posterior: Draws) -> Directions | None:
     return min(sums, key=lambda one: float(one.ratio[0]), default=None)
 
 
-def _of(prior: Draws, posterior: Draws) -> Directions:
+def _of(prior: Draws, posterior: Draws, logs: Sequence[str] = ()) -> Directions:
     names = list(prior)
     before, after = (np.array([draws[name] for name in names]) for draws in (prior, posterior))
     scale = before.std(1)
@@ -93,39 +123,28 @@ def _of(prior: Draws, posterior: Draws) -> Directions:
     own = np.diag(q) / np.diag(p)
     return Directions(
         names, np.maximum(ratio, 0.0), parts, weights, own, np.median(of_posterior, axis=1), of_prior.std(1),
-        of_posterior.std(1),
+        of_posterior.std(1), logs,
     )  # fmt: skip
 
 
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
-def _text(of: Directions, i: int, combination: str) -> str:
-    verb = "fix" if of.ratio[i] < FIXED else "narrow"
-    return f"the observations {verb} {combination}"
-
-
 def _sum(of: Directions) -> str:
-    """`mu_static - a1 to 0.1 +- 0.002 (before: +- 0.05)`."""
-    terms = " ".join(f"{'-' if weight < 0 else '+'} {_number(abs(weight))}{name}" for name, weight in of.named(0))
+    """`mu_static - a1`."""
+    terms = sorted(of.named(0), key=lambda one: one[1] < 0)
+    text = " ".join(f"{'-' if weight < 0 else '+'} {_number(abs(weight))}{name}" for name, weight in terms)
+    return text.removeprefix("+ ")
+
+
+def _value(of: Directions) -> str:
+    """`to 0.1 +- 0.002 (before: +- 0.05)`."""
     unit = units.spelled(SEARCHABLE[of.names[0]].units)
-    value = f"{of.middle[0]:.4g} +- {of.after[0]:.2g} {unit}".rstrip()
-    return f"{terms.removeprefix('+ ')} to {value} (before: +- {of.before[0]:.2g})"
+    return f"to {of.middle[0]:.4g} +- {of.after[0]:.2g} {unit}".rstrip() + f" (before: +- {of.before[0]:.2g})"
 
 
-def _product(named: Sequence[tuple[str, float]], logs: Mapping[str, bool]) -> str:
-    """`stiffness/mass`; what is not always positive is named beside."""
-    over = [_power(name, weight) for name, weight in named if logs[name] and weight > 0]
-    under = [_power(name, -weight) for name, weight in named if logs[name] and weight < 0]
-    others = [name for name, _ in named if not logs[name]]
-    return listed(["/".join([" ".join(over) or "1", *under])] * bool(over or under) + others, "with")
-
-
-def _spread(of: Directions, i: int, logs: Mapping[str, bool]) -> str:
-    """`to 3.2 % (before: 61 %)`; of what is not always positive a share."""
-    if not all(logs[name] for name, _ in of.named(i)):
-        return f"to {100 * np.sqrt(of.ratio[i]):.2g} % of the scatter before"
-    return f"to {_percent(of.after[i])} (before: {_percent(of.before[i])})"
+def _number(weight: float) -> str:
+    return "" if abs(weight - 1.0) < _WHOLE else f"{weight:.2g} "
 
 
 def _power(name: str, exponent: float) -> str:
@@ -134,8 +153,4 @@ def _power(name: str, exponent: float) -> str:
 
 
 def _percent(spread: float) -> str:
-    return f"{100.0 * np.expm1(spread):.2g} %" if spread < 0.7 else f"a factor of {np.exp(spread):.2g}"
-
-
-def _number(weight: float) -> str:
-    return "" if abs(weight - 1.0) < _WHOLE else f"{weight:.2g} "
+    return f"{100.0 * np.expm1(spread):.2g} %" if spread < 0.65 else f"a factor of {np.exp(spread):.2g}"
