@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from . import sound as sound
     from . import theory as theory
     from .api.cells import evaluate, simulate
-    from .api.explained import explain
+    from .api.explained import explain, next_measurement
     from .api.runs import collect, open, retry_failed, run, run_shard, status, sweep
     from .api.studies import attractors, border, contours, margins, ramp
     from .config.model import Config
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config", "margins", "open", "ramp",
+    "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config", "margins", "next_measurement", "open", "ramp",
     "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
 ]  # fmt: skip
 
@@ -38,6 +38,7 @@ _HOMES = {
     "status": "api.runs", "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
     "ramp": "api.studies", "explain": "api.explained",
+    "next_measurement": "api.explained",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

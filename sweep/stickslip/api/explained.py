@@ -1,4 +1,4 @@
-"""The Python call for explanations: from what was measured back to what causes it."""
+"""The Python calls for explanations: from what was measured back to what causes it, and what to measure next."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from typing import Any
 import xarray as xr
 
 from stickslip.api.runs import run
-from stickslip.errors import ContradictionError
-from stickslip.progress import Watch
+from stickslip.config.reader import parse_config
+from stickslip.errors import ArgumentError, ContradictionError
+from stickslip.files.reading import open
+from stickslip.progress import Watch, watched
+from stickslip.studies.explain.proposals import DRAWS, POINTS, axis_of, check_scatter, proposals
+from stickslip.vocabulary.display_units import units_shown, written_units
 
-__all__ = ["explain"]
+__all__ = ["explain", "next_measurement"]
 
 
 def explain(
@@ -77,3 +81,55 @@ def explain(
     if text := ds.attrs.get("explained_contradiction"):
         raise ContradictionError(f"nothing explains this: {text}", ds)
     return ds
+
+
+def next_measurement(
+    explained: xr.Dataset | str | os.PathLike[str],
+    over: str | Sequence[str] | Mapping[str, tuple[float | str, float | str] | None],
+    *,
+    scatter: Mapping[str, float] | None = None,
+    points: int = POINTS,
+    draws: int = DRAWS,
+    progress: Watch = "auto",
+) -> xr.Dataset:
+    """Find where one more observation would tell most of what is not known yet.
+
+    Parameters
+    ----------
+    explained : Dataset or path
+        What `explain` returned.
+    over : str, sequence of str, or Mapping
+        One or two parameters in which an observation may differ, with ranges in SI or texts with units; without them
+        those of the prediction, else three times beyond what was observed.
+    scatter : Mapping, optional
+        Results that will be measured, with their relative standard deviation; those observed before unless given.
+    points : int
+        Of each axis.
+    draws : int
+        Of the explanation, which are weighed against each other.
+    progress
+        As for `run`.
+
+    Returns
+    -------
+    Dataset
+        Over the axes information (bits) and the chance of each regime; over `proposal`, the best first, proposed_NAME,
+        proposed_information, wrong_before and wrong_after (the share of the plane whose most likely regime is not the
+        true one) and spread_left of each quantity; the attribute `proposals` says it in words.
+
+    Raises
+    ------
+    ValueError
+        For bad input, before anything is computed.
+    """
+    ds = explained if isinstance(explained, xr.Dataset) else open(explained)
+    if "posterior_law" not in ds or "configuration" not in ds.attrs:
+        raise ArgumentError("explained", "holds no draws, expected what `stickslip explain` wrote")
+    config = parse_config(str(ds.attrs["configuration"]), "configuration of the explanation")
+    names = {over: None} if isinstance(over, str) else dict.fromkeys(over) if not isinstance(over, Mapping) else over
+    config = config.shown_in(units_shown(ds) | written_units(names))
+    if scatter is not None:
+        check_scatter(scatter)
+    axes = [axis_of(config, name, ends, points) for name, ends in names.items()]
+    with watched(progress, "draws") as moved:
+        return proposals(ds, config, axes, scatter, draws, moved)

@@ -20,6 +20,7 @@ from stickslip.cli import (
     fit,
     help,
     listen,
+    next,
     plan,
     plot,
     results,
@@ -40,7 +41,7 @@ SECTIONS = {  # of the help: a new command is one word here
     "One cell, and what a designer asks": (
         *(simulate.simulate, listen.listen, *studies.COMMANDS.values(), advise.advise),
     ),
-    "From measurements to causes": (explain.explain,),
+    "From measurements to causes": (explain.explain, next.next_command),
     "Friction curves and materials": (fit.fit, compare.compare, fit.points),
     "Test rigs": (rig.rig,),
     "Long runs and clusters": (stores.status, stores.collect, stores.retry_failed),

@@ -108,3 +108,30 @@ def _before_and_after(ax: Axes, ds: xr.Dataset, name: str) -> None:
     ax.hist(values, bins=np.linspace(*ends, _BINS + 1), color=SKY, edgecolor=BLACK, linewidth=0.4)
     ax.set(yticks=[], xlim=ends, xlabel=f"{spoken(name)}{f' ({unit.printed})' if unit.printed else ''}")
     ax.xaxis.set_major_locator(MaxNLocator(5))
+
+
+def plot_information(ds: xr.Dataset, *, title: str | None = None) -> Figure:
+    """The expected information of an observation over one or two axes, with the proposals in their order."""
+    dims = list(ds["information"].dims)
+    figure = Figure(figsize=(7.6, 4.6), layout="constrained")
+    ax = figure.subplots()
+    x = MapAxis(ds, dims[-1])
+    if len(dims) == 1:
+        ax.plot(x.centres, ds["information"].values, color=BLACK)
+        heights = ds["proposed_information"].values
+        ax.set(ylabel="expected information (bits)", ylim=(0, None))
+    else:
+        y = MapAxis(ds, dims[0])
+        drawn = ax.pcolormesh(x.edges, y.edges, ds["information"].values, vmin=0, rasterized=True)
+        figure.colorbar(drawn, ax=ax, label="expected information of an observation (bits)")
+        apply(y, ax, "y")
+        ax.set_ylabel(y.title)
+        heights = y.unit.of(ds[f"proposed_{dims[0]}"].values)
+    apply(x, ax, "x")
+    ax.set_xlabel(x.title)
+    for number, (at, height) in enumerate(zip(x.unit.of(ds[f"proposed_{dims[-1]}"].values), heights, strict=True), 1):
+        ax.annotate(str(number), (at, height), ha="center", va="center", fontsize="small", annotation_clip=False,
+                    bbox={"boxstyle": "circle", "facecolor": WHITE, "edgecolor": BLACK})  # fmt: skip
+    annotate(figure, ["numbers: the best places to measure next, in their order"])
+    entitle(figure, ax, str(ds.attrs.get("title", "")) if title is None else title)
+    return figure

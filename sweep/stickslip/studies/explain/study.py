@@ -51,7 +51,8 @@ class ExplainStudy(Study):
         self.config, self.request, self.prior = config, section, config.uncertain
         self.title, self.laws = "Explanation", section.laws or (config.friction.law,)
         self.dims, self.shape = ("law", "repetition"), (len(self.laws), section.repetitions)
-        self.grid = build_grid(config)
+        whole = build_grid(config)
+        self.grid = whole.without(*whole.along)  # what is predicted over differs from what was observed
         self.options = replace(options, variables=("regime",), early_stop=True)
         self.cells_each = _MOVES * section.particles * len(section.observed) + self.predicted_draws * self.grid_size
         self.weight = 4096  # a population is a block
@@ -112,7 +113,7 @@ class ExplainStudy(Study):
     ) -> None:
         """Note what cells of the axes lack, since observations differ in it."""
         along = {member.name for axis in config.axes for member in axis.members}
-        for name in {*section.observed[0].conditions} - known - along - _shared(section).keys():
+        for name in {*section.observed[0].conditions} - known - along - shared_conditions(section).keys():
             message = f"{name} differs between observations, so that nothing can be predicted without it"
             problems.add(("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}")
 
@@ -134,7 +135,9 @@ class ExplainStudy(Study):
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """What explains the observations, and how sure that is."""
-        return summary.report(ds)
+        from stickslip.studies.explain import proposals
+
+        return proposals.report(ds) if "information" in ds else summary.report(ds)
 
     @classmethod
     def is_drawn(cls, ds: xr.Dataset) -> bool:
@@ -146,8 +149,10 @@ class ExplainStudy(Study):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure | None:
         """Prior beside posterior, and the regimes over the axes; of a variable over the axes, its map."""
-        from stickslip.plots.explained import plot_explained
+        from stickslip.plots.explained import plot_explained, plot_information
 
+        if "information" in ds and variable is None:
+            return plot_information(ds, title=title)
         return None if variable is not None else plot_explained(ds, dict(select).pop("state", state), title=title)
 
     @property
@@ -206,7 +211,7 @@ class ExplainStudy(Study):
         along = {member.name for axis in self.config.axes for member in axis.members}
         options = replace(experiment.options, variables=("regime",))
         for one in range(draws):
-            known = {name: value[one] for name, value in drawn.items()} | _shared(self.request) | experiment.fixed
+            known = {name: value[one] for name, value in drawn.items()} | shared_conditions(self.request) | experiment.fixed
             known = {name: np.full(size, value) for name, value in known.items() if name not in along}
             cells, possible = drawn_cells(self.grid, np.arange(size), known, experiment.law)
             computed = computed_where(cells, possible, options, stop, moved)
@@ -237,7 +242,7 @@ class ExplainStudy(Study):
         return summary.Asked(self.prior, self.request, self.laws, self.grid, self.config.written_in)
 
 
-def _shared(section: Explain) -> dict[str, float]:
+def shared_conditions(section: Explain) -> dict[str, float]:
     """The conditions that all observations have in common, at which regimes are predicted."""
     first, *others = (one.conditions for one in section.observed)
     return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}
