@@ -26,19 +26,19 @@ if TYPE_CHECKING:
     from .materials import compare
 
 __all__ = [
-    "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config", "margins", "next_measurement", "open", "ramp",
-    "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
+    "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options",
+    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config",
+    "margins", "next_measurement", "open", "ramp", "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
-    "ClusterError": "errors", "ConfigError": "errors", "ContradictionError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
+    "ClusterError": "errors", "ConfigError": "errors", "ContradictionError": "errors",
+    "IncompleteError": "errors", "Interrupted": "errors",
     "collect": "api.runs", "open": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs",
     "status": "api.runs", "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
-    "ramp": "api.studies", "explain": "api.explained",
-    "next_measurement": "api.explained",
+    "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

@@ -76,7 +76,9 @@ def explain(
         ds = run(observed, output, progress=progress)
     else:
         known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
-        asked = {"observed": observed, "prior": known, **settings} | ({} if predict is None else {"predict": {"axes": predict}})
+        asked = {"observed": observed, "prior": known, **settings} | (
+            {} if predict is None else {"predict": {"axes": predict}}
+        )
         ds = run(asked, output, progress=progress)
     if text := ds.attrs.get("explained_contradiction"):
         raise ContradictionError(f"nothing explains this: {text}", ds)

@@ -39,7 +39,8 @@ def with_observations(document: Document) -> Document:
     moves = dict(_moves(data))
     whole: dict[str, Any] = {key: value for key, value in data.items() if key not in OWN_WORDS}
     for old, new in moves.items():
-        inside, value = whole, data
+        inside: Any = whole
+        value: Any = data
         for key in old:
             value = value[key]
         for key in new[:-1]:
@@ -49,8 +50,8 @@ def with_observations(document: Document) -> Document:
     first = laws[0] if isinstance(laws, list) and laws else laws
     if isinstance(first, str):
         whole.setdefault("friction", {}).setdefault("law", law_of(first)[0])
-    places = {name: _moved(getattr(document, name), moves) for name in ("keys", "values", "texts")}
-    return replace(document, data=whole, **places)
+    keys, values, texts = (_moved(places, moves) for places in (document.keys, document.values, document.texts))
+    return replace(document, data=whole, keys=keys, values=values, texts=texts)
 
 
 def _wrong(data: dict[str, Any]) -> Iterator[tuple[Path, str, str | None]]:

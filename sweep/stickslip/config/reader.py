@@ -27,11 +27,11 @@ from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_ya
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.studies import EXPLAIN, STUDIES
 from stickslip.vocabulary.models import MODELS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip.vocabulary.studies import EXPLAIN, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"

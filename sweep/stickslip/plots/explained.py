@@ -41,13 +41,15 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
         raise PlotError(f"drawn over at most two axes, and there are {len(dims)}: select values of {dims[0]}")
     rows = ceil(len(names) / _COLUMNS)
     figure = Figure(figsize=(9.6, (3.8 if maps else 0.0) + 1.9 * rows + 0.4), layout="constrained")
-    parts = figure.subfigures(2, 1, height_ratios=[3.8, 1.9 * rows]) if maps else [figure]
+    parts: Any = figure.subfigures(2, 1, height_ratios=[3.8, 1.9 * rows]) if maps else [figure]
     top = None
     if maps:
         panels = parts[0].subplots(1, len(maps), squeeze=False)[0]
         for ax, name in zip(panels, maps, strict=True):
             one = ds[name].sel(state=state) if name == "probability" else ds[name]
-            label = f"probability of {regime_label(state)}" if name == "probability" else "largest difference between laws"
+            label = (
+                f"probability of {regime_label(state)}" if name == "probability" else "largest difference between laws"
+            )
             _over_axes(ax, ds, one, dims, label)
         top = panels[0]
     below = list(parts[-1].subplots(rows, min(_COLUMNS, len(names)), squeeze=False).flat)
@@ -59,7 +61,9 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
     if dims:
         notes += ["filled marks: observed to vibrate; open ones: observed to be quiet"] * bool([*_observed(ds, dims)])
     annotate(figure, ["; ".join(notes)])
-    entitle(figure, top or parts[-1].axes[0], str(ds.attrs.get("title", "")) if title is None else title, above_all=True)
+    entitle(
+        figure, top or parts[-1].axes[0], str(ds.attrs.get("title", "")) if title is None else title, above_all=True
+    )
     return figure
 
 
@@ -82,7 +86,8 @@ def _over_axes(ax: Axes, ds: xr.Dataset, values: xr.DataArray, dims: Sequence[An
         ax.plot(x.unit.of(at_x), y.unit.of(at_y), "o", markersize=7, markeredgecolor=BLACK, markeredgewidth=1.5,
                 markerfacecolor=BLACK if vibrates else WHITE, clip_on=False)  # fmt: skip
     ax.set_title(label, fontsize="medium")
-    bar = ax.figure.colorbar(drawn, ax=ax)
+    figure: Any = ax.figure
+    bar = figure.colorbar(drawn, ax=ax)
     bar.ax.set_yticks(np.linspace(0, 1, 6))
 
 
@@ -105,7 +110,7 @@ def _before_and_after(ax: Axes, ds: xr.Dataset, name: str) -> None:
     values, (low, _, high) = unit.of(draws.values), unit.of(ds[f"prior_interval_{name}"].values)
     ends = min(values.min(), low), max(np.quantile(values, 0.999), high)
     ax.axvspan(low, high, color=GREY, alpha=0.5, linewidth=0)
-    ax.hist(values, bins=np.linspace(*ends, _BINS + 1), color=SKY, edgecolor=BLACK, linewidth=0.4)
+    ax.hist(values, bins=np.linspace(*ends, _BINS + 1).tolist(), color=SKY, edgecolor=BLACK, linewidth=0.4)
     ax.set(yticks=[], xlim=ends, xlabel=f"{spoken(name)}{f' ({unit.printed})' if unit.printed else ''}")
     ax.xaxis.set_major_locator(MaxNLocator(5))
 

@@ -161,7 +161,10 @@ def ranks(name, count, seed=1, particles=100, kept=19):
     found = np.empty((count, len(uncertain.names)), int)
     for i in range(count):
         truth = rng.standard_normal((1, len(uncertain.names)))
-        seen = [_seen(known | {n: v[0] for n, v in uncertain.values(truth).items()}, one, mislabelled, rng) for one in design]
+        seen = [
+            _seen(known | {n: v[0] for n, v in uncertain.values(truth).items()}, one, mislabelled, rng)
+            for one in design
+        ]
         experiment = Experiment(seen, base, "stribeck", {}, mislabelled, options)
         draws = tempered(lambda u, e=experiment: e.terms(uncertain.values(u), stop_flag()).log_likelihood.sum(1),
                          len(uncertain.names), particles, np.random.default_rng([seed, i]))  # fmt: skip

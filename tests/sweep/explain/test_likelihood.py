@@ -14,7 +14,9 @@ STICK_SLIP, DAMPED, CREEP, UNRESOLVED = (REGIMES.index(n) for n in ("stick_slip"
 
 def terms(observed, regime, mislabelled=0.08, **results):
     columns = {name: np.asarray(values, float) for name, values in results.items()}
-    return observation_terms(Observation.model_validate(observed), {"regime": np.asarray(regime), **columns}, mislabelled)
+    return observation_terms(
+        Observation.model_validate(observed), {"regime": np.asarray(regime), **columns}, mislabelled
+    )
 
 
 def test_a_regime_alone_counts_and_labels_of_all_regimes_sum_to_one():

@@ -80,12 +80,12 @@ def directions(prior: Draws, posterior: Draws) -> tuple[Directions, list[str]]:
             | {added: total.weights[0] @ np.array([draws[name] for name in total.names])}
             for draws in (prior, posterior)
         ))  # fmt: skip
-    for i in np.flatnonzero(shown.ratio < OPEN):
+    for i in np.flatnonzero(shown.ratio < OPEN).tolist():
         if [name for name, _ in shown.named(i)] != [added]:
             verb = "fix" if shown.ratio[i] < FIXED else "narrow"
             texts.append(f"the observations {verb} {shown.product(i)} {shown.spread(i)}")
     single = [name for name, own in zip(whole.names, whole.own, strict=True) if own >= OPEN]
-    joint = [whole.product(i) for i in np.flatnonzero(whole.ratio >= OPEN)
+    joint = [whole.product(i) for i in np.flatnonzero(whole.ratio >= OPEN).tolist()
              if {name for name, _ in whole.named(i)}.isdisjoint(single)]  # fmt: skip
     if single or joint:
         texts.append(f"nothing here fixes {listed([*single, *joint])}")
@@ -95,7 +95,8 @@ def directions(prior: Draws, posterior: Draws) -> tuple[Directions, list[str]]:
 def _of_logs(prior: Draws, posterior: Draws) -> Directions:
     """The directions of the logarithms of what is always positive, and of the rest as it is."""
     logs = [name for name in prior if (prior[name] > 0).all() and (posterior[name] > 0).all()]
-    return _of(*({n: np.log(v) if n in logs else v for n, v in draws.items()} for draws in (prior, posterior)), logs)
+    before, after = ({n: np.log(v) if n in logs else v for n, v in draws.items()} for draws in (prior, posterior))
+    return _of(before, after, logs)
 
 
 def _best_sum(prior: Draws, posterior: Draws) -> Directions | None:
@@ -103,7 +104,7 @@ def _best_sum(prior: Draws, posterior: Draws) -> Directions | None:
     groups: dict[str, list[str]] = {}
     for name in prior:
         groups.setdefault(SEARCHABLE[name].units, []).append(name)
-    sums = [_of(*({name: draws[name] for name in names} for draws in (prior, posterior)))
+    sums = [_of({name: prior[name] for name in names}, {name: posterior[name] for name in names})
             for names in groups.values() if len(names) > 1]  # fmt: skip
     return min(sums, key=lambda one: float(one.ratio[0]), default=None)
 

@@ -102,9 +102,12 @@ def proposals(
     ds = study_dataset("explain", VARIABLES, values, study.grid.dims, study.grid.shape, coordinates, attributes)
     numbers = np.array([drawn[name] for name in names])
     after = [outcome.after(i, numbers) for i in best]
+    wrong = _wrong(chances.T).mean()
     own = {
-        "proposed_information": information[best], "wrong_before": np.full(len(best), _wrong(chances.T).mean()),
-        "wrong_after": np.array([one[0] for one in after]), "spread_left": np.array([one[1] for one in after]),
+        "proposed_information": information[best], "wrong_before": np.full(len(best), wrong),
+        # what is learned does not make worse guesses, on average over all that may be seen; of few draws it may seem to
+        "wrong_after": np.array([min(one[0], wrong) for one in after]),
+        "spread_left": np.array([one[1] for one in after]).reshape(len(best), len(names)),
     }  # fmt: skip
     ds = ds.assign(study_dataset("explain", VARIABLES, {n: v[None] for n, v in own.items()}, (), (), {}, {}).data_vars)
     places = np.unravel_index(best, study.grid.shape)
@@ -221,7 +224,7 @@ class _Outcomes:
         found = self._log_likelihood(place)
         most = found.max(0)
         mean = np.log(np.mean(np.exp(found - most), axis=0)) + most
-        return max(float(np.mean(np.diag(found) - mean)) / np.log(2.0), 0.0)
+        return max(float(np.mean(np.diag(found) - mean) / np.log(2.0)), 0.0)
 
     def after(self, place: int, numbers: Floats) -> tuple[float, Floats]:
         """After an observation at a place: the expected share of places whose most likely regime is wrong, and
@@ -245,7 +248,8 @@ def _wrong(chances: Floats) -> Floats:
 
 def _best(information: Floats) -> NDArray[np.intp]:
     """Numbers of the best places, one after the other, that are not neighbours of one another."""
-    left, shape, best = information.copy(), information.shape, []
+    left, shape = information.copy(), information.shape
+    best: list[int] = []
     grids = np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij")
     while len(best) < BEST and np.isfinite(left).any() and left.max() > 0:
         place = np.unravel_index(int(np.argmax(left)), shape)
@@ -264,11 +268,12 @@ def _sentences(ds: xr.Dataset) -> Iterator[str]:
         chances = ds["chance"].sel(at)
         seen = [f"{flag_label(name)} {chance:.0%}" for name, chance in zip(DECIDED, chances.values, strict=True)
                 if chance >= _WORTH_SAYING]  # fmt: skip
-        names = np.argsort(one["spread_left"].values)[:1]
-        shrinks = [f"{ds['quantity'].values[j]} to {float(one['spread_left'][j]):.0%} of its scatter" for j in names]
+        most = one["spread_left"].argmin("quantity")
+        quantity, left = str(ds["quantity"].values[int(most)]), float(one["spread_left"][int(most)])
         yield (
-            f"{where}: {float(one['proposed_information']):.2f} bits ({', '.join(seen)}), narrows {shrinks[0]}, and the "
-            f"share of this plane told wrongly from {float(one['wrong_before']):.1%} to {float(one['wrong_after']):.1%}"
+            f"{where}: {float(one['proposed_information']):.2f} bits ({', '.join(seen)}), would narrow {quantity} to "
+            f"{left:.0%} of its scatter, and the share of this plane whose regime is told wrongly from "
+            f"{float(one['wrong_before']):.1%} to {float(one['wrong_after']):.1%}"
         )
 
 

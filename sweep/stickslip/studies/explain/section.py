@@ -38,7 +38,7 @@ class Measured(Section):
     @property
     def log_mean(self) -> float:
         """The mean of the logarithm."""
-        return float(np.log(self.value if self.repeats is None else self.repeats).mean())
+        return float(np.mean(np.log(self.repeats or (self.value or 1.0,))))
 
     @property
     def log_std(self) -> float:
@@ -142,4 +142,6 @@ class Explain(with_rows(StudySection, SETTINGS)):  # type: ignore[misc]
     laws: Annotated[
         tuple[Annotated[str, one_of(EXPLAINING_LAWS, "a law of friction")], ...] | None,
         list_of(EXPLAINING_LAWS, "a law of friction, or a list of them", unique=True, single=True),
-    ] = Field(None, description="laws of friction, as alternatives of the same probability; that of friction unless given")
+    ] = Field(
+        None, description="laws of friction, as alternatives of the same probability; that of friction unless given"
+    )

@@ -4,8 +4,8 @@ The prior is that of independent standard normal deviates (`Uncertain.values` ma
 bound of a quantity is a wall for the moves. A population goes from the prior to the posterior through likelihoods to
 powers that rise from 0 to 1: each power is chosen so that half of the population is still worth something, then the
 population is resampled, and moved by Metropolis steps drawn from its own covariance until it has forgotten where it
-was, or forgets no more: modes that no move connects keep the share that the weights gave them. Whole populations are evaluated at once, and the order of the random numbers does not depend on the likelihood's
-threads: the same generator gives the same draws.
+was, or forgets no more: modes that no move connects keep the share that the weights gave them. Whole populations are
+evaluated at once, and the same generator gives the same draws.
 
 Sources: Del Moral, Doucet and Jasra (2006), J. R. Stat. Soc. B 68, 411-436; the powers as Jasra, Stephens, Doucet and
 Tsagaris (2011), Scand. J. Stat. 38, 1-22, choose them; the number of moves after Dau and Chopin (2022), same journal
@@ -110,11 +110,13 @@ def _moved(
     """The population after so many moves that it has forgotten where it was; how many, and the reach they had."""
     size, dimensions = points.shape
     spread = np.atleast_2d(np.cov(points, rowvar=False)) + 1e-12 * np.eye(dimensions)
-    root = np.linalg.cholesky(spread)
+    root = np.asarray(np.linalg.cholesky(spread), np.float64)
     first = _whitened(points, root)
     enough = max(_FORGOTTEN, 3.0 / np.sqrt(size))  # what chance alone makes of independent points
     least, waited = np.inf, 0
-    for move in range(1, _MOST_MOVES + 1):
+    moves = 0
+    while moves < _MOST_MOVES and waited < _PATIENCE:
+        moves += 1
         tried = points + reach * rng.standard_normal(points.shape) @ root.T
         moved = log_likelihood(tried)
         gain = power * (moved - values) + 0.5 * (np.sum(points**2, 1) - np.sum(tried**2, 1))
@@ -123,9 +125,9 @@ def _moved(
         reach = min(reach * float(np.exp(taken.mean() - _TAKEN)), 10.0)
         left = float(np.abs(np.mean(first * _whitened(points, root), axis=0)).max())
         least, waited = (left, 0) if left < _PROGRESS * least else (least, waited + 1)
-        if left <= enough or waited >= _PATIENCE:
+        if left <= enough:
             break
-    return points, values, move, reach
+    return points, values, moves, reach
 
 
 def _whitened(points: Floats, root: Floats) -> Floats:

@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.studies import Finished, Moved, Study, Table
-from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.studies.explain import summary
@@ -108,14 +106,14 @@ class ExplainStudy(Study):
                 problems.add((section.key, "laws", i), f"got {name}, for which {lacking[0]} is missing in prior")
 
     @classmethod
-    def _check_predicted(
-        cls, section: Explain, config: Config, known: set[str], problems: ProblemCollector
-    ) -> None:
+    def _check_predicted(cls, section: Explain, config: Config, known: set[str], problems: ProblemCollector) -> None:
         """Note what cells of the axes lack, since observations differ in it."""
         along = {member.name for axis in config.axes for member in axis.members}
         for name in {*section.observed[0].conditions} - known - along - shared_conditions(section).keys():
             message = f"{name} differs between observations, so that nothing can be predicted without it"
-            problems.add(("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}")
+            problems.add(
+                ("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}"
+            )
 
     @classmethod
     def explain(cls, section: Explain, config: Config) -> Iterator[tuple[str, str, str]]:
@@ -165,9 +163,7 @@ class ExplainStudy(Study):
         law, fixed = law_of(name)
         base = build_grid(self.config.model_copy(update={"axes": ()}))
         options = replace(self.options, law=law).for_contact({*self.prior.names, *base.fixed})
-        return Experiment(
-            self.request.observed, base, options.law, fixed, float(self.request.mislabelled), options
-        )
+        return Experiment(self.request.observed, base, options.law, fixed, float(self.request.mislabelled), options)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """Populations, one after the other."""
@@ -211,7 +207,11 @@ class ExplainStudy(Study):
         along = {member.name for axis in self.config.axes for member in axis.members}
         options = replace(experiment.options, variables=("regime",))
         for one in range(draws):
-            known = {name: value[one] for name, value in drawn.items()} | shared_conditions(self.request) | experiment.fixed
+            known = (
+                {name: value[one] for name, value in drawn.items()}
+                | shared_conditions(self.request)
+                | {**experiment.fixed}
+            )
             known = {name: np.full(size, value) for name, value in known.items() if name not in along}
             cells, possible = drawn_cells(self.grid, np.arange(size), known, experiment.law)
             computed = computed_where(cells, possible, options, stop, moved)

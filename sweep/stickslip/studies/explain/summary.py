@@ -91,9 +91,8 @@ def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr
     share = _shares(columns["log_evidence"])
     laws = ratio(share.T, share.sum(0)[:, None])
     law, draws = _drawn(share, columns)
-    root = np.eye(len(asked.prior.names)) if asked.prior.correlation is None else np.linalg.cholesky(
-        asked.prior.correlation.values
-    )  # fmt: skip
+    correlation = asked.prior.correlation
+    root = np.eye(len(asked.prior.names)) if correlation is None else np.linalg.cholesky(correlation.values)
     deviates = draws["score"] @ root.T
     rng = np.random.default_rng(int(asked.request.seed))
     posterior = asked.prior.values(draws["score"])
@@ -102,7 +101,7 @@ def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr
     values = _evidence(columns) | {
         "law_probability": laws.value, "law_probability_error": laws.error, "posterior_law": law,
         "variance_ratio": deviates.var(0), "correlation": np.atleast_2d(np.corrcoef(deviates.T)),
-        "r_hat": _r_hat(columns["score"] @ root.T, laws.value),
+        "r_hat": _r_hat(np.asarray(columns["score"] @ root.T, np.float64), laws.value),
         "direction_ratio": fixed.ratio, "direction_weight": fixed.weights,
         "log_predictive": _leave_one_out(draws["log_likelihood"]), "contradicted": draws["contradicts"].mean(0),
     }  # fmt: skip
@@ -158,7 +157,8 @@ def _evidence(columns: Results) -> Results:
         scaled = np.exp(each - best)
         lost = np.mean(np.exp(-columns["unsure"]), axis=2)
         mean = scaled.mean(1)
-        error = scaled.std(1, ddof=1) / mean / np.sqrt(each.shape[1]) if each.shape[1] > 1 else np.full(len(each), np.nan)
+        count = each.shape[1]
+        error = scaled.std(1, ddof=1) / mean / np.sqrt(count) if count > 1 else np.full(len(each), np.nan)
         return {
             "log_evidence": np.log(mean) + best[:, 0], "log_evidence_error": error,
             "log_evidence_low": np.log((scaled * lost).mean(1)) + best[:, 0],
@@ -179,7 +179,9 @@ def _drawn(share: Floats, columns: Results) -> tuple[NDArray[np.intp], Results]:
 def _r_hat(deviates: Floats, probability: Floats) -> Floats:
     """R-hat of quantities over the populations (laws, repetitions, n, quantities), the largest of likely laws."""
     between = deviates.mean(2).var(1, ddof=1) if deviates.shape[1] > 1 else np.full(deviates.shape[::3], np.nan)
-    return np.asarray(np.sqrt(1.0 + between / deviates.var(2).mean(1))[probability >= _ALIKE * probability.max()].max(0))
+    return np.asarray(
+        np.sqrt(1.0 + between / deviates.var(2).mean(1))[probability >= _ALIKE * probability.max()].max(0)
+    )
 
 
 def _leave_one_out(log_likelihood: Floats) -> Floats:
@@ -195,7 +197,8 @@ def _contradiction(asked: Asked, draws: Results) -> tuple[int, str] | None:
         return 0, "no draw of the prior is a possible oscillator"
     wrong = int(np.quantile(contradicts.sum(1), _RARE))
     regimes = sum(one.regime is not None for one in observed)
-    out_of_reach = float(np.quantile(np.sum(draws["score"] ** 2, 1), _RARE)) > stats.chi2.isf(_BEYOND, len(asked.prior.names))
+    farthest = stats.chi2.isf(_BEYOND, len(asked.prior.names))
+    out_of_reach = float(np.quantile(np.sum(draws["score"] ** 2, 1), _RARE)) > farthest
     if not out_of_reach and (not wrong or stats.binom.sf(wrong - 1, regimes, asked.request.mislabelled) >= _RARE):
         return None
     best = draws["log_likelihood"].max(0) if not wrong else np.zeros(len(observed))
