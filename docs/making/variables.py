@@ -41,8 +41,8 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
         _of("uncertain"),
     ),
     "Of explanations": (
-        "what `explain` gives ([explain.md](explain.md)); and of each uncertain quantity `posterior_NAME` (over `draw`), "
-        "`interval_NAME` and `prior_interval_NAME`",
+        "what `explain` gives ([explain.md](explain.md)); and of each uncertain quantity `posterior_NAME` (over "
+        "`draw`), `interval_NAME` and `prior_interval_NAME`",
         _of("explain"),
     ),
 }

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     "next",
     epilog="""\b
 Examples:
-  stickslip next explained.nc --over belt_speed normal_load
-  stickslip next explained.nc --over belt_speed="5..300 mm/s" --scatter period=2 --plot next.png""",
+  stickslip next explain.nc --over belt_speed normal_load
+  stickslip next explain.nc --over belt_speed="5..300 mm/s" --scatter period=2 --plot next.png""",
 )
 @click.argument("file", type=params.Place())
 @click.argument("more", nargs=-1, metavar="[NAME]")

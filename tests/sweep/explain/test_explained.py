@@ -203,3 +203,22 @@ def test_ranks_of_the_truth_are_uniform(name):
         for most in (0.5, 0.9):
             inside = np.abs(column - 9.5) < 10 * most
             assert inside.mean() == pytest.approx(most, abs=4 * np.sqrt(most * (1 - most) / 1000))
+
+
+def test_friction_points_and_a_squeak_are_explained_together():
+    """A point of the curve alone is a linear model of a1: with few percent its posterior is normal, in closed form."""
+    curve = {"a2": 0.4, "a3": 0.15, "a4": 0.02}
+    prior = {"mass": 0.1, "stiffness": 5e3, "normal_load": 10, "a1": {"normal": {"mean": 0.25, "std": 0.02}}} | curve
+    speeds, level = np.array([0.03, 0.1]), 0.27
+    rest = curve["a2"] * speeds + curve["a3"] * np.exp(-speeds / curve["a4"])
+    points = [{"belt_speed": v, "friction_coefficient": {"value": level + r, "scatter": 0.01}}
+              for v, r in zip(speeds, rest, strict=True)]  # fmt: skip
+    found = stickslip.explain(points, prior, **QUICK)
+    precision = 1 / 0.02**2 + 2 / 0.01**2
+    mean, std = (0.25 / 0.02**2 + 2 * level / 0.01**2) / precision, precision**-0.5
+    draws = found["posterior_a1"].values
+    assert draws.mean() == pytest.approx(mean, abs=0.2 * std)  # of logarithms, and 4 errors of 800 draws
+    assert draws.std() == pytest.approx(std, rel=0.12)
+    squeak = {"belt_speed": 0.02, "regime": "stick_slip", "spring_force_max": "4.42 +- 0.02 N"}
+    both = stickslip.explain([*points, squeak], prior, **QUICK)
+    assert float(both["posterior_a1"].std()) < 0.6 * std

@@ -94,7 +94,7 @@ def test_the_command_proposes_places_and_says_what_they_narrow(tmp_path):
            "--draws", "40", "-o", str(tmp_path / "next.nc"), "--plot", str(tmp_path / "next.png")]  # fmt: skip
     done = CliRunner().invoke(main, run)
     assert done.exit_code == 0, done.output
-    assert done.output.count(" bits (") == 3 and "narrows" in done.output and "period to 33 %" in done.output
+    assert done.output.count(" bits (") == 3 and "would narrow" in done.output and "period to 33 %" in done.output
     found = stickslip.open(tmp_path / "next.nc")
     assert found["information"].dims == ("belt_speed", "normal_load")
     assert float(found["proposed_information"][0]) == float(found["information"].max())

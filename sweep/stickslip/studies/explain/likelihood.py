@@ -22,9 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
-from stickslip.engine import Options, Results, StopFlag
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
 from stickslip.errors import StoppedError
-from stickslip.studies.explain.section import Measured, Observation
+from stickslip.studies.explain.section import POINT, Measured, Observation
 from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
@@ -61,7 +63,7 @@ class Experiment:
 
     @cached_property
     def _measuring(self) -> Options:
-        return self.options.keeping(tuple({name: None for one in self.observed for name in one.metrics}))
+        return self.options.keeping(tuple({n: None for one in self.observed for n in one.metrics if n != POINT}))
 
     def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
         """How well points explain each observation; drawn : their quantities. Raises StoppedError."""
@@ -76,12 +78,21 @@ class Experiment:
         computed = computed_where(cells, possible, self._measuring, stop, moved)
         if not computed.complete:
             raise StoppedError
-        results = {name: values.reshape(count, size) for name, values in computed.results.items()}
+        found = computed.results
+        if any(POINT in one.metrics for one in self.observed):
+            found[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
+        results = {name: values.reshape(count, size) for name, values in found.items()}
         parts = [observation_terms(one, {name: values[i] for name, values in results.items()}, self.mislabelled)
                  for i, one in enumerate(self.observed)]  # fmt: skip
         terms = Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))
         terms.log_likelihood[~possible.reshape(count, size).T] = -np.inf
         return terms
+
+
+def grid_of_predictions(config: Config) -> Cells:
+    """The cells of the axes, without what along them differs from what was observed."""
+    whole = build_grid(config)
+    return whole.without(*whole.along)
 
 
 def observation_terms(observed: Observation, results: Results, mislabelled: float) -> Terms:

@@ -24,12 +24,12 @@ from stickslip.config.sections import interval
 from stickslip.config.studies import Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.dataset.display import MapAxis
-from stickslip.engine import StopFlag, stop_flag
+from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
-from stickslip.studies.explain.likelihood import log_shares
-from stickslip.studies.explain.section import METRICS, Explain
-from stickslip.studies.explain.study import ExplainStudy, shared_conditions
+from stickslip.studies.explain.likelihood import grid_of_predictions, log_shares
+from stickslip.studies.explain.section import METRICS, POINT, Explain
 from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
+from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
 from stickslip.vocabulary.parameter import Variable, table
@@ -81,25 +81,26 @@ def proposals(
     assert isinstance(section, Explain)
     if not 1 <= len(over) <= 2:
         raise ArgumentError("over", f"got {len(over)} axes, expected one or two")
-    whole = config.model_copy(update={"axes": tuple(over)})
-    study = ExplainStudy.of(whole, section, options_of(config))
+    grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
     measured = dict(_scatter(section) if scatter is None else scatter)
     chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)
     names = [str(name) for name in explained["quantity"].values]
     drawn = {name: explained[f"posterior_{name}"].values[chosen] for name in names}
     laws = explained["posterior_law"].values[chosen].astype(int)
-    shown = _shown(study, drawn, laws, tuple(measured), stop_flag(), moved)
+    names_of_laws = section.laws or (config.friction.law,)
+    each = [(names_of_laws[law], {name: values[i] for name, values in drawn.items()}) for i, law in enumerate(laws)]
+    shown = _shown(grid, section.shared, each, tuple(measured), options_of(config), moved)
     rng = np.random.default_rng(int(section.seed))
     outcome = _Outcomes(shown, np.array([*measured.values()]), float(section.mislabelled), rng)
-    information = np.array([outcome.information(i) for i in range(study.grid.size)])
+    information = np.array([outcome.information(i) for i in range(grid.size)])
     chances = np.stack([(shown.regimes == code).mean(1) for code in range(len(DECIDED))], axis=1)
-    best = _best(information.reshape(study.grid.shape))
+    best = _best(information.reshape(grid.shape))
     values = {"information": information, "chance": chances}
-    coordinates = grid_coordinates(study.grid) | {
+    coordinates = grid_coordinates(grid) | {
         "state": text_index("state", DECIDED, "regime"), "quantity": explained["quantity"].variable,
     }  # fmt: skip
     attributes = {name: value for name, value in explained.attrs.items() if not name.startswith("explained_")}
-    ds = study_dataset("explain", VARIABLES, values, study.grid.dims, study.grid.shape, coordinates, attributes)
+    ds = study_dataset("explain", VARIABLES, values, grid.dims, grid.shape, coordinates, attributes)
     numbers = np.array([drawn[name] for name in names])
     after = [outcome.after(i, numbers) for i in best]
     wrong = _wrong(chances.T).mean()
@@ -110,7 +111,7 @@ def proposals(
         "spread_left": np.array([one[1] for one in after]).reshape(len(best), len(names)),
     }  # fmt: skip
     ds = ds.assign(study_dataset("explain", VARIABLES, {n: v[None] for n, v in own.items()}, (), (), {}, {}).data_vars)
-    places = np.unravel_index(best, study.grid.shape)
+    places = np.unravel_index(best, grid.shape)
     for axis, place in zip(over, places, strict=True):
         row = ds[axis.name]
         ds[f"proposed_{axis.name}"] = xr.Variable("proposal", row.values[place], dict(row.attrs), NO_FILL)
@@ -123,7 +124,7 @@ def _scatter(section: Explain) -> dict[str, float]:
     """Results that were measured, with the standard deviation of one logarithm; else the period."""
     spreads: dict[str, list[float]] = {}
     for one in section.observed:
-        for name, measured in one.metrics.items():
+        for name, measured in ((n, m) for n, m in one.metrics.items() if n != POINT):
             count = 1 if measured.repeats is None else len(measured.repeats)
             spreads.setdefault(name, []).append(measured.log_std * np.sqrt(count))
     return {name: float(np.median(values)) for name, values in spreads.items()} or {"period": _SCATTER}
@@ -163,33 +164,30 @@ def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
 def check_scatter(scatter: Mapping[str, float]) -> None:
     """Raise ArgumentError for what is no result, or no scatter."""
     for name, value in scatter.items():
-        if name not in METRICS:
-            raise ArgumentError("scatter", f"got {name}, expected a result: {listed(METRICS)}")
+        if name not in METRICS or name == POINT:
+            raise ArgumentError("scatter", f"got {name}, expected a result: {listed([*METRICS][:-1])}")
         if not 0 < value < 10:
             raise ArgumentError("scatter", f"got {value:g} for {name}, expected a relative standard deviation above 0")
 
 
 def _shown(
-    study: ExplainStudy, drawn: Mapping[str, Floats], laws: NDArray[np.intp], metrics: tuple[str, ...],
-    stop: StopFlag, moved: Callable[[int, int], None] | None,
+    grid: Cells, shared: Mapping[str, float], draws: Sequence[tuple[str, Mapping[str, float]]],
+    metrics: tuple[str, ...], options: Options, moved: Callable[[int, int], None] | None,
 ) -> Shown:  # fmt: skip
-    """What each draw shows at each place."""
-    grid, count = study.grid, laws.size
-    along, size = set(grid.along), grid.size
+    """What each draw, a law and quantities, shows at each place. shared : conditions that hold at all of them."""
+    size, count, stop = grid.size, len(draws), stop_flag()
     regimes, logs = np.empty((size, count), np.intp), np.full((size, count, len(metrics)), np.nan)
     codes = np.full(len(REGIMES), -1)
     codes[[REGIMES.index(name) for name in DECIDED]] = range(len(DECIDED))
-    for one in range(count):
-        law, fixed = law_of(study.laws[laws[one]])
-        known = shared_conditions(study.request) | {name: values[one] for name, values in drawn.items()} | fixed
-        here = {name: np.full(size, value) for name, value in known.items() if name not in along}
-        options = replace(study.options, law=law).for_contact({*grid.fixed, *drawn}).keeping(metrics)
-        cells, possible = drawn_cells(grid, np.arange(size), here, options.law)
-        results = computed_where(cells, possible, options, stop).results
+    for one, (name_of_law, drawn) in enumerate(draws):
+        law, fixed = law_of(name_of_law)
+        known = {**shared, **drawn, **fixed}
+        here = {name: np.full(size, value) for name, value in known.items() if name not in grid.along}
+        how = replace(options, law=law, early_stop=True).for_contact({*grid.fixed, *drawn}).keeping(metrics)
+        results = computed_where(*drawn_cells(grid, np.arange(size), here, how.law), how, stop).results
         regimes[:, one] = codes[results["regime"]]
         for i, name in enumerate(metrics):
-            values = results[name]
-            logs[:, one, i] = np.log(np.where(values > 0, values, np.nan))
+            logs[:, one, i] = np.log(np.where(results[name] > 0, results[name], np.nan))
         if moved:
             moved(one + 1, count)
     return Shown(regimes, logs)

@@ -18,11 +18,12 @@ from stickslip.vocabulary.explained import EXPLAINING_LAWS, SETTINGS
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
 
+POINT = "friction_coefficient"  # of steady sliding at the speed of the belt, as a tribometer measures it
 METRICS = {
     name: row for name, row in VARIABLES.items() if row.when != "full" and name not in ("regime", "status", "steps")
-}
+} | {POINT: TRACE_VARIABLES[POINT]}
 _PLUS_MINUS = re.compile(r"\s*(?:\+-|\+/-|±)\s*")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _FORMS = "a value above 0 with its standard deviation, such as '{} +- {}', or a list of repeats"
@@ -145,3 +146,9 @@ class Explain(with_rows(StudySection, SETTINGS)):  # type: ignore[misc]
     ] = Field(
         None, description="laws of friction, as alternatives of the same probability; that of friction unless given"
     )
+
+    @property
+    def shared(self) -> dict[str, float]:
+        """The conditions that all observations have in common, at which regimes are predicted."""
+        first, *others = (one.conditions for one in self.observed)
+        return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}

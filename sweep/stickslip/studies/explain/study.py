@@ -21,8 +21,8 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
-from stickslip.studies.explain import summary
-from stickslip.studies.explain.likelihood import Experiment, Floats
+from stickslip.studies.explain import proposals, summary
+from stickslip.studies.explain.likelihood import Experiment, Floats, grid_of_predictions
 from stickslip.studies.explain.section import Explain
 from stickslip.studies.explain.smc import tempered
 from stickslip.studies.study import joined
@@ -49,8 +49,7 @@ class ExplainStudy(Study):
         self.config, self.request, self.prior = config, section, config.uncertain
         self.title, self.laws = "Explanation", section.laws or (config.friction.law,)
         self.dims, self.shape = ("law", "repetition"), (len(self.laws), section.repetitions)
-        whole = build_grid(config)
-        self.grid = whole.without(*whole.along)  # what is predicted over differs from what was observed
+        self.grid = grid_of_predictions(config)
         self.options = replace(options, variables=("regime",), early_stop=True)
         self.cells_each = _MOVES * section.particles * len(section.observed) + self.predicted_draws * self.grid_size
         self.weight = 4096  # a population is a block
@@ -109,7 +108,7 @@ class ExplainStudy(Study):
     def _check_predicted(cls, section: Explain, config: Config, known: set[str], problems: ProblemCollector) -> None:
         """Note what cells of the axes lack, since observations differ in it."""
         along = {member.name for axis in config.axes for member in axis.members}
-        for name in {*section.observed[0].conditions} - known - along - shared_conditions(section).keys():
+        for name in {*section.observed[0].conditions} - known - along - section.shared.keys():
             message = f"{name} differs between observations, so that nothing can be predicted without it"
             problems.add(
                 ("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}"
@@ -133,8 +132,6 @@ class ExplainStudy(Study):
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """What explains the observations, and how sure that is."""
-        from stickslip.studies.explain import proposals
-
         return proposals.report(ds) if "information" in ds else summary.report(ds)
 
     @classmethod
@@ -207,11 +204,7 @@ class ExplainStudy(Study):
         along = {member.name for axis in self.config.axes for member in axis.members}
         options = replace(experiment.options, variables=("regime",))
         for one in range(draws):
-            known = (
-                {name: value[one] for name, value in drawn.items()}
-                | shared_conditions(self.request)
-                | {**experiment.fixed}
-            )
+            known = {name: value[one] for name, value in drawn.items()} | self.request.shared | {**experiment.fixed}
             known = {name: np.full(size, value) for name, value in known.items() if name not in along}
             cells, possible = drawn_cells(self.grid, np.arange(size), known, experiment.law)
             computed = computed_where(cells, possible, options, stop, moved)
@@ -240,9 +233,3 @@ class ExplainStudy(Study):
     @cached_property
     def _asked(self) -> summary.Asked:
         return summary.Asked(self.prior, self.request, self.laws, self.grid, self.config.written_in)
-
-
-def shared_conditions(section: Explain) -> dict[str, float]:
-    """The conditions that all observations have in common, at which regimes are predicted."""
-    first, *others = (one.conditions for one in section.observed)
-    return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}
