@@ -75,10 +75,14 @@ def test_threads_shards_and_files_do_not_change_a_bit(tmp_path):
         np.testing.assert_array_equal(whole[name], collected[name], err_msg=str(name))
 
 
-def test_what_no_population_has_computed_yet_is_said(tmp_path):
-    stickslip.run_shard(parse_config(TEXT), "1/2", tmp_path / "store")
-    part = stickslip.collect(tmp_path / "store", tmp_path / "part.nc")
-    assert part.sizes["draw"] == 60  # one of two populations
+def test_populations_that_are_not_computed_yet_are_left_out_and_said(tmp_path):
+    stickslip.run_shard(parse_config(TEXT), "1/2", tmp_path / "one")
+    assert stickslip.collect(tmp_path / "one", tmp_path / "one.nc").sizes["draw"] == 60  # one of two populations
+    two_laws = parse_config(TEXT.replace("  a4: 20 mm/s\n", "  a4: 20 mm/s\n  laws: [stribeck, rational]\n"))
+    stickslip.run_shard(two_laws, "1/4", tmp_path / "none")
+    stickslip.collect(tmp_path / "none", tmp_path / "none.nc")  # of no repetition all laws
+    done = CliRunner().invoke(main, ["inspect", str(tmp_path / "none.nc")])
+    assert (done.exit_code, done.output) == (0, "no population is computed yet\n")
 
 
 @pytest.mark.parametrize(
@@ -161,6 +165,9 @@ def test_the_command_tells_what_is_fixed_and_writes_all_it_is_asked_for(tmp_path
     assert "the observations fix a1" in done.output and "stiffness" in done.output
     assert all(file.stat().st_size > 1000 for file in files)
     assert CliRunner().invoke(main, ["explain", "configs/quickstart.yaml"]).exit_code == 2
+    for words in (["validate", str(path)], ["plan", str(path)], ["plot", str(files[0]), "-o", str(tmp_path / "a.png")]):
+        done = CliRunner().invoke(main, words)
+        assert done.exit_code == 0, (words, done.output)
     assert "fixed" in CliRunner().invoke(main, ["inspect", str(files[0])]).output
     assert stickslip.open(files[0]).stickslip.plot("probability").axes
 

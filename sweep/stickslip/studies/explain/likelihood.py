@@ -65,16 +65,23 @@ class Experiment:
     def _measuring(self) -> Options:
         return self.options.keeping(tuple({n: None for one in self.observed for n in one.metrics if n != POINT}))
 
-    def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
-        """How well points explain each observation; drawn : their quantities. Raises StoppedError."""
-        size, count = next(iter(drawn.values())).size, len(self.observed)
-        each, conditions = [], {name for one in self.observed for name in one.conditions}
-        known = drawn | {name: np.full(size, value) for name, value in self.fixed.items()}
+    def cells(self, drawn: Parameters) -> tuple[Parameters, NDArray[np.bool_]]:
+        """The cells of points at each observation, one observation after the other; and which are possible.
+
+        drawn : the quantities of points that are not known, (n,) each.
+        """
+        size = next(iter(drawn.values())).size
+        parts = []
         for one in self.observed:
-            here = {name: np.full(size, one.conditions[name]) for name in conditions & one.conditions.keys()}
-            each.append(drawn_cells(self.base, np.zeros(size, np.int64), known | here, self.law))
-        cells = {name: np.concatenate([part[name] for part, _ in each]) for name in each[0][0]}
-        possible = np.concatenate([part for _, part in each])
+            known = {**drawn, **{name: np.full(size, v) for name, v in {**self.fixed, **one.conditions}.items()}}
+            parts.append(drawn_cells(self.base, np.zeros(size, np.int64), known, self.law))
+        cells = {name: np.concatenate([part[name] for part, _ in parts]) for name in parts[0][0]}
+        return cells, np.concatenate([possible for _, possible in parts])
+
+    def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
+        """How well points explain each observation. Raises StoppedError."""
+        size, count = next(iter(drawn.values())).size, len(self.observed)
+        cells, possible = self.cells(drawn)
         computed = computed_where(cells, possible, self._measuring, stop, moved)
         if not computed.complete:
             raise StoppedError

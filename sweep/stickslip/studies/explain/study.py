@@ -27,6 +27,7 @@ from stickslip.studies.explain.section import Explain
 from stickslip.studies.explain.smc import tempered
 from stickslip.studies.study import joined
 from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
+from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.models import model_of
@@ -161,6 +162,11 @@ class ExplainStudy(Study):
         base = build_grid(self.config.model_copy(update={"axes": ()}))
         options = replace(self.options, law=law).for_contact({*self.prior.names, *base.fixed})
         return Experiment(self.request.observed, base, options.law, fixed, float(self.request.mislabelled), options)
+
+    def sample(self, draws: int) -> Cells:
+        """Cells of draws from the prior, to time what an explanation takes."""
+        points = np.random.default_rng(int(self.request.seed)).standard_normal((draws, len(self.prior.names)))
+        return Cells.of(taken(*self._law(self.laws[0]).cells(self.prior.values(points))))
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
         """Populations, one after the other."""
