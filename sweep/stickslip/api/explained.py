@@ -76,10 +76,10 @@ def explain(
         ds = run(observed, output, progress=progress)
     else:
         known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
-        asked = {"observed": observed, "prior": known, **settings} | (
+        document = {"observed": observed, "prior": known, **settings} | (
             {} if predict is None else {"predict": {"axes": predict}}
         )
-        ds = run(asked, output, progress=progress)
+        ds = run(document, output, progress=progress)
     if text := ds.attrs.get("explained_contradiction"):
         raise ContradictionError(f"nothing explains this: {text}", ds)
     return ds

@@ -43,7 +43,7 @@ def next_command(
 
     FILE is what `stickslip explain` wrote. Over one or two parameters (`--over belt_speed normal_load`) the expected
     information of one more observation is computed, its regime and its results being what the draws say, and the best
-    three places are told, with what each would narrow.
+    three places are named, with what each would narrow.
     """
     from stickslip.api.explained import next_measurement
     from stickslip.materials.system import ends_of

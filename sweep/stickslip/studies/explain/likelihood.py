@@ -85,10 +85,10 @@ class Experiment:
         computed = computed_where(cells, possible, self._measuring, stop, moved)
         if not computed.complete:
             raise StoppedError
-        found = computed.results
+        columns = computed.results
         if any(POINT in one.metrics for one in self.observed):
-            found[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
-        results = {name: values.reshape(count, size) for name, values in found.items()}
+            columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
+        results = {name: values.reshape(count, size) for name, values in columns.items()}
         parts = [observation_terms(one, {name: values[i] for name, values in results.items()}, self.mislabelled)
                  for i, one in enumerate(self.observed)]  # fmt: skip
         terms = Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))

@@ -4,7 +4,7 @@ The expected information of an observation is the mutual information of what is 
 much, on average over what might be seen, the entropy of the draws falls (Lindley 1956). Of each draw the regime and the
 results at a place are computed; what it would show is simulated, with labels that may be wrong and results that
 scatter, and weighed against what all draws would show. Measured in bits: one bit is a question that halves what is
-possible. With n draws no more than log2 n bits can be told from one another.
+possible. With n draws no more than log2 n bits can be seen.
 """
 
 from __future__ import annotations
@@ -210,25 +210,25 @@ class _Outcomes:
         regime, logs = self._shown.regimes[place], self._shown.logs[place]
         label = np.where(regime < 0, self._any, (regime + self._mistaken * self._others) % len(DECIDED))
         known = np.where(regime[:, None] == label, self._right, self._wrong)
-        found = np.where((regime < 0)[:, None], -np.log(len(DECIDED)), known)
+        log_likelihood = np.where((regime < 0)[:, None], -np.log(len(DECIDED)), known)
         for i in range(self._scatter.size):
             error = (logs[None, :, i] + self._errors[None, :, i] - logs[:, None, i]) / self._scatter[i]
             density = -0.5 * error**2 - np.log(self._scatter[i] * np.sqrt(2 * np.pi))
-            found += np.where(np.isfinite(error), density, 0.0)
-        return np.asarray(found)
+            log_likelihood += np.where(np.isfinite(error), density, 0.0)
+        return np.asarray(log_likelihood)
 
     def information(self, place: int) -> float:
         """The expected information of an observation at a place (bits)."""
-        found = self._log_likelihood(place)
-        most = found.max(0)
-        mean = np.log(np.mean(np.exp(found - most), axis=0)) + most
-        return max(float(np.mean(np.diag(found) - mean) / np.log(2.0)), 0.0)
+        log_likelihood = self._log_likelihood(place)
+        most = log_likelihood.max(0)
+        mean = np.log(np.mean(np.exp(log_likelihood - most), axis=0)) + most
+        return max(float(np.mean(np.diag(log_likelihood) - mean) / np.log(2.0)), 0.0)
 
     def after(self, place: int, numbers: Floats) -> tuple[float, Floats]:
         """After an observation at a place: the expected share of places whose most likely regime is wrong, and
         standard deviations of quantities, numbers (quantities, draws), over those before."""
-        found = self._log_likelihood(place)
-        weights = np.exp(found - found.max(0))
+        log_likelihood = self._log_likelihood(place)
+        weights = np.exp(log_likelihood - log_likelihood.max(0))
         weights /= weights.sum(0)
         mean = numbers @ weights
         spread = np.sqrt(np.maximum((numbers**2 @ weights - mean**2).mean(1), 0.0)) / numbers.std(1)
@@ -270,7 +270,7 @@ def _sentences(ds: xr.Dataset) -> Iterator[str]:
         quantity, left = str(ds["quantity"].values[int(most)]), float(one["spread_left"][int(most)])
         yield (
             f"{where}: {float(one['proposed_information']):.2f} bits ({', '.join(seen)}), would narrow {quantity} to "
-            f"{left:.0%} of its scatter, and the share of this plane whose regime is told wrongly from "
+            f"{left:.0%} of its scatter, and the share of this plane whose regime is guessed wrong from "
             f"{float(one['wrong_before']):.1%} to {float(one['wrong_after']):.1%}"
         )
 

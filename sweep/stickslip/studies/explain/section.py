@@ -80,7 +80,7 @@ def _read_measured(row: Variable) -> Read:
             return {"repeats": repeats}
         parts = _PLUS_MINUS.split(given) if isinstance(given, str) else []
         if len(parts) != 2:
-            raise refused(forms, "without a scatter nothing can be said to agree with it" if given else None)
+            raise refused(forms, "without a scatter nothing agrees or disagrees with it" if given else None)
         value, scatter = (part.strip() for part in parts)
         if scatter.endswith("%") and _NUMBER.fullmatch(scatter[:-1].strip()):
             return {"value": si(value), "scatter": si(value) * float(scatter[:-1]) / 100}

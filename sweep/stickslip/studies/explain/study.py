@@ -42,7 +42,7 @@ class ExplainStudy(Study):
 
     section, variables = Explain, summary.VARIABLES
     subject, caption = "probability", "explanation"
-    name, counted, ragged = "explanation", "populations", True
+    name, counted, ragged = "posterior", "populations", True
     columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(_COLUMNS, np.dtype(np.float64))
 
     def __init__(self, config: Config, section: Explain, options: Options) -> None:
@@ -187,16 +187,16 @@ class ExplainStudy(Study):
             return np.asarray(experiment.terms(self.prior.values(points), stop, moved).log_likelihood.sum(1))
 
         rng = np.random.default_rng([int(self.request.seed), number, repetition])
-        found = tempered(log_likelihood, dimensions, int(self.request.particles), rng)
-        terms = experiment.terms(self.prior.values(found.points), stop, moved)
+        population = tempered(log_likelihood, dimensions, int(self.request.particles), rng)
+        terms = experiment.terms(self.prior.values(population.points), stop, moved)
         return {
-            "score": found.points.ravel(),
+            "score": population.points.ravel(),
             "log_likelihood": terms.log_likelihood.ravel(),
             "unsure": terms.unsure.sum(1),
             "contradicts": terms.contradicts.ravel().astype(np.float64),
-            "log_evidence": np.array([found.log_evidence]),
-            "evaluations": np.array([float(found.evaluations)]),
-            "predicted": self._predicted(experiment, found.points, stop, moved).ravel(),
+            "log_evidence": np.array([population.log_evidence]),
+            "evaluations": np.array([float(population.evaluations)]),
+            "predicted": self._predicted(experiment, population.points, stop, moved).ravel(),
         }
 
     def _predicted(self, experiment: Experiment, points: Floats, stop: StopFlag, moved: Moved | None) -> Floats:
@@ -234,8 +234,8 @@ class ExplainStudy(Study):
         shapes = {"score": (n, d), "log_likelihood": (n, o), "unsure": (n,), "contradicts": (n, o),
                   "predicted": (self.grid_size, len(DECIDED))}  # fmt: skip
         whole = {name: column.reshape(laws, repetitions, *shapes.get(name, ())) for name, column in columns.items()}
-        return summary.dataset(self._asked, whole, attributes)
+        return summary.dataset(self._context, whole, attributes)
 
     @cached_property
-    def _asked(self) -> summary.Asked:
-        return summary.Asked(self.prior, self.request, self.laws, self.grid, self.config.written_in)
+    def _context(self) -> summary.Context:
+        return summary.Context(self.prior, self.request, self.laws, self.grid, self.config.written_in)

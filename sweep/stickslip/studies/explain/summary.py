@@ -70,8 +70,8 @@ _OF_DRAWS = {
 }
 
 
-class Asked(NamedTuple):
-    """What was asked: the prior, the observations, the laws, and the cells that regimes are predicted for."""
+class Context(NamedTuple):
+    """What an explanation is about: prior, observations, laws, and the cells that regimes are predicted for."""
 
     prior: Uncertain
     request: Explain
@@ -80,23 +80,23 @@ class Asked(NamedTuple):
     written_in: Mapping[str, str]
 
 
-def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr.Dataset:
+def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -> xr.Dataset:
     """The result of all populations. columns : of the study, each (laws, repetitions, ...); NaN: not computed."""
     complete = ~np.isnan(columns["log_evidence"]).any(0)
     if not complete.any():
-        empty = {"log_evidence": np.full((1, len(asked.laws)), np.nan)}
-        coordinates = {"law": text_index("law", asked.laws, "law of friction")}
+        empty = {"log_evidence": np.full((1, len(context.laws)), np.nan)}
+        coordinates = {"law": text_index("law", context.laws, "law of friction")}
         return study_dataset("explain", VARIABLES, empty, (), (), coordinates, attributes)
     columns = {name: values[:, complete] for name, values in columns.items()}
     share = _shares(columns["log_evidence"])
     laws = ratio(share.T, share.sum(0)[:, None])
     law, draws = _drawn(share, columns)
-    correlation = asked.prior.correlation
-    root = np.eye(len(asked.prior.names)) if correlation is None else np.linalg.cholesky(correlation.values)
+    correlation = context.prior.correlation
+    root = np.eye(len(context.prior.names)) if correlation is None else np.linalg.cholesky(correlation.values)
     deviates = draws["score"] @ root.T
-    rng = np.random.default_rng(int(asked.request.seed))
-    posterior = asked.prior.values(draws["score"])
-    prior = asked.prior.values(rng.standard_normal((_PRIOR_DRAWS, len(asked.prior.names))))
+    rng = np.random.default_rng(int(context.request.seed))
+    posterior = context.prior.values(draws["score"])
+    prior = context.prior.values(rng.standard_normal((_PRIOR_DRAWS, len(context.prior.names))))
     fixed, sentences = directions(prior, posterior)
     values = _evidence(columns) | {
         "law_probability": laws.value, "law_probability_error": laws.error, "posterior_law": law,
@@ -106,7 +106,7 @@ def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr
         "log_predictive": _leave_one_out(draws["log_likelihood"]), "contradicted": draws["contradicts"].mean(0),
     }  # fmt: skip
     rows = dict(VARIABLES)
-    for name in asked.prior.names:
+    for name in context.prior.names:
         row = SEARCHABLE[name]
         for before, what in _OF_DRAWS.items():
             about = f"{row.long_name}, {what.long_name}"
@@ -117,28 +117,29 @@ def dataset(asked: Asked, columns: Results, attributes: Mapping[str, Any]) -> xr
         }  # fmt: skip
     undecided = float(np.mean(draws["unsure"] != 0.0))
     attributes = dict(attributes) | {
-        "explained_method": _method(asked, columns), "explained_directions": "; ".join(sentences),
+        "explained_method": _method(context, columns), "explained_directions": "; ".join(sentences),
         "explained_undecided": f"{100 * undecided:.3g} % of the draws have cells without a verdict",
     }  # fmt: skip
-    if found := _contradiction(asked, draws):
-        attributes |= {"explained_contradicting": found[0], "explained_contradiction": found[1]}
+    if contradiction := _contradiction(context, draws):
+        number, text = contradiction
+        attributes |= {"explained_contradicting": number, "explained_contradiction": text}
     whole = {name: np.asarray(array)[None] for name, array in values.items()}
-    ds = study_dataset("explain", rows, whole, (), (), _coordinates(asked), attributes)
-    meanings = attributes_of(VARIABLES["posterior_law"], tuple(asked.laws))
+    ds = study_dataset("explain", rows, whole, (), (), _coordinates(context), attributes)
+    meanings = attributes_of(VARIABLES["posterior_law"], tuple(context.laws))
     ds["posterior_law"] = xr.Variable("draw", law.astype(np.int8), meanings, NO_FILL)
-    for name in asked.prior.names:
+    for name in context.prior.names:
         for before in _OF_DRAWS:
-            shown_in(ds[before + name].variable, asked.written_in.get(name))
-    return ds.assign(_predictions(asked, columns["predicted"], share, laws.value)) if asked.grid.dims else ds
+            shown_in(ds[before + name].variable, context.written_in.get(name))
+    return ds.assign(_predictions(context, columns["predicted"], share, laws.value)) if context.grid.dims else ds
 
 
-def _coordinates(asked: Asked) -> dict[str, xr.Variable]:
+def _coordinates(context: Context) -> dict[str, xr.Variable]:
     about = {"units": "1", "long_name": "share of the draws below the quantile"}
     return {
-        "law": text_index("law", asked.laws, "law of friction"),
-        "quantity": text_index("quantity", asked.prior.names, "uncertain quantity"),
-        "other": text_index("other", asked.prior.names, "uncertain quantity"),
-        "observation": text_index("observation", [one.words for one in asked.request.observed], "observation"),
+        "law": text_index("law", context.laws, "law of friction"),
+        "quantity": text_index("quantity", context.prior.names, "uncertain quantity"),
+        "other": text_index("other", context.prior.names, "uncertain quantity"),
+        "observation": text_index("observation", [one.words for one in context.request.observed], "observation"),
         "share": xr.Variable("share", np.array(SHARES), about, NO_FILL),
     }  # fmt: skip
 
@@ -190,16 +191,16 @@ def _leave_one_out(log_likelihood: Floats) -> Floats:
     return np.asarray(least - np.log(np.mean(np.exp(least - log_likelihood), axis=0)))
 
 
-def _contradiction(asked: Asked, draws: Results) -> tuple[int, str] | None:
+def _contradiction(context: Context, draws: Results) -> tuple[int, str] | None:
     """Which observation contradicts, and why nothing explains them; None where something does."""
-    observed, contradicts = asked.request.observed, draws["contradicts"]
+    observed, contradicts = context.request.observed, draws["contradicts"]
     if not np.isfinite(draws["log_likelihood"]).all():
         return 0, "no draw of the prior is a possible oscillator"
     wrong = int(np.quantile(contradicts.sum(1), _RARE))
     regimes = sum(one.regime is not None for one in observed)
-    farthest = stats.chi2.isf(_BEYOND, len(asked.prior.names))
+    farthest = stats.chi2.isf(_BEYOND, len(context.prior.names))
     out_of_reach = float(np.quantile(np.sum(draws["score"] ** 2, 1), _RARE)) > farthest
-    if not out_of_reach and (not wrong or stats.binom.sf(wrong - 1, regimes, asked.request.mislabelled) >= _RARE):
+    if not out_of_reach and (not wrong or stats.binom.sf(wrong - 1, regimes, context.request.mislabelled) >= _RARE):
         return None
     best = draws["log_likelihood"].max(0) if not wrong else np.zeros(len(observed))
     surprise = best - _leave_one_out(draws["log_likelihood"])
@@ -211,17 +212,17 @@ def _contradiction(asked: Asked, draws: Results) -> tuple[int, str] | None:
     return first, f"observation {first + 1} ({observed[first].words}) {reason}"
 
 
-def _method(asked: Asked, columns: Results) -> str:
-    request, count = asked.request, int(columns["evaluations"].sum()) * len(asked.request.observed)
+def _method(context: Context, columns: Results) -> str:
+    request, count = context.request, int(columns["evaluations"].sum()) * len(context.request.observed)
     return (
         f"tempered sequential Monte Carlo: {request.repetitions} populations of {request.particles} draws of each law, "
         f"{count:,} cells, seed {request.seed}"
     )
 
 
-def _predictions(asked: Asked, predicted: Floats, share: Floats, probability: Floats) -> dict[str, xr.DataArray]:
+def _predictions(context: Context, predicted: Floats, share: Floats, probability: Floats) -> dict[str, xr.DataArray]:
     """Regimes over the axes: their probabilities, those of each law, and where likely laws differ."""
-    grid = asked.grid
+    grid = context.grid
     whole = ratio(np.einsum("lr,lrcs->rcs", share, predicted), share.sum(0)[:, None, None])
     by_law = np.einsum("lr,lrcs->cls", share, predicted) / share.sum(1)[:, None]
     likely = by_law[:, probability >= _ALIKE * probability.max()]
@@ -229,10 +230,10 @@ def _predictions(asked: Asked, predicted: Floats, share: Floats, probability: Fl
         "probability": whole.value, "probability_error": whole.error, "law_regime_probability": by_law,
         "disagreement": (likely.max(1) - likely.min(1)).max(1),
     }  # fmt: skip
-    if len(asked.laws) == 1:
+    if len(context.laws) == 1:
         del values["disagreement"], values["law_regime_probability"]
     coordinates = grid_coordinates(grid) | {
-        "state": text_index("state", DECIDED, "regime"), "law": text_index("law", asked.laws, "law of friction"),
+        "state": text_index("state", DECIDED, "regime"), "law": text_index("law", context.laws, "law of friction"),
     }  # fmt: skip
     ds = study_dataset("explain", VARIABLES, values, grid.dims, grid.shape, coordinates, {})
     return dict(ds.data_vars)  # type: ignore[arg-type]
