@@ -35,7 +35,7 @@ Examples:
 def explain(
     config: Path, output: Location | None, plot: Path | None, report: Path | None, fresh: bool, dask: str | None
 ) -> dict[str, Any]:
-    """Find which oscillators and which laws of friction explain what was observed.
+    """Find springs, dampers and friction that explain observations.
 
     CONFIG holds observations, `observed` (regimes, results with their scatter), what was known before, `prior`, and
     maybe the axes over which regimes are predicted, `predict`. The result are draws of the quantities that are not

@@ -39,7 +39,7 @@ def next_command(
     file: Location, more: tuple[str, ...], over: tuple[str, ...], scatter: tuple[str, ...], points: int, draws: int,
     output: Location | None, plot: Path | None,
 ) -> None:  # fmt: skip
-    """Say which measurement would tell most of what is not known yet.
+    """Say which measurement would tell most.
 
     FILE is what `stickslip explain` wrote. Over one or two parameters (`--over belt_speed normal_load`) the expected
     information of one more observation is computed, its regime and its results being what the draws say, and the best

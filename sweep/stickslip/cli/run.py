@@ -92,7 +92,7 @@ def run(
     target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
     request = Request(loaded, output, shard=share, dask=dask, **blocks)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
-    page = None if no_plot or share else report or params.configured_target(loaded.output.report, "page")
+    page = None if share else report or params.configured_target(loaded.output.report, "page")
     return run_request(request, keep, Outputs(target, page=page))
 
 

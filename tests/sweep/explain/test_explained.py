@@ -61,6 +61,14 @@ def test_evidence_and_mean_of_the_coulomb_cycle_are_those_of_quadrature(unknown)
         assert deviates.mean() == pytest.approx(mean, abs=5 * deviates.std() / np.sqrt(200))
 
 
+def test_repeated_runs_scatter_as_the_error_of_the_evidence_says():
+    seen = AT | {"regime": "stick_slip", "period": {"value": float(coulomb().period), "scatter": 0.004}}
+    prior = COULOMB | {"stiffness": lognormal(4e3, 1.3)}
+    found = [stickslip.explain([seen], prior, particles=60, repetitions=6, progress=False, seed=s) for s in range(12)]
+    evidence, error = (np.array([float(one[n][0]) for one in found]) for n in ("log_evidence", "log_evidence_error"))
+    assert 0.5 < evidence.std(ddof=1) / np.sqrt(np.mean(error**2)) < 1.8  # chi^2 of 11 degrees, with 99 %
+
+
 def test_of_a_coulomb_cycle_only_the_drop_of_friction_and_the_stiffness_are_known():
     """Period and slip speed depend on mu_static - a1 and on the spring (`theory/coulomb.py`); the level is free."""
     cycle = coulomb()

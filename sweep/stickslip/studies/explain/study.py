@@ -30,7 +30,7 @@ from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES
-from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF
 
 _MOVES = 250  # of a population, about, for estimates of time
@@ -100,6 +100,8 @@ class ExplainStudy(Study):
             if model_of(law) is not model_of(config.friction.law):
                 first = config.friction.law
                 problems.add((section.key, "laws", i), f"got {name} beside {first}, expected laws of one model")
+            elif foreign := [quantity for quantity in prior if law not in laws_with(quantity)]:
+                problems.add((section.key, "laws", i), f"got {name}, which has no {foreign[0]}, uncertain in prior")
             elif twice := [quantity for quantity in prior if quantity in fixed]:
                 problems.add((section.key, "laws", i), f"got {name}, whose {twice[0]} is uncertain in prior")
             elif lacking := [one for one in needed - given if one in own and not model_of(law).measured]:
