@@ -270,7 +270,7 @@ def _sentences(ds: xr.Dataset) -> Iterator[str]:
         quantity, left = str(ds["quantity"].values[int(most)]), float(one["spread_left"][int(most)])
         yield (
             f"{where}: {float(one['proposed_information']):.2f} bits ({', '.join(seen)}), would narrow {quantity} to "
-            f"{left:.0%} of its scatter, and the share of this plane whose regime is guessed wrong from "
+            f"{left:.0%} of its scatter, and the share of places whose regime is guessed wrong from "
             f"{float(one['wrong_before']):.1%} to {float(one['wrong_after']):.1%}"
         )
 
