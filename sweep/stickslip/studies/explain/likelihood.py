@@ -102,6 +102,18 @@ def grid_of_predictions(config: Config) -> Cells:
     return whole.without(*whole.along)
 
 
+def results_over(
+    grid: Cells, known: Mapping[str, float], options: Options, stop: StopFlag, moved: Moved | None = None
+) -> Results:
+    """The results of the cells of some axes. known : quantities they have in common. Raises StoppedError."""
+    here = {name: np.full(grid.size, value) for name, value in known.items() if name not in grid.along}
+    cells, possible = drawn_cells(grid, np.arange(grid.size), here, options.law)
+    computed = computed_where(cells, possible, options, stop, moved)
+    if not computed.complete:
+        raise StoppedError
+    return computed.results
+
+
 def observation_terms(observed: Observation, results: Results, mislabelled: float) -> Terms:
     """The terms of one observation from the results of cells, (n,) each; see the top of this file."""
     regime = results["regime"]

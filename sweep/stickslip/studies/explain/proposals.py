@@ -26,9 +26,8 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, te
 from stickslip.dataset.display import MapAxis
 from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
-from stickslip.studies.explain.likelihood import grid_of_predictions, log_shares
+from stickslip.studies.explain.likelihood import grid_of_predictions, log_shares, results_over
 from stickslip.studies.explain.section import METRICS, POINT, Explain
-from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
@@ -181,10 +180,8 @@ def _shown(
     codes[[REGIMES.index(name) for name in DECIDED]] = range(len(DECIDED))
     for one, (name_of_law, drawn) in enumerate(draws):
         law, fixed = law_of(name_of_law)
-        known = {**shared, **drawn, **fixed}
-        here = {name: np.full(size, value) for name, value in known.items() if name not in grid.along}
         how = replace(options, law=law, early_stop=True).for_contact({*grid.fixed, *drawn}).keeping(metrics)
-        results = computed_where(*drawn_cells(grid, np.arange(size), here, how.law), how, stop).results
+        results = results_over(grid, {**shared, **drawn, **fixed}, how, stop)
         regimes[:, one] = codes[results["regime"]]
         for i, name in enumerate(metrics):
             logs[:, one, i] = np.log(np.where(results[name] > 0, results[name], np.nan))

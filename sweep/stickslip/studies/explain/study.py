@@ -22,11 +22,10 @@ from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.studies.explain import proposals, summary
-from stickslip.studies.explain.likelihood import Experiment, Floats, grid_of_predictions
+from stickslip.studies.explain.likelihood import Experiment, Floats, grid_of_predictions, results_over
 from stickslip.studies.explain.section import Explain
 from stickslip.studies.explain.smc import tempered
 from stickslip.studies.study import joined
-from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES
@@ -209,16 +208,11 @@ class ExplainStudy(Study):
             return shares
         chosen = np.linspace(0, len(points) - 1, draws).astype(int)
         drawn = self.prior.values(points[chosen])
-        along = {member.name for axis in self.config.axes for member in axis.members}
-        options = replace(experiment.options, variables=("regime",))
+        codes = [REGIMES.index(name) for name in DECIDED]
         for one in range(draws):
             known = {name: value[one] for name, value in drawn.items()} | self.request.shared | {**experiment.fixed}
-            known = {name: np.full(size, value) for name, value in known.items() if name not in along}
-            cells, possible = drawn_cells(self.grid, np.arange(size), known, experiment.law)
-            computed = computed_where(cells, possible, options, stop, moved)
-            if not computed.complete:
-                raise StoppedError
-            shares += computed.results["regime"][:, None] == [REGIMES.index(name) for name in DECIDED]
+            results = results_over(self.grid, known, experiment.options, stop, moved)
+            shares += results["regime"][:, None] == codes
         return shares / draws
 
     def blank(self, items: range) -> Results:
