@@ -40,7 +40,7 @@ INNER_FLOORS = {
         {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"}, {"plots"},
         {"report"},
     ),
-    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
+    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"}),
     "runs": (
         {"blocks", "known_cells", "maps", "work", "memory"}, {"workdir"}, {"existing_output"},
         {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from making.markdown import code, codes, sentence, table
+from stickslip.config.document import OWN_WORDS
 from stickslip.config.schema import json_schema
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
@@ -37,8 +38,8 @@ A list may hold the words that its quantity allows, such as `none`.
 _MORE = {  # pages that tell what a section does
     "friction": "model.md", "start": "model.md#the-start", "drive": "rig.md", "sensor": "rig.md", "features": "rig.md",
     "risk": "rig.md", "border": "borders.md", "contours": "borders.md", "margins": "advise.md", "attractors":
-    "attractors.md", "refine": "refine.md", "uncertain": "uncertainty.md", "execution": "runs.md", "output": "runs.md",
-    "solver": "accuracy.md",
+    "attractors.md", "refine": "refine.md", "uncertain": "uncertainty.md", "explain": "explain.md", "execution":
+    "runs.md", "output": "runs.md", "solver": "accuracy.md",
 }  # fmt: skip
 _LISTS = {  # long lists of names, and what they are
     tuple(QUANTITIES): "quantities",
@@ -51,7 +52,8 @@ def page() -> str:
     """The whole page, in Markdown."""
     properties = json_schema()["properties"]
     title = properties.pop("title")
-    properties.pop("axes")
+    for key in ("axes", *OWN_WORDS):  # said otherwise: above, and on the page about explanations
+        properties.pop(key)
     words = f"`title` says {title['description']}; without one it is {title['default']!r}."
     first, others = ("system", "friction"), [key for key in properties if key not in ("system", "friction")]
     parts = [HEAD, words + "\n", *(_section(key, properties[key]) for key in first), AXES]

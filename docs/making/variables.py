@@ -40,6 +40,11 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
         + ", ".join(f"`{name}_METRIC`" for name in STATISTICS),
         _of("uncertain"),
     ),
+    "Of explanations": (
+        "what `explain` gives ([explain.md](explain.md)); and of each uncertain quantity `posterior_NAME` (over "
+        "`draw`), `interval_NAME` and `prior_interval_NAME`",
+        _of("explain"),
+    ),
 }
 _FLAGS = {
     "regime": "Regimes", "status": "Status: how the integration of a cell ended", "mode": "Contact modes",

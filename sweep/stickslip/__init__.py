@@ -16,29 +16,30 @@ if TYPE_CHECKING:
     from . import sound as sound
     from . import theory as theory
     from .api.cells import evaluate, simulate
+    from .api.explained import explain, next_measurement
     from .api.runs import collect, retry_failed, run, run_shard, status, sweep
     from .api.studies import attractors, border, contours, margins, ramp
     from .config.model import Config
     from .config.reader import load_config
     from .engine import Options
-    from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
+    from .errors import ClusterError, ConfigError, ContradictionError, IncompleteError, Interrupted
     from .files.reading import open
     from .materials import compare
 
 __all__ = [
-    "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
-    "attractors", "border", "collect", "compare", "contours", "evaluate", "load_config", "margins", "open", "ramp",
-    "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
+    "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options",
+    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config",
+    "margins", "next_measurement", "open", "ramp", "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "Config": "config.model", "load_config": "config.reader", "Options": "engine",
-    "ClusterError": "errors", "ConfigError": "errors", "IncompleteError": "errors", "Interrupted": "errors",
-    "open": "files.reading",
+    "ClusterError": "errors", "ConfigError": "errors", "ContradictionError": "errors", "IncompleteError": "errors",
+    "Interrupted": "errors", "open": "files.reading",
     "collect": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs", "status": "api.runs",
     "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
-    "ramp": "api.studies",
+    "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

@@ -130,6 +130,14 @@ class ArgumentError(_InInput, ValueError):
         self.key, self.what = key, what
 
 
+class ContradictionError(_InInput, ValueError):
+    """Nothing explains some observations; the message names the one that contradicts, `dataset` is the result."""
+
+    def __init__(self, message: str, dataset: xr.Dataset) -> None:
+        super().__init__(message)
+        self.dataset = dataset
+
+
 class FitWarning(UserWarning):
     """A fitted curve is used that its points do not support; the message says what is wrong with it."""
 

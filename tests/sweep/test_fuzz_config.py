@@ -64,7 +64,7 @@ def read(folder: Path, content: bytes) -> Config | None:
 def use(config: Config) -> None:
     """What comes after reading: the grid, a cell at either end, and the text that results keep."""
     grid = build_grid(config)
-    for start in (0, grid.size - 1):
+    for start in (0, grid.size - 1) if config.study is None or config.study.key != "explain" else ():
         if config.uncertain is None:
             cells = grid[start : start + 1]
         else:  # at the medians of what is uncertain

@@ -31,7 +31,7 @@ Exit codes:
   0  done
   1  computed, but not to the end (Ctrl-C, a full disk, a failed block), or a bug (a traceback)
   2  the input is wrong or the cluster is not there, and nothing was computed"""
-_STDOUT, _UNDRAWN = "stickslip.stdout", "stickslip.undrawn"  # of a call
+_STDOUT, _INCOMPLETE = "stickslip.stdout", "stickslip.incomplete"  # of a call
 JSON = screen.remembered_option("--json", is_flag=True, help="Say it as JSON: all that goes to standard output.")
 QUIET = screen.remembered_option("-q", "--quiet", is_flag=True, help="Print nothing but warnings and errors.")
 
@@ -56,7 +56,7 @@ def reports_errors(command: Callable[..., Answer]) -> Callable[..., None]:
             fail(error)
         except KeyboardInterrupt:
             incomplete("interrupted: nothing more was written")
-        if meta.get(_UNDRAWN):
+        if meta.get(_INCOMPLETE):
             sys.exit(INCOMPLETE)
 
     return guarded
@@ -104,6 +104,12 @@ def incomplete(message: object) -> NoReturn:
     sys.exit(INCOMPLETE)
 
 
+def remark_incomplete(message: object) -> None:
+    """Say what is not as asked; the command goes on, and ends with the exit code for what is not complete."""
+    screen.notice(str(message))
+    click.get_current_context().meta[_INCOMPLETE] = True
+
+
 @contextmanager
 def refuses_bad_input(place: object) -> Iterator[None]:
     """Values that are refused before anything is computed, with the file or option they are of, are wrong input."""
@@ -121,8 +127,7 @@ def drawing(target: object) -> Iterator[None]:
     try:
         yield
     except (PlotError, StoreError) as error:
-        screen.notice(f"{target}: not drawn: {error}")
-        click.get_current_context().meta[_UNDRAWN] = True
+        remark_incomplete(f"{target}: not drawn: {error}")
 
 
 def fields(thing: object, *names: str, **keys: str) -> dict[str, Any]:

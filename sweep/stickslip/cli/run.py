@@ -92,7 +92,8 @@ def run(
     target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
     request = Request(loaded, output, shard=share, dask=dask, **blocks)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
-    return run_request(request, keep, Outputs(target, page=None if share else report))
+    page = None if share else report or params.configured_target(loaded.output.report, "page")
+    return run_request(request, keep, Outputs(target, page=page))
 
 
 def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | None:
@@ -279,4 +280,7 @@ def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:
     from stickslip.dataset.summary import summary
 
     regimes = {name: share.cells for name, share in summary(ds).items()} if "regime" in ds else None
-    return {"plot": plot, "regimes": regimes}
+    answer: dict[str, Any] = {"plot": plot, "regimes": regimes}
+    if text := ds.attrs.get("explained_contradiction"):
+        answer |= {"contradiction": text, "observation": int(ds.attrs["explained_contradicting"])}
+    return answer

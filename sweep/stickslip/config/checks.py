@@ -19,7 +19,7 @@ from stickslip.errors import Path, Problem
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.studies import EXPLAIN, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 RIGID = "none"  # for the stiffness of a contact that sticks without giving way
@@ -93,6 +93,13 @@ def varied_paths(axes: Mapping[str, Any]) -> list[Path]:
         elif name in QUANTITIES:
             paths.append(("axes", name))
     return paths
+
+
+def observed_paths(sections: Mapping[str, Any]) -> list[Path]:
+    """The positions of the quantities that the first observation is made at; the others must name them as well."""
+    observed = sections.get(EXPLAIN, {}).get("observed")
+    first = observed[0] if isinstance(observed, list) and observed else None
+    return [(EXPLAIN, "observed", 0, name) for name in first if name in QUANTITIES] if isinstance(first, dict) else []
 
 
 def ramp_of_no_use(drive: Drive, given: Mapping[str, list[Path]]) -> Problem | None:

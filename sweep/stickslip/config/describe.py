@@ -58,7 +58,7 @@ def describe(config: Config) -> Iterator[Row]:
     yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", end)
     if config.output.variables is not None:
         yield Row("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
-    files = [name for name in (config.output.file, config.output.plot) if name is not None]
+    files = [name for name in (config.output.file, config.output.plot, config.output.report) if name is not None]
     yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
 
 

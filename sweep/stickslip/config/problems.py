@@ -110,7 +110,8 @@ class ProblemCollector:
         if suggestion := _suggested(str(path[-1]), self._around(path), known):
             meant, hint = suggestion
             self.meant |= {meant} if meant else set()
-        if any(problem.path == path[:-1] and problem.place == self._place(path, True) for problem in self.problems):
+        if any(problem.path == path[:-1] and problem.place == self._place(path, True)
+               and problem.message.startswith("got the key ") for problem in self.problems):  # fmt: skip
             return  # that it is no word is noted already
         self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
 

@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from stickslip.config import checks, examples, rules
+from stickslip.config.document import with_observations
 from stickslip.config.fit_section import LAWS_FITTED, with_fits
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
@@ -30,7 +31,7 @@ from stickslip.vocabulary.models import MODELS, WRITTEN_LAWS, law_of_contact, la
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.studies import EXPLAIN, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -52,7 +53,7 @@ def load_config(
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
-    document = overridden(document, settings)
+    document = with_observations(overridden(document, settings))
     config = _read(document, rig)
     warn_of_units(document, config)
     return config
@@ -80,12 +81,12 @@ def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = 
 
     settings : of a command line, which are put into the text. rig : as for `load_config`. Raises ConfigError.
     """
-    return _read(overridden(parse_yaml(text, name), settings), rig)
+    return _read(with_observations(overridden(parse_yaml(text, name), settings)), rig)
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None = False) -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(python_document(data, name), rig)
+    return _read(with_observations(python_document(data, name)), rig)
 
 
 def _read(document: Document, rig: bool | None) -> Config:
@@ -103,7 +104,7 @@ class _Reader(ProblemCollector):
 
     def __init__(self, document: Document, rig: bool) -> None:
         super().__init__(document)
-        self._rig = rig
+        self._rig, self._explains = rig, False
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
@@ -115,6 +116,7 @@ class _Reader(ProblemCollector):
             self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
             self.add(problem.path, problem.message, problem.hint, at_key=True)
         data = self.known_keys(whole, (), known)
+        self._explains = EXPLAIN in data
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
         sections: dict[str, Any] = {
@@ -136,7 +138,8 @@ class _Reader(ProblemCollector):
                  if name in of_model and value is not None}  # fmt: skip
         if self._rig:
             fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
-        for finding in rules.findings(rules.Space(fixed, axes, studies.get("uncertain"), law)):
+        drawn = None if self._explains else studies.get("uncertain")  # what is impossible explains nothing
+        for finding in rules.findings(rules.Space(fixed, axes, drawn, law)):
             checks.add_finding(self, finding, self._about_list(finding.path))
         self.raise_any()
         for key in QUANTITY_SECTIONS:
@@ -152,9 +155,10 @@ class _Reader(ProblemCollector):
     # --- something else than a map ------------------------------------------------------------------------------------
 
     def _studies(self, data: Mapping[str, Any], solver: Solver) -> dict[str, Any]:
-        """The section that asks for something else than a map, if there is one; there cannot be two."""
+        """The section that asks for something else than a map, if there is one; there cannot be two, but that the
+        quantities that an explanation is about are uncertain."""
         keys = [key for key in data if key in STUDIES]
-        for key in keys[1:]:
+        for key in keys[1:] if {*keys} != {EXPLAIN, "uncertain"} else ():
             self.add((key,), f"got {key} besides {keys[0]}{self.line((keys[0],))}, expected one of them", at_key=True)
         studies: dict[str, Any] = {}
         for key in keys:
@@ -244,7 +248,7 @@ class _Reader(ProblemCollector):
         scattered = inside.get("uncertain", {}).get("quantities")
         paths += [(*QUANTITIES_PATH, name) for name in scattered] if isinstance(scattered, dict) else []
         given: dict[str, list[Path]] = {}
-        for path in (*paths, *checks.varied_paths(inside.get("axes", {}))):
+        for path in (*paths, *checks.varied_paths(inside.get("axes", {})), *checks.observed_paths(inside)):
             if path[-1] in QUANTITIES:
                 given.setdefault(str(path[-1]), []).append(path)
         return given
@@ -253,6 +257,8 @@ class _Reader(ProblemCollector):
         """No quantity is given twice, and those without a default are given."""
         for first, *others in given.values():
             for path in others:
+                if self._explains and path[0] in ("axes", EXPLAIN):
+                    continue  # what is observed or predicted elsewhere
                 message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
                 self.add(path, message, "keep the one you mean", at_key=True)
         for name, declared in QUANTITIES.items():

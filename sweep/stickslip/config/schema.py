@@ -13,11 +13,12 @@ from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Sect
 from stickslip.config.studies import section_class
 from stickslip.config.uncertain import Matrix, Sampling, Scatter, Subset, Uncertain
 from stickslip.vocabulary import units
+from stickslip.vocabulary.explained import OF_PRIOR
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import AXIS
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.studies import EXPLAIN, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 
@@ -39,6 +40,7 @@ def json_schema() -> Schema:
             "axes": _axes(),
             **{key: _section(model) for key, model in SECTIONS.items()},
             **{key: _uncertain() if key == "uncertain" else _section(section_class(key)) for key in STUDIES},
+            **_observations(),
         },
     }
 
@@ -63,6 +65,20 @@ def _uncertain() -> Schema:
     }
     whole = _object({**_section(Sampling)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
     return whole | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
+
+
+def _observations() -> Schema:
+    """The words of a file of observations, which stand for other sections (`document.py`)."""
+    explain, uncertain = _section(section_class(EXPLAIN))["properties"], _uncertain()["properties"]
+    scattered = uncertain["quantities"]["properties"]
+    prior: Schema = {name: {"anyOf": [number_schema(row), *([scattered[name]] if name in scattered else [])]}
+                     for name, row in QUANTITIES.items()}  # fmt: skip
+    prior |= {name: uncertain[name] for name in OF_PRIOR} | {"laws": explain["laws"]}
+    return {
+        **{name: one for name, one in explain.items() if name != "laws"},
+        "prior": _strict(prior) | {"description": "what is known before: values, distributions, laws"},
+        "predict": _strict({"axes": _axes(), "draws": explain["draws"]}) | {"description": "where to predict regimes"},
+    }
 
 
 def _strict(properties: Schema) -> Schema:

@@ -23,6 +23,7 @@ from stickslip.files import reading
 from stickslip.files.locations import location
 from stickslip.vocabulary.display_units import quantity, units_shown
 from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.studies import EXPLAIN
 
 _DRIVEN = "a test rig, whose cells have no regime"
 
@@ -103,6 +104,11 @@ def _of_config(file: str, config: Config) -> Source:
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
         medians = {name: float(drawn[name][0]) for name in uncertain.names}
+        if config.study is not None and config.study.key == EXPLAIN:  # at its first observation, but over its axes
+            along = {member.name for axis in config.axes for member in axis.members}
+            seen: dict[str, float] = config.study.observed[0].conditions  # type: ignore[attr-defined]
+            config = config.at(**{name: value for name, value in seen.items() if name not in along})
+            medians = {name: value for name, value in medians.items() if name not in along}
         config = config.at(**medians)
         words = (f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
         notes.append(f"what is uncertain has its median here: {', '.join(words)}")

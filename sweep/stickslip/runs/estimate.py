@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from stickslip.studies.uncertainty import SampleStudy
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
+_DRAWS = 1000  # of the prior of an explanation
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary
 _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI and in kernel units, and all rows it fills
@@ -174,12 +175,16 @@ class Nodes:
 
 def estimate(config: Config) -> Estimate:
     """Time a few cells of a configuration. Raises KeyboardInterrupt on Ctrl-C."""
+    from stickslip.studies.explain import ExplainStudy
     from stickslip.studies.uncertainty import SampleStudy
 
     work = Work(config)
     study, blocks, options = work.study, work.blocks, work.options
     grid = build_grid(config)
-    tried = probe(grid if config.uncertain is None else SampleStudy(config, options), options)
+    if isinstance(study, ExplainStudy):
+        tried = probe(study.sample(_DRAWS), options)
+    else:
+        tried = probe(grid if config.uncertain is None else SampleStudy(config, options), options)
     each, together = bytes_per_cell(options), min(blocks.length, work.size) * study.weight
     at_once = min(tried.threads, blocks.count)
     block_memory = _OF_BLOCK * together * each + _OF_CELL * min(options.block, together)

@@ -27,7 +27,9 @@ STUDIES: dict[str, Entry] = {
     "ramp": Entry("attractors.ramp:RampStudy", "Follow attractors up and down a parameter."),
     "refine": Entry("refinement.study:RefinedMap"),
     "uncertain": Entry("uncertainty.sampling:SampleStudy"),
+    "explain": Entry("explain.study:ExplainStudy"),
 }
+EXPLAIN = "explain"  # the only one whose quantities are those of the section `uncertain`
 
 # Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
 _MARKS = {

@@ -95,14 +95,7 @@ class Inputs:
         Others (friction below 0, mu_stop above its start, ...) are `failed`; a configuration with more than one in some
         thousand of them is refused when it is read.
         """
-        drawn = self.uncertain.values(normals)
-        cells = self.grid.take(numbers, **drawn)
-        law = self.config.friction.law
-        model = model_of(law)
-        wrong, curve = impossible(cells, model.rules[law]), model.curve
-        if curve and MEASURED.keys() & drawn.keys():
-            wrong |= ~(cells[curve.drop] > 0)  # its minimum is not below its start
-        return cells, ~wrong
+        return drawn_cells(self.grid, numbers, self.uncertain.values(normals), self.config.friction.law)
 
     def compute(
         self,
@@ -113,14 +106,7 @@ class Inputs:
         moved: Callable[[int], None] | None = None,
     ) -> Computed:
         """Their results, by the calling thread."""
-        cells, possible = self.cells(numbers, normals)
-        chosen = Cells.of(taken(cells, possible))
-        computed = compute_range(chosen, 0, chosen.size, options, stop, moved)
-        results = blank_results(numbers.size, options)
-        results["regime"][:] = REGIMES.index("failed")
-        for name, values in results.items():
-            values[possible] = computed.results[name]
-        return Computed(results, computed.done + numbers.size - chosen.size)
+        return computed_where(*self.cells(numbers, normals), options, stop, moved)
 
     def dataset(
         self, states: Sequence[str], quantiles: Sequence[float], results: Mapping[str, NDArray[Any]],
@@ -148,3 +134,29 @@ class Inputs:
             "uncertain_undecided": f"{undecided} of all draws were unresolved, failed or not computed",
         }
         return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
+
+
+def drawn_cells(
+    grid: Cells, numbers: NDArray[np.int64], drawn: Parameters, law: str
+) -> tuple[Parameters, NDArray[np.bool_]]:
+    """Parameters of the cells of these numbers, drawn quantities in place of their own; and which are possible."""
+    cells = grid.take(numbers, **drawn)
+    model = model_of(law)
+    wrong, curve = impossible(cells, model.rules.get(law, ())), model.curve
+    if curve and MEASURED.keys() & drawn.keys():
+        wrong |= ~(cells[curve.drop] > 0)  # its minimum is not below its start
+    return cells, ~wrong
+
+
+def computed_where(
+    cells: Parameters, possible: NDArray[np.bool_], options: Options, stop: StopFlag,
+    moved: Callable[[int], None] | None = None,
+) -> Computed:  # fmt: skip
+    """The results of cells, by the calling thread; those of impossible ones are `failed`."""
+    chosen = Cells.of(taken(cells, possible))
+    computed = compute_range(chosen, 0, chosen.size, options, stop, moved)
+    results = blank_results(possible.size, options)
+    results["regime"][:] = REGIMES.index("failed")
+    for name, values in results.items():
+        values[possible] = computed.results[name]
+    return Computed(results, computed.done + possible.size - chosen.size)

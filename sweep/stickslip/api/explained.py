@@ -1,0 +1,137 @@
+"""The Python calls for explanations: from what was measured back to what causes it, and what to measure next."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import xarray as xr
+
+from stickslip.api.runs import run
+from stickslip.config.reader import parse_config
+from stickslip.errors import ArgumentError, ContradictionError
+from stickslip.files.reading import open
+from stickslip.progress import Watch, watched
+from stickslip.studies.explain.proposals import DRAWS, POINTS, axis_of, check_scatter, proposals
+from stickslip.vocabulary.display_units import units_shown, written_units
+
+__all__ = ["explain", "next_measurement"]
+
+
+def explain(
+    observed: Sequence[Mapping[str, Any]] | str | os.PathLike[str],
+    prior: Mapping[str, Any] | None = None,
+    *,
+    laws: str | Sequence[str] | None = None,
+    predict: Mapping[str, Any] | None = None,
+    output: str | os.PathLike[str] | None = None,
+    progress: Watch = "auto",
+    **settings: Any,
+) -> xr.Dataset:
+    """Find which oscillators, and which laws of friction, explain what was observed, and how sure that is.
+
+    Parameters
+    ----------
+    observed : sequence of Mapping, or path
+        Observations, each with the conditions it was made at (numbers in SI, or texts with units) and with what was
+        seen: ``regime`` (or a list of those it may have been), results of `evaluate` with their scatter
+        (``period="54 +- 2 ms"``), or a list of repeats. Or a file of observations, which says all else itself.
+    prior : Mapping
+        By quantity what was known before: a number or text where it is fixed, else a distribution as in the section
+        `uncertain` of a configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation`,
+        `covariance` or `fit` as there.
+    laws : str or sequence of str, optional
+        Laws of friction, alternatives of the same probability; "stribeck" unless given.
+    predict : Mapping, optional
+        Axes, as in a configuration, over which the probability of each regime is predicted.
+    output : str or path, optional
+        File to write, .nc or .zarr, from which a run resumes.
+    progress : bool, "auto" or callable
+        As for `run`.
+    **settings
+        mislabelled (0.01, the probability that a regime was noted wrongly), particles (500 draws a population),
+        repetitions (4 populations a law), draws (64 of each population, of which regimes are predicted), seed (1);
+        solver, execution and title as in a configuration.
+
+    Returns
+    -------
+    Dataset
+        posterior_NAME over `draw`, all of the same weight, with interval_NAME and prior_interval_NAME over `share`,
+        and posterior_law; over `law` log_evidence with its error and law_probability; over `quantity` variance_ratio,
+        correlation and r_hat; direction_ratio and direction_weight, which the attribute explained_directions says in
+        words; log_predictive and contradicted over `observation`; with `predict` also probability, of several laws
+        law_regime_probability and disagreement.
+
+    Raises
+    ------
+    ConfigError
+        For bad input, before anything is computed.
+    ContradictionError
+        If nothing explains the observations; it names the one that contradicts, and holds the result, `dataset`.
+    """
+    if isinstance(observed, str | os.PathLike):
+        if prior is not None or laws is not None or predict is not None or settings:
+            raise TypeError("explain: a file of observations says prior, laws, predict and settings itself")
+        ds = run(observed, output, progress=progress)
+    else:
+        known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
+        document = {"observed": observed, "prior": known, **settings} | (
+            {} if predict is None else {"predict": {"axes": predict}}
+        )
+        ds = run(document, output, progress=progress)
+    if text := ds.attrs.get("explained_contradiction"):
+        raise ContradictionError(f"nothing explains this: {text}", ds)
+    return ds
+
+
+def next_measurement(
+    explained: xr.Dataset | str | os.PathLike[str],
+    over: str | Sequence[str] | Mapping[str, tuple[float | str, float | str] | None],
+    *,
+    scatter: Mapping[str, float] | None = None,
+    points: int = POINTS,
+    draws: int = DRAWS,
+    progress: Watch = "auto",
+) -> xr.Dataset:
+    """Find where one more observation would tell most of what is not known yet.
+
+    Parameters
+    ----------
+    explained : Dataset or path
+        What `explain` returned.
+    over : str, sequence of str, or Mapping
+        One or two parameters in which an observation may differ, with ranges in SI or texts with units; without them
+        those of the prediction, else three times beyond what was observed.
+    scatter : Mapping, optional
+        Results that will be measured, with their relative standard deviation; those observed before unless given.
+    points : int
+        Of each axis.
+    draws : int
+        Of the explanation, which are weighed against each other.
+    progress
+        As for `run`.
+
+    Returns
+    -------
+    Dataset
+        Over the axes information (bits) and the chance of each regime; over `proposal`, the best first, proposed_NAME,
+        proposed_information, wrong_before and wrong_after (the share of the plane whose most likely regime is not the
+        true one) and spread_left of each quantity; the attribute `proposals` says it in words.
+
+    Raises
+    ------
+    ValueError
+        For bad input, before anything is computed.
+    """
+    ds = explained if isinstance(explained, xr.Dataset) else open(explained)
+    if "posterior_law" not in ds or "configuration" not in ds.attrs:
+        raise ArgumentError("explained", "holds no draws, expected what `stickslip explain` wrote")
+    config = parse_config(str(ds.attrs["configuration"]), "configuration of the explanation")
+    names = {over: None} if isinstance(over, str) else dict.fromkeys(over) if not isinstance(over, Mapping) else over
+    config = config.shown_in(units_shown(ds) | written_units(names))
+    if scatter is not None:
+        check_scatter(scatter)
+    axes = [axis_of(config, name, ends, points) for name, ends in names.items()]
+    with watched(progress, "draws") as moved:
+        return proposals(ds, config, axes, scatter, draws, moved)

@@ -1,0 +1,149 @@
+"""How well cells explain observations.
+
+The regime of an observation was noted rightly with probability 1 - e, else it is any other of the n there are with the
+same probability. The logarithm of a result that was measured scatters normally about that of the cell, and the mean
+of repeats as Student's t, their variance being unknown (with the prior 1/sigma). A cell that does not have a result
+that was measured is judged by its regime alone, as a regime that was noted wrongly; densities of logarithms are per
+e-fold, so that such a cell counts as one whose result may be anything within an e-fold. Where an observation says no
+regime, having its results is what may be noted wrongly.
+
+Cells without a verdict (unresolved, failed) might have the regime that was seen or not: the likelihood takes that they
+do, and `unsure` is by how much it would be less if they did not. Impossible cells explain nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats  # type: ignore[import-untyped]
+
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
+from stickslip.errors import StoppedError
+from stickslip.studies.explain.section import POINT, Measured, Observation
+from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
+from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
+
+Floats = NDArray[np.float64]
+Moved = Callable[[int], None]
+
+_FAR = 4.0  # standard deviations, or what is as rare of Student's t: a result further off is not explained
+
+
+class Terms(NamedTuple):
+    """By point and observation: log-likelihoods; what they lose if cells without a verdict are others; and whether a
+    point contradicts an observation, in its regime or by far in a result."""
+
+    log_likelihood: Floats
+    unsure: Floats
+    contradicts: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Observations of an oscillator, some of whose quantities are not known.
+
+    base : the one cell of the configuration, without what is unknown or differs between observations.
+    law, fixed : of friction, and the parameters that its name stands for. mislabelled : e.
+    """
+
+    observed: Sequence[Observation]
+    base: Cells
+    law: str
+    fixed: Mapping[str, float]
+    mislabelled: float
+    options: Options
+
+    @cached_property
+    def _measuring(self) -> Options:
+        return self.options.keeping(tuple({n: None for one in self.observed for n in one.metrics if n != POINT}))
+
+    def cells(self, drawn: Parameters) -> tuple[Parameters, NDArray[np.bool_]]:
+        """The cells of points at each observation, one observation after the other; and which are possible.
+
+        drawn : the quantities of points that are not known, (n,) each.
+        """
+        size = next(iter(drawn.values())).size
+        parts = []
+        for one in self.observed:
+            known = {**drawn, **{name: np.full(size, v) for name, v in {**self.fixed, **one.conditions}.items()}}
+            parts.append(drawn_cells(self.base, np.zeros(size, np.int64), known, self.law))
+        cells = {name: np.concatenate([part[name] for part, _ in parts]) for name in parts[0][0]}
+        return cells, np.concatenate([possible for _, possible in parts])
+
+    def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
+        """How well points explain each observation. Raises StoppedError."""
+        size, count = next(iter(drawn.values())).size, len(self.observed)
+        cells, possible = self.cells(drawn)
+        computed = computed_where(cells, possible, self._measuring, stop, moved)
+        if not computed.complete:
+            raise StoppedError
+        columns = computed.results
+        if any(POINT in one.metrics for one in self.observed):
+            columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
+        results = {name: values.reshape(count, size) for name, values in columns.items()}
+        parts = [observation_terms(one, {name: values[i] for name, values in results.items()}, self.mislabelled)
+                 for i, one in enumerate(self.observed)]  # fmt: skip
+        terms = Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))
+        terms.log_likelihood[~possible.reshape(count, size).T] = -np.inf
+        return terms
+
+
+def grid_of_predictions(config: Config) -> Cells:
+    """The cells of the axes, without what along them differs from what was observed."""
+    whole = build_grid(config)
+    return whole.without(*whole.along)
+
+
+def results_over(
+    grid: Cells, known: Mapping[str, float], options: Options, stop: StopFlag, moved: Moved | None = None
+) -> Results:
+    """The results of the cells of some axes. known : quantities they have in common. Raises StoppedError."""
+    here = {name: np.full(grid.size, value) for name, value in known.items() if name not in grid.along}
+    cells, possible = drawn_cells(grid, np.arange(grid.size), here, options.law)
+    computed = computed_where(cells, possible, options, stop, moved)
+    if not computed.complete:
+        raise StoppedError
+    return computed.results
+
+
+def observation_terms(observed: Observation, results: Results, mislabelled: float) -> Terms:
+    """The terms of one observation from the results of cells, (n,) each; see the top of this file."""
+    regime = results["regime"]
+    undecided = np.isin(regime, UNDECIDED)
+    has_all = np.ones(regime.shape, np.bool_)
+    log_density, far = np.zeros(regime.shape), np.zeros(regime.shape, np.bool_)
+    for name, measured in observed.metrics.items():
+        values = results[name]
+        has = values > 0
+        has_all &= has
+        distribution = error_of(measured)
+        error = (np.log(np.where(has, values, 1.0)) - measured.log_mean) / measured.log_std
+        log_density += np.where(has, distribution.logpdf(error) - np.log(measured.log_std), 0.0)
+        far |= has & (np.abs(error) > distribution.isf(stats.norm.sf(_FAR)))
+    right, wrong = log_shares(len(observed.regime or ()) or 1, mislabelled)
+    fits = has_all if observed.regime is None else np.isin(regime, [REGIMES.index(name) for name in observed.regime])
+    fits_at_best = fits | undecided
+    return Terms(
+        np.where(fits_at_best, right, wrong) + log_density,
+        np.where(undecided & ~(fits & (observed.regime is None)), right - wrong, 0.0),
+        far | ~fits_at_best | (~has_all & ~undecided),
+    )
+
+
+def log_shares(alternatives: int, mislabelled: float) -> tuple[float, float]:
+    """Log-probabilities of noting one of some regimes in a cell that has one of them, and in one that has another."""
+    other = mislabelled / (len(DECIDED) - 1)
+    return float(np.log(1.0 - mislabelled + (alternatives - 1) * other)), float(np.log(alternatives * other))
+
+
+def error_of(measured: Measured) -> stats.rv_continuous:
+    """The distribution of the error of a logarithm in units of its standard deviation."""
+    return stats.norm if np.isinf(measured.freedom) else stats.t(measured.freedom)

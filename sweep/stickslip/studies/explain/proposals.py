@@ -1,0 +1,281 @@
+"""What to measure next: how much an observation at each place of some axes would tell of what is not known yet.
+
+The expected information of an observation is the mutual information of what is seen there and of the draws: by how
+much, on average over what might be seen, the entropy of the draws falls (Lindley 1956). Of each draw the regime and the
+results at a place are computed; what it would show is simulated, with labels that may be wrong and results that
+scatter, and weighed against what all draws would show. Measured in bits: one bit is a question that halves what is
+possible. With n draws no more than log2 n bits can be seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from stickslip.config.model import Config, Range
+from stickslip.config.options import options_of
+from stickslip.config.sections import interval
+from stickslip.config.studies import Table
+from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
+from stickslip.dataset.display import MapAxis
+from stickslip.engine import Options, stop_flag
+from stickslip.errors import ArgumentError
+from stickslip.studies.explain.likelihood import grid_of_predictions, log_shares, results_over
+from stickslip.studies.explain.section import METRICS, POINT, Explain
+from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.explained import law_of
+from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
+from stickslip.vocabulary.parameter import Variable, table
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.suggest import did_you_mean, listed
+
+Floats = NDArray[np.float64]
+
+DRAWS, POINTS, BEST = 256, 16, 3
+_APART = 0.2  # of the axes: proposals lie as far from one another at least
+_SCATTER = 0.03  # of a result that nobody has measured yet: relative standard deviation
+_BEYOND = 3.0
+_WORTH_SAYING = 0.05  # of probabilities of regimes
+_TOGETHER = 64  # places whose draws are weighed together
+_PROPOSAL = ("proposal",)
+VARIABLES = table(
+    Variable("information", "1", "expected information of an observation (bits)",
+             comment="mutual information of regime and results, and of what is not known"),
+    Variable("chance", "1", "probability of seeing a regime", dims=("state",)),
+    Variable("proposed_information", "1", "expected information of a proposal (bits)", dims=_PROPOSAL),
+    Variable("wrong_before", "1", "expected share of the plane whose most likely regime is not the true one",
+             dims=_PROPOSAL),
+    Variable("wrong_after", "1", "the same after the proposed observation", dims=_PROPOSAL),
+    Variable("spread_left", "1", "expected standard deviation of a quantity after the observation over that before",
+             dims=("proposal", "quantity")),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What draws show at places: regimes (places, draws) as places of `DECIDED`, -1 for no verdict; logarithms of
+    results (places, draws, results), NaN where there is none."""
+
+    regimes: NDArray[np.intp]
+    logs: Floats
+
+
+def proposals(
+    explained: xr.Dataset, config: Config, over: Sequence[Range], scatter: Mapping[str, float] | None = None,
+    draws: int = DRAWS, moved: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """The expected information over axes, and the best observations.
+
+    config : of the result `explained`. over : the axes. scatter : results to be measured with the standard deviation of
+    their logarithms; those that were measured, as they scattered, unless given. moved : called with draws done, in all.
+    Raises ArgumentError.
+    """
+    section = config.study
+    assert isinstance(section, Explain)
+    if not 1 <= len(over) <= 2:
+        raise ArgumentError("over", f"got {len(over)} axes, expected one or two")
+    grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
+    measured = dict(_scatter(section) if scatter is None else scatter)
+    chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)
+    names = [str(name) for name in explained["quantity"].values]
+    drawn = {name: explained[f"posterior_{name}"].values[chosen] for name in names}
+    laws = explained["posterior_law"].values[chosen].astype(int)
+    names_of_laws = section.laws or (config.friction.law,)
+    each = [(names_of_laws[law], {name: values[i] for name, values in drawn.items()}) for i, law in enumerate(laws)]
+    shown = _shown(grid, section.shared, each, tuple(measured), options_of(config), moved)
+    rng = np.random.default_rng(int(section.seed))
+    outcome = _Outcomes(shown, np.array([*measured.values()]), float(section.mislabelled), rng)
+    information = np.array([outcome.information(i) for i in range(grid.size)])
+    chances = np.stack([(shown.regimes == code).mean(1) for code in range(len(DECIDED))], axis=1)
+    best = _best(information.reshape(grid.shape))
+    values = {"information": information, "chance": chances}
+    coordinates = grid_coordinates(grid) | {
+        "state": text_index("state", DECIDED, "regime"), "quantity": explained["quantity"].variable,
+    }  # fmt: skip
+    attributes = {name: value for name, value in explained.attrs.items() if not name.startswith("explained_")}
+    ds = study_dataset("explain", VARIABLES, values, grid.dims, grid.shape, coordinates, attributes)
+    numbers = np.array([drawn[name] for name in names])
+    after = [outcome.after(i, numbers) for i in best]
+    wrong = _wrong(chances.T).mean()
+    own = {
+        "proposed_information": information[best], "wrong_before": np.full(len(best), wrong),
+        # what is learned does not make worse guesses, on average over all that may be seen; of few draws it may seem to
+        "wrong_after": np.array([min(one[0], wrong) for one in after]),
+        "spread_left": np.array([one[1] for one in after]).reshape(len(best), len(names)),
+    }  # fmt: skip
+    ds = ds.assign(study_dataset("explain", VARIABLES, {n: v[None] for n, v in own.items()}, (), (), {}, {}).data_vars)
+    places = np.unravel_index(best, grid.shape)
+    for axis, place in zip(over, places, strict=True):
+        row = ds[axis.name]
+        ds[f"proposed_{axis.name}"] = xr.Variable("proposal", row.values[place], dict(row.attrs), NO_FILL)
+    results = listed([f"{name} to {100 * value:.2g} %" for name, value in measured.items()], "and")
+    about = f"regime, mislabelled with probability {section.mislabelled:g}" + (f"; {results}" if results else "")
+    return ds.assign_attrs(proposals="; ".join(_sentences(ds)), proposals_of=f"{about}; {chosen.size} draws")
+
+
+def _scatter(section: Explain) -> dict[str, float]:
+    """Results that were measured, with the standard deviation of one logarithm; else the period."""
+    spreads: dict[str, list[float]] = {}
+    for one in section.observed:
+        for name, measured in ((n, m) for n, m in one.metrics.items() if n != POINT):
+            count = 1 if measured.repeats is None else len(measured.repeats)
+            spreads.setdefault(name, []).append(measured.log_std * np.sqrt(count))
+    return {name: float(np.median(values)) for name, values in spreads.items()} or {"period": _SCATTER}
+
+
+def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
+    """The axis of a parameter; without ends that of the configuration, else `_BEYOND` times beyond what was observed.
+
+    Raises ArgumentError.
+    """
+    section, row = config.study, PARAMETERS.get(name)
+    assert isinstance(section, Explain) and config.uncertain is not None
+    if row is None or name in config.uncertain.names:
+        hint = did_you_mean(name, PARAMETERS)
+        expected = "a parameter that an observation may differ in" + (f"; {hint}" if hint else "")
+        raise ArgumentError("over", f"got {name}, expected {expected}")
+    if points < 2:
+        raise ArgumentError("points", f"got {points}, expected 2 at least")
+    given = next((axis for axis in config.axes if isinstance(axis, Range) and axis.name == name), None)
+    seen = [one.conditions[name] for one in section.observed if name in one.conditions]
+    try:
+        if ends is not None:
+            low, high = interval(row, list(ends))
+        elif given is not None:
+            low, high = given.start, given.stop
+        elif seen and min(seen) > 0:
+            low, high = min(seen) / _BEYOND, max(seen) * _BEYOND
+        else:
+            raise ArgumentError("over", f"got {name} without a range, which no observation names: {name}=LOW..HIGH")
+    except PydanticCustomError as error:
+        context = error.context or {}
+        raise ArgumentError("over", f"{name}: got {list(ends)}, expected {context.get('expected')}") from None
+    spacing = "log" if low > 0 and high >= 10 * low else "linear"
+    return Range.model_construct(name=name, spacing=spacing, start=low, stop=high, num=points)
+
+
+def check_scatter(scatter: Mapping[str, float]) -> None:
+    """Raise ArgumentError for what is no result, or no scatter."""
+    for name, value in scatter.items():
+        if name not in METRICS or name == POINT:
+            raise ArgumentError("scatter", f"got {name}, expected a result: {listed([*METRICS][:-1])}")
+        if not 0 < value < 10:
+            raise ArgumentError("scatter", f"got {value:g} for {name}, expected a relative standard deviation above 0")
+
+
+def _shown(
+    grid: Cells, shared: Mapping[str, float], draws: Sequence[tuple[str, Mapping[str, float]]],
+    metrics: tuple[str, ...], options: Options, moved: Callable[[int, int], None] | None,
+) -> Shown:  # fmt: skip
+    """What each draw, a law and quantities, shows at each place. shared : conditions that hold at all of them."""
+    size, count, stop = grid.size, len(draws), stop_flag()
+    regimes, logs = np.empty((size, count), np.intp), np.full((size, count, len(metrics)), np.nan)
+    codes = np.full(len(REGIMES), -1)
+    codes[[REGIMES.index(name) for name in DECIDED]] = range(len(DECIDED))
+    for one, (name_of_law, drawn) in enumerate(draws):
+        law, fixed = law_of(name_of_law)
+        how = replace(options, law=law, early_stop=True).for_contact({*grid.fixed, *drawn}).keeping(metrics)
+        results = results_over(grid, {**shared, **drawn, **fixed}, how, stop)
+        regimes[:, one] = codes[results["regime"]]
+        for i, name in enumerate(metrics):
+            logs[:, one, i] = np.log(np.where(results[name] > 0, results[name], np.nan))
+        if moved:
+            moved(one + 1, count)
+    return Shown(regimes, logs)
+
+
+class _Outcomes:
+    """What might be seen at places, simulated from each draw once, and what it says of all draws."""
+
+    def __init__(self, shown: Shown, scatter: Floats, mislabelled: float, rng: np.random.Generator) -> None:
+        count = shown.regimes.shape[1]
+        self._shown, self._scatter = shown, scatter
+        self._right, self._wrong = log_shares(1, mislabelled)
+        self._errors = scatter * rng.standard_normal((count, scatter.size))
+        self._mistaken = rng.random(count) < mislabelled
+        self._others = rng.integers(1, len(DECIDED), count)  # the label that is noted wrongly, after the true one
+        self._any = rng.integers(0, len(DECIDED), count)  # the label of what has no verdict
+
+    def _log_likelihood(self, place: int) -> Floats:
+        """Of what draw j shows at a place (second index), given draw i (first)."""
+        regime, logs = self._shown.regimes[place], self._shown.logs[place]
+        label = np.where(regime < 0, self._any, (regime + self._mistaken * self._others) % len(DECIDED))
+        known = np.where(regime[:, None] == label, self._right, self._wrong)
+        log_likelihood = np.where((regime < 0)[:, None], -np.log(len(DECIDED)), known)
+        for i in range(self._scatter.size):
+            error = (logs[None, :, i] + self._errors[None, :, i] - logs[:, None, i]) / self._scatter[i]
+            density = -0.5 * error**2 - np.log(self._scatter[i] * np.sqrt(2 * np.pi))
+            log_likelihood += np.where(np.isfinite(error), density, 0.0)
+        return np.asarray(log_likelihood)
+
+    def information(self, place: int) -> float:
+        """The expected information of an observation at a place (bits)."""
+        log_likelihood = self._log_likelihood(place)
+        most = log_likelihood.max(0)
+        mean = np.log(np.mean(np.exp(log_likelihood - most), axis=0)) + most
+        return max(float(np.mean(np.diag(log_likelihood) - mean) / np.log(2.0)), 0.0)
+
+    def after(self, place: int, numbers: Floats) -> tuple[float, Floats]:
+        """After an observation at a place: the expected share of places whose most likely regime is wrong, and
+        standard deviations of quantities, numbers (quantities, draws), over those before."""
+        log_likelihood = self._log_likelihood(place)
+        weights = np.exp(log_likelihood - log_likelihood.max(0))
+        weights /= weights.sum(0)
+        mean = numbers @ weights
+        spread = np.sqrt(np.maximum((numbers**2 @ weights - mean**2).mean(1), 0.0)) / numbers.std(1)
+        wrong = []
+        for first in range(0, len(self._shown.regimes), _TOGETHER):
+            some = self._shown.regimes[first : first + _TOGETHER]
+            wrong.append(_wrong(np.array([(some == code) @ weights for code in range(len(DECIDED))])).ravel())
+        return float(np.concatenate(wrong).mean()), np.asarray(spread)
+
+
+def _wrong(chances: Floats) -> Floats:
+    """The probability that the most likely regime is not the true one. chances : regimes first."""
+    return np.asarray(1.0 - chances.max(0))
+
+
+def _best(information: Floats) -> NDArray[np.intp]:
+    """Numbers of the best places, one after the other, that are not neighbours of one another."""
+    left, shape = information.copy(), information.shape
+    best: list[int] = []
+    grids = np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij")
+    while len(best) < BEST and np.isfinite(left).any() and left.max() > 0:
+        place = np.unravel_index(int(np.argmax(left)), shape)
+        best.append(int(np.ravel_multi_index(place, shape)))
+        left[np.sqrt(sum((g - g[place]) ** 2 for g in grids)) < _APART] = -np.inf
+    return np.array(best, np.intp)
+
+
+def _sentences(ds: xr.Dataset) -> Iterator[str]:
+    """Each proposal in words: where, what may be seen, and what that would shrink."""
+    axes = [MapAxis(ds, dim, plain=True) for dim in ds["information"].dims]
+    for i in range(ds.sizes.get("proposal", 0)):
+        one = ds.isel(proposal=i)
+        at = {str(axis.dim): float(one[f"proposed_{axis.dim}"]) for axis in axes}
+        where = ", ".join(f"{axis.name} {axis.unit.text(at[str(axis.dim)], 4)}" for axis in axes)
+        chances = ds["chance"].sel(at)
+        seen = [f"{flag_label(name)} {chance:.0%}" for name, chance in zip(DECIDED, chances.values, strict=True)
+                if chance >= _WORTH_SAYING]  # fmt: skip
+        most = one["spread_left"].argmin("quantity")
+        quantity, left = str(ds["quantity"].values[int(most)]), float(one["spread_left"][int(most)])
+        yield (
+            f"{where}: {float(one['proposed_information']):.2f} bits ({', '.join(seen)}), would narrow {quantity} to "
+            f"{left:.0%} of its scatter, and the share of places whose regime is guessed wrong from "
+            f"{float(one['wrong_before']):.1%} to {float(one['wrong_after']):.1%}"
+        )
+
+
+def report(ds: xr.Dataset) -> Iterator[str | Table]:
+    """The proposals, the best first."""
+    if not (texts := str(ds.attrs["proposals"])):
+        yield "nothing here would tell anything"
+    for number, text in enumerate(filter(None, texts.split("; ")), 1):
+        yield f"{number}.        {text}"
+    yield f"measured  {ds.attrs['proposals_of']}"

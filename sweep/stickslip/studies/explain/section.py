@@ -1,0 +1,154 @@
+"""The section `explain`: what was observed, and how the draws that explain it are made; `document.py` of the room
+config puts the words of a file of observations into it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, create_model
+
+from stickslip.config.sections import Read, Section, StudySection, list_of, one_of, refused, with_rows
+from stickslip.errors import QuantityError
+from stickslip.vocabulary import units
+from stickslip.vocabulary.explained import EXPLAINING_LAWS, SETTINGS
+from stickslip.vocabulary.flags import DECIDED
+from stickslip.vocabulary.parameter import Variable
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
+
+POINT = "friction_coefficient"  # of steady sliding at the speed of the belt, as a tribometer measures it
+METRICS = {
+    name: row for name, row in VARIABLES.items() if row.when != "full" and name not in ("regime", "status", "steps")
+} | {POINT: TRACE_VARIABLES[POINT]}
+_PLUS_MINUS = re.compile(r"\s*(?:\+-|\+/-|±)\s*")
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_FORMS = "a value above 0 with its standard deviation, such as '{} +- {}', or a list of repeats"
+
+
+class Measured(Section):
+    """A measured result, in SI: a value with its standard deviation, or repeats."""
+
+    value: float | None = None
+    scatter: float | None = None
+    repeats: tuple[float, ...] | None = None
+
+    @property
+    def log_mean(self) -> float:
+        """The mean of the logarithm."""
+        return float(np.mean(np.log(self.repeats or (self.value or 1.0,))))
+
+    @property
+    def log_std(self) -> float:
+        """The standard deviation of the logarithm; of repeats that of their mean, as they scatter."""
+        if self.repeats is None:
+            return float(self.scatter or 0.0) / float(self.value or 1.0)
+        return float(np.log(self.repeats).std(ddof=1)) / math.sqrt(len(self.repeats))
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of Student's distribution; infinite for the normal one."""
+        return math.inf if self.repeats is None else len(self.repeats) - 1
+
+
+def _read_measured(row: Variable) -> Read:
+    """How a measured result of this row is read."""
+    unit, number = units.spelled(row.units), "0.5"
+    forms = _FORMS.format(number, f"0.02 {unit}".rstrip())
+
+    def si(text: Any) -> float:
+        if isinstance(text, str) and _NUMBER.fullmatch(text.strip()):  # part of a text; alone it is in SI
+            text = float(text)
+        try:
+            value = units.si_value(text, row.units)
+        except QuantityError as error:
+            raise refused(error.expected, error.hint, error.found) from None
+        if not 0.0 < value < math.inf:
+            raise refused(forms, "its logarithm is what is compared")
+        return value
+
+    def read(given: Any) -> Any:
+        if isinstance(given, Measured | dict):
+            return given
+        if isinstance(given, list | tuple):
+            repeats = tuple(map(si, given))
+            if len(set(repeats)) < 2:
+                raise refused(f"{forms}; of repeats two at least, which differ", "their scatter is taken from them")
+            return {"repeats": repeats}
+        parts = _PLUS_MINUS.split(given) if isinstance(given, str) else []
+        if len(parts) != 2:
+            raise refused(forms, "without a scatter nothing agrees or disagrees with it" if given else None)
+        value, scatter = (part.strip() for part in parts)
+        if scatter.endswith("%") and _NUMBER.fullmatch(scatter[:-1].strip()):
+            return {"value": si(value), "scatter": si(value) * float(scatter[:-1]) / 100}
+        if _NUMBER.fullmatch(value):  # 54 +- 2 ms
+            value += _NUMBER.sub("", scatter, count=1)
+        return {"value": si(value), "scatter": si(scatter)}
+
+    text = {"type": "string", "pattern": r"(\+-|\+/-|±)", "examples": [f"{number} +- 0.02 {unit}".rstrip()]}
+    plain = {"type": "object", "properties": {"value": {"type": "number"}, "scatter": {"type": "number"},
+                                              "repeats": {"type": "array", "items": {"type": "number"}}}}  # fmt: skip
+    return Read(read, {"anyOf": [text, {"type": "array", "minItems": 2}, plain]})
+
+
+_OF_METRICS: dict[str, Any] = {
+    name: (Annotated[Measured | None, _read_measured(row)], Field(None, description=row.long_name))
+    for name, row in METRICS.items()
+}
+_REGIMES = list_of(DECIDED, "a regime, or a list of those it may have been", unique=True, single=True)
+
+
+class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETERS, varied=True), **_OF_METRICS)):  # type: ignore[misc]
+    """One observation: the conditions, in which it differs from others, and what was seen: a regime, results, or both.
+
+    A regime alone counts; several are those that it may have been.
+    """
+
+    regime: Annotated[tuple[Annotated[str, one_of(DECIDED, "a regime")], ...] | None, _REGIMES] = Field(
+        None, description="regime that was seen, or a list of those it may have been"
+    )
+
+    @property
+    def conditions(self) -> dict[str, float]:
+        """The parameters of a cell that it was made at."""
+        return {name: value for name, value in self if name in PARAMETERS and value is not None}
+
+    @property
+    def metrics(self) -> Mapping[str, Measured]:
+        """The results that were measured."""
+        return {name: value for name, value in self if name in METRICS and value is not None}
+
+    @property
+    def words(self) -> str:
+        """`belt_speed 0.02 m/s, normal_load 10 N: stick_slip, period 0.054 s`."""
+        where = ", ".join(f"{name} {PARAMETERS[name].setting(value)}" for name, value in self.conditions.items())
+        what = [" or ".join(self.regime or ())] + [
+            f"{name} {math.exp(one.log_mean):.4g} {units.spelled(METRICS[name].units)}".rstrip()
+            for name, one in self.metrics.items()
+        ]
+        return f"{where or 'everywhere'}: {', '.join(filter(None, what))}"
+
+
+class Explain(with_rows(StudySection, SETTINGS)):  # type: ignore[misc]
+    """Observations, and the draws of the uncertain quantities that explain them."""
+
+    key = "explain"
+    observed: tuple[Observation, ...] = Field(
+        description="observations: conditions, and regime, results or both",
+        json_schema_extra={"type": "array", "minItems": 1, "items": {"type": "object"}},
+    )
+    laws: Annotated[
+        tuple[Annotated[str, one_of(EXPLAINING_LAWS, "a law of friction")], ...] | None,
+        list_of(EXPLAINING_LAWS, "a law of friction, or a list of them", unique=True, single=True),
+    ] = Field(
+        None, description="laws of friction, as alternatives of the same probability; that of friction unless given"
+    )
+
+    @property
+    def shared(self) -> dict[str, float]:
+        """The conditions that all observations have in common, at which regimes are predicted."""
+        first, *others = (one.conditions for one in self.observed)
+        return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}

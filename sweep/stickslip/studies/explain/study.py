@@ -1,0 +1,237 @@
+"""Explanations computed: items are the populations of every law, each a sequential Monte Carlo of its own.
+
+A population is an item, so that threads, shards and a resumed run give the same bits, and the spread of independent
+populations is the standard error of the evidence, whatever the sampler does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import StoppedError
+from stickslip.studies.explain import proposals, summary
+from stickslip.studies.explain.likelihood import Experiment, Floats, grid_of_predictions, results_over
+from stickslip.studies.explain.section import Explain
+from stickslip.studies.explain.smc import tempered
+from stickslip.studies.study import joined
+from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.explained import law_of
+from stickslip.vocabulary.flags import DECIDED, REGIMES
+from stickslip.vocabulary.models import laws_with, model_of
+from stickslip.vocabulary.quantities import PARAMETERS_OF
+
+_MOVES = 250  # of a population, about, for estimates of time
+_COLUMNS = ("score", "log_likelihood", "unsure", "contradicts", "log_evidence", "evaluations", "predicted")
+
+
+class ExplainStudy(Study):
+    """The populations of a configuration with uncertain quantities and observations."""
+
+    section, variables = Explain, summary.VARIABLES
+    subject, caption = "probability", "explanation"
+    name, counted, ragged = "posterior", "populations", True
+    columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(_COLUMNS, np.dtype(np.float64))
+
+    def __init__(self, config: Config, section: Explain, options: Options) -> None:
+        assert config.uncertain is not None
+        self.config, self.request, self.prior = config, section, config.uncertain
+        self.title, self.laws = "Explanation", section.laws or (config.friction.law,)
+        self.dims, self.shape = ("law", "repetition"), (len(self.laws), section.repetitions)
+        self.grid = grid_of_predictions(config)
+        self.options = replace(options, variables=("regime",), early_stop=True)
+        self.cells_each = _MOVES * section.particles * len(section.observed) + self.predicted_draws * self.grid_size
+        self.weight = 4096  # a population is a block
+
+    @property
+    def predicted_draws(self) -> int:
+        """Draws of a population that regimes are predicted from."""
+        return min(int(self.request.draws), int(self.request.particles)) if self.config.axes else 0
+
+    @property
+    def grid_size(self) -> int:
+        """Cells that regimes are predicted for."""
+        return self.grid.size if self.config.axes else 0
+
+    @classmethod
+    def of(cls, given: Config, section: Explain, options: Options) -> ExplainStudy:
+        """The populations that a configuration asks for."""
+        return cls(given, section, options)
+
+    @classmethod
+    def check(cls, section: Explain, config: Config, problems: ProblemCollector) -> None:
+        """Note observations that say nothing, or not where they were made, and laws that do not fit."""
+        path = (section.key, "observed")
+        if config.uncertain is None:
+            problems.add((section.key,), "nothing is uncertain, expected a distribution of a quantity at least",
+                         "prior: {stiffness: {lognormal: {median: 5 N/mm, factor: 1.5}}}", at_key=True)  # fmt: skip
+            return
+        prior = set(config.uncertain.names)
+        for i, one in enumerate(section.observed):
+            if one.regime is None and not one.metrics:
+                problems.add((*path, i), "nothing was observed, expected a regime, or a result with its scatter")
+            known = {*config.fixed(), *one.conditions, *prior}
+            for name, row in PARAMETERS_OF[model_of(config.friction.law)].items():
+                if row.section == "system" and name not in known and row.default is None:
+                    message = f"missing, expected the {row.long_name}: here, or in prior"
+                    problems.add((*path, i, name), message, "an observation says what it was made at")
+                elif name not in known and any(name in other.conditions for other in section.observed):
+                    problems.add((*path, i, name), f"missing, expected the {row.long_name}, as other observations have")
+            if config.axes and i == 0:
+                cls._check_predicted(section, config, known - {*one.conditions}, problems)
+            for name in prior & one.conditions.keys():
+                problems.add((*path, i, name), "given, and uncertain in prior, expected one of them")
+        for i, name in enumerate(section.laws or ()):
+            law, fixed = law_of(name)
+            own, needed = PARAMETERS_OF[model_of(law)], {*model_of(law).needed} - {*fixed}
+            given = {*prior, *config.fixed()}
+            if model_of(law) is not model_of(config.friction.law):
+                first = config.friction.law
+                problems.add((section.key, "laws", i), f"got {name} beside {first}, expected laws of one model")
+            elif foreign := [quantity for quantity in prior if law not in laws_with(quantity)]:
+                problems.add((section.key, "laws", i), f"got {name}, which has no {foreign[0]}, uncertain in prior")
+            elif twice := [quantity for quantity in prior if quantity in fixed]:
+                problems.add((section.key, "laws", i), f"got {name}, whose {twice[0]} is uncertain in prior")
+            elif lacking := [one for one in needed - given if one in own and not model_of(law).measured]:
+                problems.add((section.key, "laws", i), f"got {name}, for which {lacking[0]} is missing in prior")
+
+    @classmethod
+    def _check_predicted(cls, section: Explain, config: Config, known: set[str], problems: ProblemCollector) -> None:
+        """Note what cells of the axes lack, since observations differ in it."""
+        along = {member.name for axis in config.axes for member in axis.members}
+        for name in {*section.observed[0].conditions} - known - along - section.shared.keys():
+            message = f"{name} differs between observations, so that nothing can be predicted without it"
+            problems.add(
+                ("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}"
+            )
+
+    @classmethod
+    def explain(cls, section: Explain, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The observations, and the settings."""
+        for i, one in enumerate(section.observed):
+            yield f"observed {i + 1}", "", one.words
+        if section.laws:
+            yield "laws", ", ".join(section.laws), "alternatives of the same probability"
+        for name, row in section.rows.items():
+            yield f"{section.key} {name}", f"{getattr(section, name):g}", row.long_name
+
+    @classmethod
+    def own_dims(cls) -> set[str]:
+        """Those of draws and of what sums them up."""
+        return super().own_dims() | {"draw", "quantity", "share", "law"}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """What explains the observations, and how sure that is."""
+        return proposals.report(ds) if "information" in ds else summary.report(ds)
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """Always."""
+        return True
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure | None:
+        """Prior beside posterior, and the regimes over the axes; of a variable over the axes, its map."""
+        from stickslip.plots.explained import plot_explained, plot_information
+
+        if "information" in ds and variable is None:
+            return plot_information(ds, title=title)
+        return None if variable is not None else plot_explained(ds, dict(select).pop("state", state), title=title)
+
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """The laws."""
+        return tuple(dict.fromkeys(self._law(name).options.law for name in self.laws))
+
+    def _law(self, name: str) -> Experiment:
+        """The observations as cells of a law."""
+        law, fixed = law_of(name)
+        base = build_grid(self.config.model_copy(update={"axes": ()}))
+        options = replace(self.options, law=law).for_contact({*self.prior.names, *base.fixed})
+        return Experiment(self.request.observed, base, options.law, fixed, float(self.request.mislabelled), options)
+
+    def sample(self, draws: int) -> Cells:
+        """Cells of draws from the prior, to time what an explanation takes."""
+        points = np.random.default_rng(int(self.request.seed)).standard_normal((draws, len(self.prior.names)))
+        return Cells.of(taken(*self._law(self.laws[0]).cells(self.prior.values(points))))
+
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+        """Populations, one after the other."""
+        parts = []
+        try:
+            for item in items:
+                number, repetition = divmod(item, self.shape[1])
+                parts.append(self._population(number, repetition, stop, moved))
+        except StoppedError:
+            return Finished({}, False)
+        return Finished(joined(parts) if parts else self.blank(items))
+
+    def _population(self, number: int, repetition: int, stop: StopFlag, moved: Moved | None) -> Results:
+        """The columns of one population."""
+        experiment, dimensions = self._law(self.laws[number]), len(self.prior.names)
+
+        def log_likelihood(points: Floats) -> Floats:
+            return np.asarray(experiment.terms(self.prior.values(points), stop, moved).log_likelihood.sum(1))
+
+        rng = np.random.default_rng([int(self.request.seed), number, repetition])
+        population = tempered(log_likelihood, dimensions, int(self.request.particles), rng)
+        terms = experiment.terms(self.prior.values(population.points), stop, moved)
+        return {
+            "score": population.points.ravel(),
+            "log_likelihood": terms.log_likelihood.ravel(),
+            "unsure": terms.unsure.sum(1),
+            "contradicts": terms.contradicts.ravel().astype(np.float64),
+            "log_evidence": np.array([population.log_evidence]),
+            "evaluations": np.array([float(population.evaluations)]),
+            "predicted": self._predicted(experiment, population.points, stop, moved).ravel(),
+        }
+
+    def _predicted(self, experiment: Experiment, points: Floats, stop: StopFlag, moved: Moved | None) -> Floats:
+        """By cell of the axes and regime that says what the motion is, the share of some draws; (cells, regimes)."""
+        size, draws = self.grid_size, self.predicted_draws
+        shares = np.zeros((size, len(DECIDED)))
+        if not size:
+            return shares
+        chosen = np.linspace(0, len(points) - 1, draws).astype(int)
+        drawn = self.prior.values(points[chosen])
+        codes = [REGIMES.index(name) for name in DECIDED]
+        for one in range(draws):
+            known = {name: value[one] for name, value in drawn.items()} | self.request.shared | {**experiment.fixed}
+            results = results_over(self.grid, known, experiment.options, stop, moved)
+            shares += results["regime"][:, None] == codes
+        return shares / draws
+
+    def blank(self, items: range) -> Results:
+        """Populations of which nothing is known."""
+        n, d, o = int(self.request.particles), len(self.prior.names), len(self.request.observed)
+        each = {"score": n * d, "log_likelihood": n * o, "unsure": n, "contradicts": n * o,
+                "predicted": self.grid_size * len(DECIDED)}  # fmt: skip
+        return {name: np.full(len(items) * each.get(name, 1), np.nan) for name in self.columns}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The draws, and what they say."""
+        columns = joined(parts)
+        laws, repetitions = self.shape
+        n, d, o = int(self.request.particles), len(self.prior.names), len(self.request.observed)
+        shapes = {"score": (n, d), "log_likelihood": (n, o), "unsure": (n,), "contradicts": (n, o),
+                  "predicted": (self.grid_size, len(DECIDED))}  # fmt: skip
+        whole = {name: column.reshape(laws, repetitions, *shapes.get(name, ())) for name, column in columns.items()}
+        return summary.dataset(self._context, whole, attributes)
+
+    @cached_property
+    def _context(self) -> summary.Context:
+        return summary.Context(self.prior, self.request, self.laws, self.grid, self.config.written_in)
