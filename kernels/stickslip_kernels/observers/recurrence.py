@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
+from ..dense import speed
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..machine import DONE
@@ -26,6 +27,10 @@ DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ
 IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
 NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
+FIRM = 0.3  # share of a deviation that a loop leaves, at most, where the limit is foretold, ...
+NARROW, MOST_AHEAD = 0.03, 4.0  # ... measured over so little of the range, to be sure; times that a lane is put there
+FAR = 10.0  # times as far from steady sliding as the lane is put ahead: what settles does so in its time
+ROUNDING = 1e-15
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
 
 # The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
@@ -37,6 +42,12 @@ _ROWS = (MOST_LOOPS + 1) * at.WIDTH
 HIGH, LOW, FAST, SLOW, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 9 * _ROWS, _ROWS)
 # Extremes while the motion sticks in every loop.
 TOP, BOTTOM, FASTEST, SLOWEST = range(_FIRST + 9 * _ROWS, _FIRST + 9 * _ROWS + 4 * at.WIDTH, at.WIDTH)
+# Load and inner state (`contacts.inner_load`) where the loop under way began, where the one before began and ended, and
+# where to put the lane, at the time of the maximum of u; how often it was put somewhere.
+FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, TO_Y, TO_Z, TO_TAU, TIMES_AHEAD = (
+    at.RELEASE, at.RELEASE_CHANGE, at.PERIOD_BEFORE, at.SPEED_BEFORE, at.HEAT_BEFORE, at.LEAPT, at.PEAK, at.PEAK_BEFORE,
+    at.TROUGH_TIME, at.PUSH_STATE,
+)  # fmt: skip
 
 
 class Recurrence(NamedTuple):
@@ -51,6 +62,7 @@ def begin_cell(m, i, c):
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
     forget_loops(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
+    s[FROM_Y + i], s[IN_Y + i], s[TO_TAU + i], s[TIMES_AHEAD + i] = nan, nan, nan, 0.0
     forget(s, i)
 
 
@@ -134,7 +146,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
         if abs(s[at.Y + i] + rise - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
         if (w > b) == (b > 0.0):
-            look_back(m, i, s[at.TAU + i] + t, u, s[at.HEAT + i] + so_far)
+            look_back(m, i, t, u, s[at.HEAT + i] + so_far)
 
 
 @compiled(inline=True)
@@ -146,12 +158,12 @@ def note(s, i, u, w, dw):
 
 
 @compiled
-def look_back(m, i, tau, u, heat):
-    """A maximum of u at tau: is what came before, in one loop or a few, that to which the motion tends?
+def look_back(m, i, t, u, heat):
+    """A maximum of u, after t of the step: is what came before, in one loop or a few, that to which the motion tends?
 
     What rings after a slip, in the contact itself, belongs to the loop under way.
     """
-    s, span, largest = m.s, m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i], 0.0
+    s, tau, span, largest = m.s, m.s[at.TAU + i] + t, m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i], 0.0
     for row in range(RANGE, RANGE + MOST_LOOPS * at.WIDTH, at.WIDTH):
         largest = max(largest, s[row + i]) if s[row + i] > 0.0 else largest
     s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if span < SMALL * largest else 0.0
@@ -169,9 +181,52 @@ def look_back(m, i, tau, u, heat):
     for loops in range(1, MOST_LOOPS + 1):
         if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
             tell_cycle(m, i, loops * at.WIDTH)
+    if s[at.DECIDED + i] == 0.0:
+        look_ahead(m, i, u + s[at.G + i] * s[at.B + i], speed(s, i, t)[1])
     count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
+
+
+@compiled
+def look_ahead(m, i, y, dw):
+    """At a maximum of u, with y: where loops bring motions together fast, go on from the limit to which they tend.
+
+    Two loops, from and to states known, tell how fast, and where that limit is (secant, which is Aitken's at first);
+    one more, from there, whether it is the limit.
+    """
+    s, z, span = m.s, contacts.inner_load(m, i, y, m.s[at.B + i], dw), m.s[RANGE + i]
+    by_y, by_z, tolerance = y - s[FROM_Y + i], z - s[FROM_Z + i], m.rtol * span
+    in_y, in_z = s[FROM_Y + i] - s[IN_Y + i], s[FROM_Z + i] - s[IN_Z + i]
+    out_y, out_z = y - s[OUT_Y + i], z - s[OUT_Z + i]
+    s[IN_Y + i], s[IN_Z + i], s[OUT_Y + i], s[OUT_Z + i] = s[FROM_Y + i], s[FROM_Z + i], y, z
+    s[FROM_Y + i], s[FROM_Z + i] = y, z
+    apart2, change2 = in_y * in_y + in_z * in_z, by_y * by_y + by_z * by_z
+    firm = out_y * out_y + out_z * out_z <= FIRM * FIRM * apart2 and apart2 >= tolerance * tolerance
+    if not firm:
+        return
+    if change2 <= tolerance * tolerance:
+        if apart2 <= (NARROW * span) ** 2:
+            tell_cycle(m, i, at.WIDTH)
+        return
+    r = (out_y * in_y + out_z * in_z) / apart2
+    r = r / (1.0 - r)
+    s[TO_Y + i], s[TO_Z + i] = y + r * by_y, z + r * by_z
+    off = s[TO_Y + i] - s[at.Y_STAR + i]
+    if off * off > FAR * FAR * r * r * change2 and s[TIMES_AHEAD + i] < MOST_AHEAD:
+        s[TO_TAU + i], s[TIMES_AHEAD + i] = s[at.LOOP_TAU + i], s[TIMES_AHEAD + i] + 1.0
+
+
+@compiled
+def go_ahead(m, i):
+    """Put lane i where `look_ahead` says."""
+    s, tau, heat = m.s, m.s[at.LOOP_TAU + i], m.s[at.LOOP_HEAT + i]
+    contacts.put(m, i, s[TO_Y + i], s[at.B + i] * (1.0 + ROUNDING), s[TO_Z + i])
+    forget_loops(s, i)
+    s[at.TAU + i], s[at.LOOP_TAU + i], s[at.HEAT + i], s[at.LOOP_HEAT + i] = tau, tau, heat, heat
+    s[FROM_Y + i], s[FROM_Z + i], s[TO_TAU + i] = s[TO_Y + i], s[TO_Z + i], nan
+    forget(s, i)
+    note(s, i, s[at.Y + i] - s[at.G + i] * s[at.B + i], s[at.B + i], 0.0)
 
 
 @compiled
@@ -278,6 +333,8 @@ def decide(m, i, regime, status):
 
 
 def observe_no_event(m, i):
+    if not isnan(m.s[TO_TAU + i]):
+        go_ahead(m, i)
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     distance, may_rest = distance_from_steady(s, i, s[at.Y + i], s[at.W + i]), s[at.DECIDED + i] == 0.0
     s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
