@@ -6,7 +6,7 @@ to the next such, several times in a row, that nothing is left of the change, is
 friction curve it only sees.
 """
 
-from math import inf, isnan, nan
+from math import floor, inf, isnan, log1p, nan
 from typing import Any, NamedTuple
 
 from .. import contacts, observers
@@ -29,6 +29,8 @@ SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops 
 NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
 FIRM = 0.3  # share of a deviation that a loop leaves, at most, where the limit is foretold, ...
 NARROW, MOST_AHEAD = 0.03, 4.0  # ... measured over so little of the range, to be sure; times that a lane is put there
+STRAIGHT, ABOVE_NOISE, RELAXED, ENOUGH = 0.2, 1.0, 3.0, 3.0
+UNKNOWN, KNOWN, CLOSE_BY, WORTH_IT = 0.1, 0.4, 0.01, 8.0
 FAR = 10.0  # times as far from steady sliding as the lane is put ahead: what settles does so in its time
 ROUNDING = 1e-15
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
@@ -43,11 +45,13 @@ HIGH, LOW, FAST, SLOW, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FI
 # Extremes while the motion sticks in every loop.
 TOP, BOTTOM, FASTEST, SLOWEST = range(_FIRST + 9 * _ROWS, _FIRST + 9 * _ROWS + 4 * at.WIDTH, at.WIDTH)
 # Load and inner state (`contacts.inner_load`) where the loop under way began, where the one before began and ended, and
-# where to put the lane, at the time of the maximum of u; how often it was put somewhere.
-FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, TO_Y, TO_Z, TO_TAU, TIMES_AHEAD = (
+# where to put the lane, at the time of the maximum of u; how often it was put somewhere, and loops since.
+FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, TO_Y, TO_Z, TO_TAU, TIMES_AHEAD, SINCE = (
     at.RELEASE, at.RELEASE_CHANGE, at.PERIOD_BEFORE, at.SPEED_BEFORE, at.HEAT_BEFORE, at.LEAPT, at.PEAK, at.PEAK_BEFORE,
-    at.TROUGH_TIME, at.PUSH_STATE,
+    at.TROUGH_TIME, at.PUSH_STATE, at.CONFIRMING,
 )  # fmt: skip
+# Where y was before the lane was last put many loops ahead, and its change in a loop there.
+NODE_Y, NODE_BY = at.LOOP_XI, at.LOOP_GAIN
 
 
 class Recurrence(NamedTuple):
@@ -62,7 +66,8 @@ def begin_cell(m, i, c):
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
     forget_loops(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
-    s[FROM_Y + i], s[IN_Y + i], s[TO_TAU + i], s[TIMES_AHEAD + i] = nan, nan, nan, 0.0
+    s[FROM_Y + i], s[IN_Y + i], s[TO_TAU + i], s[NODE_Y + i] = nan, nan, nan, nan
+    s[TIMES_AHEAD + i], s[SINCE + i] = 0.0, 0.0
     forget(s, i)
 
 
@@ -203,10 +208,15 @@ def look_ahead(m, i, y, dw):
     s[FROM_Y + i], s[FROM_Z + i] = y, z
     apart2, change2 = in_y * in_y + in_z * in_z, by_y * by_y + by_z * by_z
     firm = out_y * out_y + out_z * out_z <= FIRM * FIRM * apart2 and apart2 >= tolerance * tolerance
+    s[SINCE + i] += 1.0
     if not firm:
+        turn_y, turn_z = by_y - in_y, by_z - in_z
+        if s[SINCE + i] >= RELAXED and turn_y * turn_y + turn_z * turn_z <= (STRAIGHT * by_y) ** 2:
+            leap(m, i, y, z, by_y)
         return
     if change2 <= tolerance * tolerance:
-        if apart2 <= (NARROW * span) ** 2:
+        sticks = s[SLOW + i] < STICK_BELOW * abs(s[at.B + i])
+        if apart2 <= (NARROW * span) ** 2 and (sticks or s[at.FIRMNESS + i] * ALIKE >= NOISE):
             tell_cycle(m, i, at.WIDTH)
         return
     r = (out_y * in_y + out_z * in_z) / apart2
@@ -218,13 +228,44 @@ def look_ahead(m, i, y, dw):
 
 
 @compiled
+def leap(m, i, y, z, by):
+    """Pass over many loops of a motion that changes little in each; y, at a maximum of u, by as much in the last.
+
+    Changes are taken as linear in y, as between here and where the lane was before its last leap; the inner state as
+    following.
+    """
+    s, loop, tolerance = m.s, m.s[TIME + i], m.rtol * m.s[RANGE + i]
+    off, bend, reach = y - s[at.Y_STAR + i], 0.0, UNKNOWN
+    if s[NODE_Y + i] == s[NODE_Y + i]:
+        bend, reach = (by - s[NODE_BY + i]) / (y - s[NODE_Y + i]), KNOWN
+    reach *= abs(off / by)
+    is_close = -bend * CLOSE_BY * abs(off) > abs(by)
+    if bend < 0.0:
+        reach = min(reach, (0.95 if is_close else 0.5) / -bend)
+    if is_close and -bend >= NOISE / ALIKE and abs(by) <= ENOUGH * tolerance * -bend:
+        tell_cycle(m, i, at.WIDTH)
+        return
+    if abs(by) < (NOISE if is_close else ABOVE_NOISE) * tolerance:
+        return
+    slows = s[SLOW + at.WIDTH + i] - s[SLOW + i]
+    if slows > 0.0:
+        reach = min(reach, 0.5 * s[SLOW + i] / slows)
+    loops = log1p(bend * reach) / bend if abs(bend * reach) > 1e-6 else reach
+    if WORTH_IT < loops and s[at.LOOP_TAU + i] + loops * loop < s[at.TAU_END + i]:
+        s[NODE_Y + i], s[NODE_BY + i] = y, by
+        s[TO_Y + i], s[TO_Z + i] = y + reach * by, z * (1.0 + reach * by / off)
+        s[TO_TAU + i] = s[at.LOOP_TAU + i] + loops * loop
+        s[at.CROSSED + i] += 2.0 * floor(loops)
+
+
+@compiled
 def go_ahead(m, i):
     """Put lane i where `look_ahead` says."""
-    s, tau, heat = m.s, m.s[at.LOOP_TAU + i], m.s[at.LOOP_HEAT + i]
+    s, tau, heat = m.s, m.s[TO_TAU + i], m.s[at.LOOP_HEAT + i]
     contacts.put(m, i, s[TO_Y + i], s[at.B + i] * (1.0 + ROUNDING), s[TO_Z + i])
     forget_loops(s, i)
     s[at.TAU + i], s[at.LOOP_TAU + i], s[at.HEAT + i], s[at.LOOP_HEAT + i] = tau, tau, heat, heat
-    s[FROM_Y + i], s[FROM_Z + i], s[TO_TAU + i] = s[TO_Y + i], s[TO_Z + i], nan
+    s[FROM_Y + i], s[FROM_Z + i], s[TO_TAU + i], s[SINCE + i] = s[TO_Y + i], s[TO_Z + i], nan, 0.0
     forget(s, i)
     note(s, i, s[at.Y + i] - s[at.G + i] * s[at.B + i], s[at.B + i], 0.0)
 
