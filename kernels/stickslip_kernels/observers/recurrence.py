@@ -30,6 +30,7 @@ NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
 FIRM = 0.3  # share of a deviation that a loop leaves, at most, where the limit is foretold, ...
 NARROW, MOST_AHEAD = 0.03, 4.0  # ... measured over so little of the range, to be sure; times that a lane is put there
 STRAIGHT, ABOVE_NOISE, RELAXED, ENOUGH = 0.2, 1.0, 3.0, 3.0
+GENERIC = 30.0
 UNKNOWN, KNOWN, CLOSE_BY, WORTH_IT = 0.1, 0.4, 0.01, 8.0
 FAR = 10.0  # times as far from steady sliding as the lane is put ahead: what settles does so in its time
 ROUNDING = 1e-15
@@ -215,8 +216,8 @@ def look_ahead(m, i, y, dw):
             leap(m, i, y, z, by_y)
         return
     if change2 <= tolerance * tolerance:
-        sticks = s[SLOW + i] < STICK_BELOW * abs(s[at.B + i])
-        if apart2 <= (NARROW * span) ** 2 and (sticks or s[at.FIRMNESS + i] * ALIKE >= NOISE):
+        told_apart = apart2 >= (GENERIC * tolerance) ** 2 and isnan(s[NODE_Y + i]) and s[at.FIRMNESS + i] * ALIKE >= NOISE
+        if apart2 <= (NARROW * span) ** 2 and (told_apart or s[SLOW + i] < STICK_BELOW * abs(s[at.B + i])):
             tell_cycle(m, i, at.WIDTH)
         return
     r = (out_y * in_y + out_z * in_z) / apart2
