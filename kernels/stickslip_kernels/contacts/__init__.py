@@ -75,8 +75,9 @@ def is_near_steady(m, i):
 
 
 @_inline
-def inner_load(m, i, y, w, dw):
-    """What the inner state adds to the load, from the motion; NaN where a lane cannot be put elsewhere."""
+def inner_load(m, i, t, y, w):
+    """What the inner state adds to the load of steady sliding at t after the start of the step, where w and y are
+    these; NaN where a lane cannot be put elsewhere."""
     return nan
 
 

@@ -65,12 +65,12 @@ def factorise(kind, s):
         h = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
         v = variable(kind, s, i)
         w_v, v_y, v_v, v_z, z_v, z_z = slopes(kind, s, i, s[at.Y + i], v, s[at.WEAK + i])
-        per_h = 1.0 / h
-        diagonal, per_d = per_h * (1.0 / RODAS_5P.gamma), RODAS_5P.gamma * h
+        diagonal = 1.0 / (RODAS_5P.gamma * h)
+        per_d = 1.0 / diagonal
         l_10 = -v_y * per_d
         per_u11 = 1.0 / (diagonal - v_v - l_10 * w_v)
         l_21 = -z_v * per_u11
-        s[at.TAKEN + i], s[V_START + i], s[PER_H + i] = h, v, per_h
+        s[at.TAKEN + i], s[V_START + i], s[PER_H + i] = h, v, 1.0 / h
         s[DIAGONAL + i], s[W_01 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
             per_d, w_v, l_10, per_u11, -v_z, l_21
         )  # fmt: skip

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
-from ..dense import work_by_ends
+from ..dense import speed, work_by_ends
 from ..drive import SMALLEST_SPEED
 from ..exponential import exp
 from ..exponential import log as ln
@@ -190,10 +190,10 @@ def is_near_steady(m, i):
     return off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]
 
 
-def inner_load(m, i, y, w, dw):
-    """b psi."""
+def inner_load(m, i, t, y, w):
+    """b psi: what is left of the load."""
     s = m.s
-    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - dw
+    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - speed(s, i, t)[1]
 
 
 def put(m, i, y, w, load):

@@ -6,35 +6,26 @@ to the next such, several times in a row, that nothing is left of the change, is
 friction curve it only sees.
 """
 
-from math import floor, inf, isnan, log1p, nan
+from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
-from ..dense import speed
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..machine import DONE
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
+from . import return_map
+from .return_map import ALIKE, NOISE, STICK_BELOW
 
 BAND = 1e-4  # of the largest distance from steady sliding so far
-ALIKE = 10.0  # tolerances, of the range, by which a cycle may differ from its limit ...
-TIMES = 2.0  # ... so often in a row
+TIMES = 2.0  # in a row, that loops must be alike
 MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
 MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
 AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
 DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
 IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
-NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
-FIRM = 0.3  # share of a deviation that a loop leaves, at most, where the limit is foretold, ...
-NARROW, MOST_AHEAD = 0.03, 4.0  # ... measured over so little of the range, to be sure; times that a lane is put there
-STRAIGHT, ABOVE_NOISE, RELAXED, ENOUGH = 0.2, 1.0, 3.0, 3.0
-GENERIC = 30.0
-UNKNOWN, KNOWN, CLOSE_BY, WORTH_IT = 0.1, 0.4, 0.01, 8.0
-FAR = 10.0  # times as far from steady sliding as the lane is put ahead: what settles does so in its time
-ROUNDING = 1e-15
-STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
 
 # The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
 # + 1 of them; the extremes in each, its friction work and its duration. How often in a row u has ranged as so many
@@ -45,14 +36,6 @@ _ROWS = (MOST_LOOPS + 1) * at.WIDTH
 HIGH, LOW, FAST, SLOW, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 9 * _ROWS, _ROWS)
 # Extremes while the motion sticks in every loop.
 TOP, BOTTOM, FASTEST, SLOWEST = range(_FIRST + 9 * _ROWS, _FIRST + 9 * _ROWS + 4 * at.WIDTH, at.WIDTH)
-# Load and inner state (`contacts.inner_load`) where the loop under way began, where the one before began and ended, and
-# where to put the lane, at the time of the maximum of u; how often it was put somewhere, and loops since.
-FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, TO_Y, TO_Z, TO_TAU, TIMES_AHEAD, SINCE = (
-    at.RELEASE, at.RELEASE_CHANGE, at.PERIOD_BEFORE, at.SPEED_BEFORE, at.HEAT_BEFORE, at.LEAPT, at.PEAK, at.PEAK_BEFORE,
-    at.TROUGH_TIME, at.PUSH_STATE, at.CONFIRMING,
-)  # fmt: skip
-# Where y was before the lane was last put many loops ahead, and its change in a loop there.
-NODE_Y, NODE_BY = at.LOOP_XI, at.LOOP_GAIN
 
 
 class Recurrence(NamedTuple):
@@ -67,8 +50,7 @@ def begin_cell(m, i, c):
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
     forget_loops(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
-    s[FROM_Y + i], s[IN_Y + i], s[TO_TAU + i], s[NODE_Y + i] = nan, nan, nan, nan
-    s[TIMES_AHEAD + i], s[SINCE + i] = 0.0, 0.0
+    return_map.begin(s, i)
     forget(s, i)
 
 
@@ -187,88 +169,17 @@ def look_back(m, i, t, u, heat):
     for loops in range(1, MOST_LOOPS + 1):
         if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
             tell_cycle(m, i, loops * at.WIDTH)
-    if s[at.DECIDED + i] == 0.0:
-        look_ahead(m, i, u + s[at.G + i] * s[at.B + i], speed(s, i, t)[1])
+    if s[at.DECIDED + i] == 0.0 and m.observer.until != at.UNTIL_HORIZON:
+        least, least_before = least_slip(s, i, 0), least_slip(s, i, at.WIDTH)
+        y = u + s[at.G + i] * s[at.B + i]
+        verdict = return_map.look_ahead(m, i, t, y, span, s[TIME + i], least, least_before)
+        if verdict == return_map.CLOSED:
+            tell_cycle(m, i, at.WIDTH)
+        elif verdict == return_map.TOO_SLOW:
+            decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
     count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
-
-
-@compiled
-def look_ahead(m, i, y, dw):
-    """At a maximum of u, with y: where loops bring motions together fast, go on from the limit to which they tend.
-
-    Two loops, from and to states known, tell how fast, and where that limit is (secant, which is Aitken's at first);
-    one more, from there, whether it is the limit.
-    """
-    s, z, span = m.s, contacts.inner_load(m, i, y, m.s[at.B + i], dw), m.s[RANGE + i]
-    by_y, by_z, tolerance = y - s[FROM_Y + i], z - s[FROM_Z + i], m.rtol * span
-    in_y, in_z = s[FROM_Y + i] - s[IN_Y + i], s[FROM_Z + i] - s[IN_Z + i]
-    out_y, out_z = y - s[OUT_Y + i], z - s[OUT_Z + i]
-    s[IN_Y + i], s[IN_Z + i], s[OUT_Y + i], s[OUT_Z + i] = s[FROM_Y + i], s[FROM_Z + i], y, z
-    s[FROM_Y + i], s[FROM_Z + i] = y, z
-    apart2, change2 = in_y * in_y + in_z * in_z, by_y * by_y + by_z * by_z
-    firm = out_y * out_y + out_z * out_z <= FIRM * FIRM * apart2 and apart2 >= tolerance * tolerance
-    s[SINCE + i] += 1.0
-    if not firm:
-        turn_y, turn_z = by_y - in_y, by_z - in_z
-        if s[SINCE + i] >= RELAXED and turn_y * turn_y + turn_z * turn_z <= (STRAIGHT * by_y) ** 2:
-            leap(m, i, y, z, by_y)
-        return
-    if change2 <= tolerance * tolerance:
-        told_apart = apart2 >= (GENERIC * tolerance) ** 2 and isnan(s[NODE_Y + i]) and s[at.FIRMNESS + i] * ALIKE >= NOISE
-        if apart2 <= (NARROW * span) ** 2 and (told_apart or s[SLOW + i] < STICK_BELOW * abs(s[at.B + i])):
-            tell_cycle(m, i, at.WIDTH)
-        return
-    r = (out_y * in_y + out_z * in_z) / apart2
-    r = r / (1.0 - r)
-    s[TO_Y + i], s[TO_Z + i] = y + r * by_y, z + r * by_z
-    off = s[TO_Y + i] - s[at.Y_STAR + i]
-    if off * off > FAR * FAR * r * r * change2 and s[TIMES_AHEAD + i] < MOST_AHEAD:
-        s[TO_TAU + i], s[TIMES_AHEAD + i] = s[at.LOOP_TAU + i], s[TIMES_AHEAD + i] + 1.0
-
-
-@compiled
-def leap(m, i, y, z, by):
-    """Pass over many loops of a motion that changes little in each; y, at a maximum of u, by as much in the last.
-
-    Changes are taken as linear in y, as between here and where the lane was before its last leap; the inner state as
-    following.
-    """
-    s, loop, tolerance = m.s, m.s[TIME + i], m.rtol * m.s[RANGE + i]
-    off, bend, reach = y - s[at.Y_STAR + i], 0.0, UNKNOWN
-    if s[NODE_Y + i] == s[NODE_Y + i]:
-        bend, reach = (by - s[NODE_BY + i]) / (y - s[NODE_Y + i]), KNOWN
-    reach *= abs(off / by)
-    is_close = -bend * CLOSE_BY * abs(off) > abs(by)
-    if bend < 0.0:
-        reach = min(reach, (0.95 if is_close else 0.5) / -bend)
-    if is_close and -bend >= NOISE / ALIKE and abs(by) <= ENOUGH * tolerance * -bend:
-        tell_cycle(m, i, at.WIDTH)
-        return
-    if abs(by) < (NOISE if is_close else ABOVE_NOISE) * tolerance:
-        return
-    slows = s[SLOW + at.WIDTH + i] - s[SLOW + i]
-    if slows > 0.0:
-        reach = min(reach, 0.5 * s[SLOW + i] / slows)
-    loops = log1p(bend * reach) / bend if abs(bend * reach) > 1e-6 else reach
-    if WORTH_IT < loops and s[at.LOOP_TAU + i] + loops * loop < s[at.TAU_END + i]:
-        s[NODE_Y + i], s[NODE_BY + i] = y, by
-        s[TO_Y + i], s[TO_Z + i] = y + reach * by, z * (1.0 + reach * by / off)
-        s[TO_TAU + i] = s[at.LOOP_TAU + i] + loops * loop
-        s[at.CROSSED + i] += 2.0 * floor(loops)
-
-
-@compiled
-def go_ahead(m, i):
-    """Put lane i where `look_ahead` says."""
-    s, tau, heat = m.s, m.s[TO_TAU + i], m.s[at.LOOP_HEAT + i]
-    contacts.put(m, i, s[TO_Y + i], s[at.B + i] * (1.0 + ROUNDING), s[TO_Z + i])
-    forget_loops(s, i)
-    s[at.TAU + i], s[at.LOOP_TAU + i], s[at.HEAT + i], s[at.LOOP_HEAT + i] = tau, tau, heat, heat
-    s[FROM_Y + i], s[FROM_Z + i], s[TO_TAU + i], s[SINCE + i] = s[TO_Y + i], s[TO_Z + i], nan, 0.0
-    forget(s, i)
-    note(s, i, s[at.Y + i] - s[at.G + i] * s[at.B + i], s[at.B + i], 0.0)
 
 
 @compiled
@@ -345,12 +256,18 @@ def tell_attractor(m, i, high, low, fast, slow):
     s[at.XI_HIGH + i], s[at.XI_LOW + i] = high, low
 
 
+@compiled(inline=True)
+def least_slip(s, i, row):
+    """Least slip speed, forwards, in a loop."""
+    return s[SLOW + row + i] if s[at.B + i] > 0.0 else -s[FAST + row + i]
+
+
 @compiled
 def count_sticking(m, i):
     """Count loops that stick, each or those before it; so many of them are stick-slip where nothing settles."""
     s, least = m.s, inf
     for row in range(0, MOST_LOOPS * at.WIDTH, at.WIDTH):
-        slow = s[SLOW + row + i] if s[at.B + i] > 0.0 else -s[FAST + row + i]
+        slow = least_slip(s, i, row)
         least = min(least, slow) if slow == slow else least
     if not least < STICK_BELOW * abs(s[at.B + i]) or s[at.LOOP_STEPS + i] == 0.0:
         s[at.LOOP_STEPS + i] = 1.0 if least < STICK_BELOW * abs(s[at.B + i]) else 0.0
@@ -375,8 +292,12 @@ def decide(m, i, regime, status):
 
 
 def observe_no_event(m, i):
-    if not isnan(m.s[TO_TAU + i]):
-        go_ahead(m, i)
+    if return_map.is_ahead(m.s, i):
+        return_map.go_ahead(m, i)
+        forget_loops(m.s, i)
+        m.s[at.LOOP_TAU + i] = m.s[at.TAU + i]
+        forget(m.s, i)
+        note(m.s, i, m.s[at.Y + i] - m.s[at.G + i] * m.s[at.B + i], m.s[at.B + i], 0.0)
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     distance, may_rest = distance_from_steady(s, i, s[at.Y + i], s[at.W + i]), s[at.DECIDED + i] == 0.0
     s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
