@@ -67,7 +67,7 @@ MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3,
 A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
 P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
 SPENT = 1.0  # of the tolerance that one step may spend
-WEIGH, LIGHTEST = 10.0, 1e-2
+CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
 LARGEST = 1e250  # power of 1/h in a series
@@ -244,20 +244,29 @@ def _slopes(kind, s, i, y, phi, psi):
     return w, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
+@compiled(inline=True)
+def weight(s, i, w):
+    """Share of an error in ln w that counts.
+
+    Friction takes it back within w/a. Till then load over a and ln theta change by w/a and w/D times as much as it is.
+    """
+    carried = (w / s[A + i]) * w * (1.0 / s[A + i] + s[RATE + i] / s[V + i])
+    return max(min(CARRIED * carried, 1.0), LIGHTEST)
+
+
 @compiled
 def control_step(law, s, rtol):
     """End of the step, its error, and the size of the next.
 
-    Errors are those of ln w and ln theta, and of the load over a, by which they move ln w.
+    Errors are those of ln w, weighed, and of ln theta, and of the load over a, by which they move ln w.
     """
     widest_vectors()
     tolerance2 = 1.0 / (SPENT * rtol) ** 2
     for i in range(at.WIDTH):
         (y, phi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
         e_0 /= s[A + i]
-        w, w_new = s[at.W + i], s[V + i] * exp(phi)
-        largest = max(w, w_new)
-        e_1 *= max(min(WEIGH * largest * largest * (1.0 / s[A + i] + s[RATE + i] / s[V + i]) / s[A + i], 1.0), LIGHTEST)
+        w_new = s[V + i] * exp(phi)
+        e_1 *= weight(s, i, max(s[at.W + i], w_new))
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
         good, factor = error2 <= 1.0, step_factor(error2)
         h = s[at.TAKEN + i]

@@ -15,6 +15,7 @@ ALIKE = 10.0  # tolerances, of the range of u, by which a cycle may differ from 
 NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
 FIRM, MOST_FIRM = 0.3, 4.0  # share of a deviation that a loop leaves, at most, where the limit is foretold; times
 NARROW, GENERIC = 0.03, 30.0  # deviations that tell this share: so much of the range, at most; tolerances, at least
+CERTAIN = 1e-3  # change, of the range, from which on such a motion has the regime of its limit
 FAR = 10.0  # times as far from steady sliding as the lane is put ahead: what settles does so in its time
 MOST_STILL = 200.0  # loops that change by less than a tolerance where small motions hardly grow or shrink
 RELAXED, STRAIGHT = 3.0, 0.2  # loops after a leap until the next; by what share their changes may differ
@@ -31,7 +32,7 @@ STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycl
 
 GO_ON, CLOSED, TOO_SLOW = range(3)
 
-# State where the loop under way began, where the one before began and ended; loops since the last leap; how often the
+# In rows of `regime.py`. State where the loop under way began, where the one before began and ended; loops since the last leap; how often the
 # limit was foretold; loops that changed nothing; where to put the lane, and when (NaN: nowhere).
 (FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, SINCE, TIMES, STILL, TO_Y, TO_Z, TO_TAU) = (
     at.RELEASE, at.RELEASE_CHANGE, at.PERIOD_BEFORE, at.SPEED_BEFORE, at.HEAT_BEFORE, at.LEAPT, at.CONFIRMING,
@@ -62,6 +63,8 @@ def look_ahead(m, i, t, y, span, loop, least, least_before):
     s[FROM_Y + i], s[FROM_Z + i], s[SINCE + i] = y, z, s[SINCE + i] + 1.0
     apart2, change2 = in_y * in_y + in_z * in_z, by_y * by_y + by_z * by_z
     is_still, is_firm = change2 <= tolerance * tolerance, s[at.FIRMNESS + i] * ALIKE >= NOISE
+    sticks, slides = least < 0.5 * STICK_BELOW * abs(s[at.B + i]), least > 2.0 * STICK_BELOW * abs(s[at.B + i])
+    regime_alone = m.observer.until == at.UNTIL_REGIME and (sticks or slides)
     s[STILL + i] = s[STILL + i] + 1.0 if is_still and not is_firm else 0.0
     if s[STILL + i] > MOST_STILL:
         return TOO_SLOW
@@ -70,10 +73,13 @@ def look_ahead(m, i, t, y, span, loop, least, least_before):
         if s[SINCE + i] >= RELAXED and turn_y * turn_y + turn_z * turn_z <= (STRAIGHT * by_y) ** 2:
             return leap(m, i, y, z, by_y, tolerance, loop, least, least_before)
         return GO_ON
-    if is_still:  # a motion that hardly changes may have shown its fast parts only
+    is_close = is_still or (regime_alone and change2 <= (CERTAIN * span) ** 2)
+    if is_close and apart2 <= (NARROW * span) ** 2:  # a motion that hardly changes may have shown its fast parts only
         is_all = isnan(s[NODE_Y + i]) and is_firm and apart2 >= (GENERIC * tolerance) ** 2
-        is_all = is_all or least < STICK_BELOW * abs(s[at.B + i])
-        return CLOSED if apart2 <= (NARROW * span) ** 2 and is_all else GO_ON
+        if is_all or sticks:
+            return CLOSED
+    if is_still:
+        return GO_ON
     ratio = (out_y * in_y + out_z * in_z) / apart2
     ahead = ratio / (1.0 - ratio)
     s[TO_Y + i], s[TO_Z + i] = y + ahead * by_y, z + ahead * by_z
