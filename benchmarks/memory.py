@@ -1,6 +1,6 @@
 """Cost of maps of contacts with memory, and of a few of their cycles by SciPy's Radau at the same tolerance.
 
-    python benchmarks/memory.py      # two minutes
+    python benchmarks/memory.py      # half a minute
 
 48 x 48 cells, CPU time on one thread, rtol 1e-6. Belt speeds from 1e-7 to 0.1 m/s; stiffnesses from 2 to 400 N/mm, as
 in configs/rate_state.yaml, or from 0.03 to 30 times the critical one at each speed. Bristles: configs/lugre.yaml.
