@@ -20,12 +20,8 @@ FAR = 10.0  # times as far from steady sliding as the lane is put ahead: what se
 MOST_STILL = 200.0  # loops that change by less than a tolerance where small motions hardly grow or shrink
 RELAXED, STRAIGHT = 3.0, 0.2  # loops after a leap until the next; by what share their changes may differ
 CHANGES, ENOUGH = 1.0, 3.0  # tolerances: a change to be followed; the distance from a limit that is near enough
-FIRST, LONG, SHORT, SHRUNK = (
-    0.1,
-    0.4,
-    0.2,
-    1e-3,
-)  # share of the amplitude: leaps; amplitudes from which on they are short
+FIRST, LONG, SHORT = 0.1, 0.4, 0.2  # leaps, over the amplitude at the time ...
+SHRUNK = 1e-3  # ... and over the largest so far, from where on they are short
 CLOSE, MOST_OF_WAY, HALF_WAY, WORTH_IT = 0.01, 0.95, 0.5, 8.0  # of the amplitude: a limit; of the way to it; loops
 ROUNDING = 1e-15
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
@@ -119,14 +115,15 @@ def leap(m, i, y, z, by, tolerance, loop, least, least_before):
 
 @compiled
 def correct_time(s, i, y, by, loop):
-    """Put right how long the last leap took, now that the change in a loop is known beyond it as well."""
-    loops, change = s[NODE_LOOPS + i], by / s[NODE_BY + i]
-    if not 0.5 < change < 2.0:
+    """Put right, once, how long the last leap took, now that the change in a loop is known beyond it as well."""
+    loops, change, before = s[NODE_LOOPS + i], by / s[NODE_BY + i], s[NODE_TIME + i]
+    s[NODE_TIME + i] = nan
+    if isnan(before) or not 0.5 < change < 2.0:
         return
     mean = log(change) / (change - 1.0) if abs(change - 1.0) > 1e-6 else 1.0
     more = (y - s[NODE_Y + i]) / s[NODE_BY + i] * mean - s[SINCE + i] - loops
     if abs(more) < 0.5 * loops:
-        time = more * loop + 0.5 * loops * (loop - s[NODE_TIME + i])
+        time = more * loop + 0.5 * loops * (loop - before)
         s[at.TAU + i], s[at.LOOP_TAU + i] = s[at.TAU + i] + time, s[at.LOOP_TAU + i] + time
 
 
