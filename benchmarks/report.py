@@ -19,6 +19,7 @@ from tables import (
     laws_table,
     maps_table,
     markdown,
+    memory_table,
     number,
     p1_table,
     p2_table,
@@ -141,6 +142,13 @@ Plain maps of 10,000 cells by friction law, one thread (a4 = 0.5 m/s for `cubic`
 and belt speeds from 0.05 to 1.2 m/s, the ringing one from 0.45 m/s on, where nearly all settle.
 
 {maps_table(results["maps"])}
+### Contacts with memory, one thread
+
+`python benchmarks/memory.py`: maps of 48 x 48 cells over 1e-7 to 0.1 m/s, stiffnesses as in configs/rate_state.yaml, or
+from 0.03 to 30 times the critical one at each speed; configs/lugre.yaml. Asked of rate-and-state friction: 100 µs a
+cell.
+
+{memory_table(results.get("memory", []))}
 ## P3, test rigs at rtol 1e-6
 
 Two strokes of 5 mm at 1 to 30 mm/s, with different springs and friction curves, the motion sampled 8,000 times a

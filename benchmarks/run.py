@@ -23,6 +23,7 @@ from scipy.integrate import solve_ivp
 import borders
 import floor
 import maps
+import memory
 import problem
 import refinement
 import report
@@ -318,6 +319,8 @@ def main() -> None:
     say("P2, regime maps")
     results["p2"] = regime_map(options.repeats, 40)
     results["maps"] = maps.measure()
+    say("contacts with memory")
+    results["memory"] = memory.measure()
     say("P3, test rigs")
     results["p3"] = rigs.measure()
     say("P4, borders")

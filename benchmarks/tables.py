@@ -156,6 +156,32 @@ def maps_table(rows: list[dict[str, Any]]) -> str:
     )
 
 
+def memory_table(rows: list[dict[str, Any]]) -> str:
+    """Maps of contacts with memory."""
+    lines = [
+        [
+            row["map"],
+            f"{100 * row['settle']:.0f} %",
+            str(row["unresolved"]),
+            number(row["steps"]),
+            number(row["ns"]),
+            number(row["us"]),
+            f"{number(row['scipy'] / row['us'] * 1e6)} ({row['off']:.0e})" if "scipy" in row else "",
+        ]
+        for row in rows
+    ]
+    header = [
+        "map",
+        "settle",
+        "unresolved",
+        "steps a cell",
+        "ns a step",
+        "µs a cell",
+        "over four cycles of Radau (whose period is off by)",
+    ]
+    return markdown(header, lines)
+
+
 def p3_table(row: dict[str, Any]) -> str:
     cells = [f"{row['rigs']:,}", number(row["samples_per_rig"]), f"{1e3 * row['seconds_per_rig']:.2f} ms"]
     cells += [f"{1e3 * row['scipy_seconds_per_rig']:,.0f} ms", number(row["ratio"])]

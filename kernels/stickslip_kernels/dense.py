@@ -72,6 +72,23 @@ def conservative_work(s, i, h, rise, w, fallen):
 
 
 @compiled(inline=True)
+def integral_by_ends(h, f, f_new, slope, slope_new, bend, bend_new):
+    """Of f over h, from f, f' and f'' at both ends: of order 6 (Hermite)."""
+    return h * (0.5 * (f + f_new) + h * (0.1 * (slope - slope_new) + h * (bend + bend_new) * (1.0 / 120.0)))
+
+
+@compiled(inline=True)
+def work_by_ends(s, i, h):
+    """Friction work over a step from the motion at its ends, the damper counted; as `conservative_work`."""
+    b, load, w, dw, jerk = s[at.B + i], s[at.OFFSET + i] + s[at.Y + i], s[at.W + i], s[at.DW + i], s[at.JERK + i]
+    w_new, dw_new, rise = s[at.W_NEW + i], s[at.DW_NEW + i], s[at.Y_NEW + i] - s[at.Y + i]
+    turn, turn_new = dw * dw + w * jerk, dw_new * dw_new + w_new * s[at.JERK_NEW + i]
+    square = integral_by_ends(h, w * w, w_new * w_new, 2.0 * w * dw, 2.0 * w_new * dw_new, 2.0 * turn, 2.0 * turn_new)
+    change = rise * (load + 0.5 * rise) + 0.5 * (w_new - w) * (w_new + w)
+    return b * integral_by_ends(h, load, load + rise, b - w, b - w_new, -dw, -dw_new) - change - s[at.G + i] * square
+
+
+@compiled(inline=True)
 def square_integral(s, i, h):
     """Integral of w^2 over h."""
     total = 0.0

@@ -10,8 +10,9 @@ from . import contacts, observers
 from . import layout as at
 from .crossings import find_crossings
 from .events import grazes, may_turn, reaches
-from .intrinsics import select, widest_vectors
+from .intrinsics import nonzero_bits, select, widest_vectors
 from .jit import compiled
+from .layout import WIDTH  # a literal, which `nonzero_bits` needs
 
 
 @compiled(inline=True)
@@ -24,6 +25,8 @@ def step_lanes(m):
     observers.before_commit(m)
     watch_and_commit(m.s, contacts.smallest_step(m.contact))
     observers.after_commit(m)
+    if nonzero_bits(m.s, at.FLAG, WIDTH) != 0:
+        contacts.expand(m)
     find_crossings(m.s)
 
 

@@ -14,6 +14,8 @@ from stickslip.engine.compiled import warm_up
 from stickslip_kernels import layout as at
 from stickslip_kernels import objects
 from stickslip_kernels.allocate import new_regimes
+from stickslip_kernels.contacts import rate_and_state
+from stickslip_kernels.contacts.implicit import STAGES
 from stickslip_kernels.contacts.stribeck.laws import LAWS
 from stickslip_kernels.contacts.stribeck.modes import TAG
 from stickslip_kernels.drive import STEADY_BELT
@@ -107,6 +109,23 @@ def straight_loops(instructions):
                 yield body
 
 
+def operations(body, pattern):
+    """How many instructions of a loop are such."""
+    return sum(bool(re.match(pattern, one)) for one in body)
+
+
+@pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
+@pytest.mark.parametrize("law", [*few(rate_and_state.LAWS, 1), *few(("lugre_stribeck",), 0)])
+def test_only_readers_of_one_series_are_scalar_where_contacts_have_memory(law):
+    """`dense.horner` for one lane, which has eight operations an order."""
+    if widest() is None:
+        pytest.skip("this processor names no vector extension LLVM reports")
+    bodies = list(straight_loops(loop_of_lanes(law)))
+    assert max(operations(body, SCALAR) for body in bodies if not operations(body, widest()[1])) <= 8
+    if widest()[0] == "avx512f":  # narrower ones may be unrolled to no loop at all
+        assert sum(operations(body, widest()[1]) >= 10 for body in bodies) >= STAGES + 4
+
+
 @pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
 @pytest.mark.parametrize("law", LAWS)
 def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(law):
@@ -116,10 +135,7 @@ def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(law):
         pytest.skip("this processor names no vector extension LLVM reports")
     feature, packed = found
     instructions = loop_of_lanes(law)
-    counts = [
-        (sum(bool(re.match(packed, one)) for one in body), sum(bool(re.match(SCALAR, one)) for one in body))
-        for body in straight_loops(instructions)
-    ]
+    counts = [(operations(body, packed), operations(body, SCALAR)) for body in straight_loops(instructions)]
     assert not [count for count in counts if count[1] and sum(count) >= 4]
     if feature == "avx":  # wider ones may be unrolled to no loop at all
         assert sum(vector >= 10 for vector, _ in counts) >= LOOPS

@@ -100,7 +100,7 @@ def test_steady_sliding_is_the_answer_only_where_small_motions_decay(law):
     assert rests.sum() > 150 and np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED)).sum() > 150
     assert (growth(p).growth[rests] < 0.0).all()
     assert np.isin(found[at.REGIME], (at.FAILED, at.STUCK, at.NOT_COMPUTED)).sum() == 0
-    assert (found[at.REGIME] == at.UNRESOLVED).mean() < 0.16  # they grow, or shrink, by less than a hundredth a loop
+    assert (found[at.REGIME] == at.UNRESOLVED).mean() < 0.08  # they grow, or shrink, by a tolerance a loop
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -112,7 +112,7 @@ def test_small_motions_do_as_linear_theory_says(law):
     mu, speed = mu[mu > 0.05], np.sqrt(p["k"] * p["m"]) / p["N"]
     found = run(columns(p, mu * (1.0 + 1e-3 * p["a"]), 1e-3 * p["v_b"] * speed), max_steps=3e4, law=LAWS[law])
     decay, decided = growth(p).growth < 0.0, found[at.REGIME] != at.UNRESOLVED
-    assert decided.mean() > 0.8 and 0.1 < decay.mean() < 0.9
+    assert decided.mean() > 0.95 and 0.1 < decay.mean() < 0.9
     rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))
     np.testing.assert_array_equal(rests[decided], decay[decided])
 
@@ -126,10 +126,41 @@ def test_regimes_near_the_critical_stiffness_are_those_of_a_tighter_tolerance(la
     p["k"] = critical[critical > 0.0] * (1.0 + side)
     found, tight = (run(columns(p), rtol, max_steps=steps, law=LAWS[law]) for rtol, steps in ((1e-6, 3e4), (1e-8, 1e5)))
     both = (found[at.REGIME] != at.UNRESOLVED) & (tight[at.REGIME] != at.UNRESOLVED)
-    assert both.mean() > 0.4
+    assert both.mean() > 0.75
     np.testing.assert_array_equal(found[at.REGIME, both], tight[at.REGIME, both])
     cycles = both & np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED))
     np.testing.assert_allclose(found[at.PERIOD, cycles], tight[at.PERIOD, cycles], rtol=1e-3)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_motions_that_hardly_grow_or_shrink_end_as_linear_theory_says(law):
+    """Inertia so large that thousands of loops change little; from a tenth of the belt speed off to rest or a cycle."""
+    ratio, speed = (axis.ravel() for axis in np.meshgrid([0.3, 0.8, 1.25, 3.0], np.geomspace(3e-3, 8e-3, 8)))
+    one = dict(zip(NAMES, (10.0, 1.0, 0.0, 0.0, 0.0, 0.6, 1e-6, 0.01, 0.018, 1e-6), strict=True))
+    p = {name: np.full(speed.size, value) for name, value in one.items()} | {"v_b": speed}
+    p["k"] = ratio * memory.critical_stiffness(p["m"], slopes(p))
+    mu, unit = p["mu0"] + (p["a"] - p["b"]) * np.log(speed / p["v0"]), np.sqrt(p["k"] * p["m"]) / p["N"]
+    cells = columns(p, mu, 0.1 * speed * unit)
+    found = run(cells, max_steps=1e5, law=LAWS[law])
+    small = growth(p)
+    assert (np.abs(small.growth / small.frequency) < 0.02).all()
+    rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))
+    np.testing.assert_array_equal(rests, small.growth < 0.0)
+    assert np.isin(found[at.REGIME, ~rests], (at.STICK_SLIP, at.SUSTAINED)).all()
+    # Of the amplitude, 0.1 of the belt speed, a ten-thousandth of the largest is left; friction is not linear at first.
+    left = np.log(1e-4) / small.growth[rests] * np.sqrt(p["k"] / p["m"])[rests]
+    np.testing.assert_allclose(found[at.SETTLING_TIME, rests], left, rtol=0.4)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_regime_alone_is_that_of_all_metrics(law):
+    cells = columns(draw(400, 21))
+    alone, found = (
+        run(cells, max_steps=3e4, until=until, law=LAWS[law]) for until in (at.UNTIL_REGIME, at.UNTIL_METRICS)
+    )
+    np.testing.assert_array_equal(alone[at.REGIME], found[at.REGIME])
+    cycles = np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED))
+    assert (alone[at.STEPS, cycles] <= found[at.STEPS, cycles]).all() and alone[at.STEPS].sum() < found[at.STEPS].sum()
 
 
 @pytest.mark.parametrize("law", LAWS)

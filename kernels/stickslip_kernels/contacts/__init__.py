@@ -10,9 +10,9 @@ A contact keeps, in the frame of `layout.py`, with y' = B - w:
     row WEAK                a number of its own, committed with them: an inner state, say
     rows LEVEL, SIDE, TURN  the slip speed at which its present mode ends, if any (-inf and -1: none)
 
-and for a trial step Y_NEW ... WEAK_NEW, TAKEN, WORK, GOOD, and SERIES: the powers of w over the step, from which all
-else about it follows (`dense.py`). Rows of `cells` that are not of the oscillator are its parameters, in a meaning of
-its own.
+and for a trial step Y_NEW ... WEAK_NEW, TAKEN, WORK, GOOD, and SERIES, of flagged lanes at least: the powers of w over
+the step, from which all else about it follows (`dense.py`). Rows of `cells` that are not of the oscillator are its
+parameters, in a meaning of its own.
 
 The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name; machines are named
 so), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
@@ -20,6 +20,7 @@ without modes has `begin_cell` and `handle_event` from `smooth.py`.
 """
 
 from importlib import import_module
+from math import nan
 
 from .. import layout as at
 from ..dense import horner, load_and_speed, speed
@@ -45,6 +46,11 @@ def try_step(m):
 
 
 @_inline
+def expand(m):
+    """Rows SERIES of the lanes with a FLAG, where `try_step` leaves them out."""
+
+
+@_inline
 def handle_event(m, i):
     """Look at lane i, whose step was flagged: show it to the observer and commit it; RUNNING, or DONE."""
     raise NotImplementedError
@@ -66,6 +72,18 @@ def smallest_step(contact):
 def is_near_steady(m, i):
     """Return whether lane i, whose load is near that of steady sliding, is near that altogether."""
     return True
+
+
+@_inline
+def inner_load(m, i, t, y, w):
+    """What the inner state adds to the load of steady sliding at t after the start of the step, where w and y are
+    these; NaN where a lane cannot be put elsewhere."""
+    return nan
+
+
+@_inline
+def put(m, i, y, w, load):
+    """Put lane i at y and w, its inner state adding `load`."""
 
 
 @_inline

@@ -14,8 +14,8 @@ from ..jit import by_type, compiled, in_turn
 from ..rosenbrock import RODAS_5P
 
 STAGES, STATES = len(RODAS_5P.matrix), 3
-(V_START, DIAGONAL, W_01, L_10, U_11, W_12, L_21, U_22) = range(
-    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 8) * at.WIDTH, at.WIDTH
+(V_START, PER_H, DIAGONAL, W_01, L_10, U_11, W_12, L_21, U_22) = range(
+    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 9) * at.WIDTH, at.WIDTH
 )
 NODES, TIME_WEIGHTS = RODAS_5P.nodes_and_time_weights()
 EXPONENT = 0.5 / RODAS_5P.order
@@ -70,7 +70,7 @@ def factorise(kind, s):
         l_10 = -v_y * per_d
         per_u11 = 1.0 / (diagonal - v_v - l_10 * w_v)
         l_21 = -z_v * per_u11
-        s[at.TAKEN + i], s[V_START + i] = h, v
+        s[at.TAKEN + i], s[V_START + i], s[PER_H + i] = h, v, 1.0 / h
         s[DIAGONAL + i], s[W_01 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
             per_d, w_v, l_10, per_u11, -v_z, l_21
         )  # fmt: skip
@@ -94,7 +94,7 @@ def stage_loop(n):
                     y, v, z = y + a[j] * k_0, v + a[j] * k_1, z + a[j] * k_2
                     r_0, r_1, r_2 = r_0 + coupling[j] * k_0, r_1 + coupling[j] * k_1, r_2 + coupling[j] * k_2
             w, of_v, of_z = rates(kind, s, i, y, v, z)
-            per_h, moved = 1.0 / h, s[at.ALPHA + i] * h
+            per_h, moved = s[PER_H + i], s[at.ALPHA + i] * h
             b_0 = s[at.B + i] + node * moved - w + r_0 * per_h + time_weight * moved
             b_1 = of_v + r_1 * per_h - s[L_10 + i] * b_0
             b_2 = of_z + r_2 * per_h - s[L_21 + i] * b_1

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from .. import contacts
 from .. import layout as at
-from ..dense import interpolate
+from ..dense import interpolate, work_by_ends
 from ..drive import SMALLEST_SPEED
 from ..events import end_motion, reaches
 from ..exponential import exp
@@ -230,6 +230,11 @@ def is_near_steady(m, i):
     return off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]
 
 
+def expand(m):
+    """Series of the step between its ends."""
+    interpolate(m.s)
+
+
 def smallest_step(contact):
     """Steps that end at zero may be as short as they like."""
     return TINIEST_STEP
@@ -250,7 +255,6 @@ def try_step(m):
     factorise(kind, m.s)
     stages(kind, m.s)
     control_step(m.law, m.s, m.rtol)
-    interpolate(m.s)
 
 
 @compiled
@@ -269,6 +273,7 @@ def control_step(law, s, rtol):
         leaps = leaps_over_breakaway(s, i, h, f)
         s[at.GOOD + i] = select((error2 <= 1.0) & (not leaps), 1.0, 0.0)
         s[at.STEP + i] = select(leaps, 0.5, step_factor(error2)) * s[at.STEP + i]
+        s[at.WORK + i] = work_by_ends(s, i, h)
 
 
 @compiled(inline=True)

@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
-from ..dense import conservative_work, subtract_damper_work
+from ..dense import speed, work_by_ends
 from ..drive import SMALLEST_SPEED
 from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
-from ..jit import by_type, compiled
+from ..jit import by_type, compiled, in_turn
 from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
 from . import smooth
@@ -65,7 +65,9 @@ LAWS, REGIMES = {"rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0)}, Re
 MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
 # rows of a lane: a, b, mu_V, V, V/D
 A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
+P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
 SPENT = 1.0  # of the tolerance that one step may spend
+CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
 LARGEST = 1e250  # power of 1/h in a series
@@ -188,6 +190,17 @@ def is_near_steady(m, i):
     return off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]
 
 
+def inner_load(m, i, t, y, w):
+    """b psi: what is left of the load."""
+    s = m.s
+    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - speed(s, i, t)[1]
+
+
+def put(m, i, y, w, load):
+    """Put lane i there."""
+    m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, load / m.s[B_STATE + i]
+
+
 def smallest_step(contact):
     """Held back by more friction than the load, slip slows down by dozens of decades within no time."""
     return TINIEST_STEP
@@ -208,8 +221,6 @@ def try_step(m):
     factorise(kind, m.s)
     stages(kind, m.s)
     control_step(m.law, m.s, m.rtol)
-    expand(m.s)
-    subtract_damper_work(m.s)
 
 
 @variable.of(RateAndState)
@@ -233,54 +244,83 @@ def _slopes(kind, s, i, y, phi, psi):
     return w, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
+@compiled(inline=True)
+def weight(s, i, w):
+    """Share of an error in ln w that counts.
+
+    Friction takes it back within w/a. Till then load over a and ln theta change by w/a and w/D times as much as it is.
+    """
+    carried = (w / s[A + i]) * w * (1.0 / s[A + i] + s[RATE + i] / s[V + i])
+    return max(min(CARRIED * carried, 1.0), LIGHTEST)
+
+
 @compiled
 def control_step(law, s, rtol):
     """End of the step, its error, and the size of the next.
 
-    Errors are those of ln w and ln theta, and of the load over a, by which they move ln w.
+    Errors are those of ln w, weighed, and of ln theta, and of the load over a, by which they move ln w.
     """
     widest_vectors()
     tolerance2 = 1.0 / (SPENT * rtol) ** 2
     for i in range(at.WIDTH):
         (y, phi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
         e_0 /= s[A + i]
+        w_new = s[V + i] * exp(phi)
+        e_1 *= weight(s, i, max(s[at.W + i], w_new))
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
         good, factor = error2 <= 1.0, step_factor(error2)
         h = s[at.TAKEN + i]
         slope, bend = derivatives(law, s, i, h, h, y, phi, psi)
         s[at.Y_NEW + i], s[at.WEAK_NEW + i] = y, psi
-        put_motion(s, i, at.Y_NEW - at.Y, s[V + i] * exp(phi), slope, bend)
+        put_motion(s, i, at.Y_NEW - at.Y, w_new, slope, bend)
         short = h * max(abs(slope), abs(s[at.DW + i] / s[at.W + i]), abs(phi - s[V_START + i]) / h) < LONGEST_RISE
         s[at.GOOD + i] = select(good & short, 1.0, 0.0)
         s[at.STEP + i] = select(short, factor, min(factor, 0.5)) * s[at.STEP + i]
+        s[at.WORK + i] = work_by_ends(s, i, h)
 
 
-@compiled
-def expand(s):
-    """Series of w over the step: of exp of the quintic Hermite polynomial of ln w. And the friction work."""
+@compiled(inline=True)
+def expand(m):
+    """Series of w over the step: of exp of the quintic Hermite polynomial of ln w."""
+    s = m.s
     widest_vectors()
     for i in range(at.WIDTH):
-        h, w = s[at.TAKEN + i], s[at.W + i]
-        slope, slope_new = s[at.DW + i] / w, s[at.DW_NEW + i] / s[at.W_NEW + i]
-        bend = s[at.JERK + i] / w - slope * slope
-        bend_new = s[at.JERK_NEW + i] / s[at.W_NEW + i] - slope_new * slope_new
-        rise = ln(s[at.W_NEW + i] / w) - h * (slope + 0.5 * h * bend)
+        h, w, w_new = s[at.TAKEN + i], s[at.W + i], s[at.W_NEW + i]
+        slope, slope_new = s[at.DW + i] / w, s[at.DW_NEW + i] / w_new
+        bend, bend_new = s[at.JERK + i] / w - slope * slope, s[at.JERK_NEW + i] / w_new - slope_new * slope_new
+        rise = ln(w_new / w) - h * (slope + 0.5 * h * bend)
         change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
-        p_1, p_2 = h * slope, h * h * bend  # k p_k, in powers of t/h
-        p_3 = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
-        p_4 = 4.0 * (-15.0 * rise + 7.0 * change - turn)
-        p_5 = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
-        c_5, c_4, c_3, c_2, c_1, scale, per_h = 0.0, 0.0, 0.0, 0.0, w, 1.0, 1.0 / h
-        fallen = 0.5 * w
+        s[P_1 + i], s[P_2 + i] = h * slope, h * h * bend
+        s[P_3 + i] = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
+        s[P_4 + i] = 4.0 * (-15.0 * rise + 7.0 * change - turn)
+        s[P_5 + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
         s[at.SERIES + i] = w
+    terms(m.law, s)
+    for i in range(at.WIDTH):
+        per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
         for n in range(1, at.ORDER + 1):
-            c = (p_1 * c_1 + p_2 * c_2 + p_3 * c_3 + p_4 * c_4 + p_5 * c_5) * (1.0 / n)
             scale *= per_h
-            s[at.SERIES + n * at.WIDTH + i] = select(scale < LARGEST, c * scale, 0.0)
-            fallen += c * (1.0 / ((n + 1) * (n + 2)))
-            c_5, c_4, c_3, c_2, c_1 = c_4, c_3, c_2, c_1, c
-        rise_of_y = s[at.Y_NEW + i] - s[at.Y + i]
-        s[at.WORK + i] = conservative_work(s, i, h, rise_of_y, s[at.W_NEW + i], fallen * h * h)
+            row = at.SERIES + n * at.WIDTH + i
+            s[row] = select(scale < LARGEST, s[row] * scale, 0.0)
+
+
+def term_loop(n):
+    """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
+    count = min(n, len(P))
+
+    @compiled
+    def loop(law, s):
+        widest_vectors()
+        for i in range(at.WIDTH):
+            total = 0.0
+            for k in range(count):
+                total += s[P[k] + i] * s[at.SERIES + (n - 1 - k) * at.WIDTH + i]
+            s[at.SERIES + n * at.WIDTH + i] = total * (1.0 / n)
+
+    return loop
+
+
+terms = in_turn(term_loop, 1, at.ORDER + 1)
 
 
 contacts.register(RateAndState, globals())

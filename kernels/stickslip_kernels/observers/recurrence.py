@@ -15,18 +15,17 @@ from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..machine import DONE
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
+from . import return_map
+from .return_map import ALIKE, NOISE, STICK_BELOW
 
 BAND = 1e-4  # of the largest distance from steady sliding so far
-ALIKE = 10.0  # tolerances, of the range, by which a cycle may differ from its limit ...
-TIMES = 2.0  # ... so often in a row
+TIMES = 2.0  # in a row, that loops must be alike
 MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
 MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
 AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
 DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
 IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
-NOISE = 0.01  # tolerances, of the range: smaller changes are those of steps
-STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
 
 # The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
 # + 1 of them; the extremes in each, its friction work and its duration. How often in a row u has ranged as so many
@@ -51,6 +50,7 @@ def begin_cell(m, i, c):
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
     forget_loops(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
+    return_map.begin(s, i)
     forget(s, i)
 
 
@@ -134,7 +134,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
         if abs(s[at.Y + i] + rise - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
         if (w > b) == (b > 0.0):
-            look_back(m, i, s[at.TAU + i] + t, u, s[at.HEAT + i] + so_far)
+            look_back(m, i, t, u, s[at.HEAT + i] + so_far)
 
 
 @compiled(inline=True)
@@ -146,12 +146,12 @@ def note(s, i, u, w, dw):
 
 
 @compiled
-def look_back(m, i, tau, u, heat):
-    """A maximum of u at tau: is what came before, in one loop or a few, that to which the motion tends?
+def look_back(m, i, t, u, heat):
+    """A maximum of u, after t of the step: is what came before, in one loop or a few, that to which the motion tends?
 
     What rings after a slip, in the contact itself, belongs to the loop under way.
     """
-    s, span, largest = m.s, m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i], 0.0
+    s, tau, span, largest = m.s, m.s[at.TAU + i] + t, m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i], 0.0
     for row in range(RANGE, RANGE + MOST_LOOPS * at.WIDTH, at.WIDTH):
         largest = max(largest, s[row + i]) if s[row + i] > 0.0 else largest
     s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if span < SMALL * largest else 0.0
@@ -169,6 +169,14 @@ def look_back(m, i, tau, u, heat):
     for loops in range(1, MOST_LOOPS + 1):
         if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
             tell_cycle(m, i, loops * at.WIDTH)
+    if s[at.DECIDED + i] == 0.0 and m.observer.until != at.UNTIL_HORIZON:
+        least, least_before = least_slip(s, i, 0), least_slip(s, i, at.WIDTH)
+        y = u + s[at.G + i] * s[at.B + i]
+        verdict = return_map.look_ahead(m, i, t, y, span, s[TIME + i], least, least_before)
+        if verdict == return_map.CLOSED:
+            tell_cycle(m, i, at.WIDTH)
+        elif verdict == return_map.TOO_SLOW:
+            decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
     count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
@@ -248,12 +256,18 @@ def tell_attractor(m, i, high, low, fast, slow):
     s[at.XI_HIGH + i], s[at.XI_LOW + i] = high, low
 
 
+@compiled(inline=True)
+def least_slip(s, i, row):
+    """Least slip speed, forwards, in a loop."""
+    return s[SLOW + row + i] if s[at.B + i] > 0.0 else -s[FAST + row + i]
+
+
 @compiled
 def count_sticking(m, i):
     """Count loops that stick, each or those before it; so many of them are stick-slip where nothing settles."""
     s, least = m.s, inf
     for row in range(0, MOST_LOOPS * at.WIDTH, at.WIDTH):
-        slow = s[SLOW + row + i] if s[at.B + i] > 0.0 else -s[FAST + row + i]
+        slow = least_slip(s, i, row)
         least = min(least, slow) if slow == slow else least
     if not least < STICK_BELOW * abs(s[at.B + i]) or s[at.LOOP_STEPS + i] == 0.0:
         s[at.LOOP_STEPS + i] = 1.0 if least < STICK_BELOW * abs(s[at.B + i]) else 0.0
@@ -278,6 +292,12 @@ def decide(m, i, regime, status):
 
 
 def observe_no_event(m, i):
+    if return_map.is_ahead(m.s, i):
+        return_map.go_ahead(m, i)
+        forget_loops(m.s, i)
+        m.s[at.LOOP_TAU + i] = m.s[at.TAU + i]
+        forget(m.s, i)
+        note(m.s, i, m.s[at.Y + i] - m.s[at.G + i] * m.s[at.B + i], m.s[at.B + i], 0.0)
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     distance, may_rest = distance_from_steady(s, i, s[at.Y + i], s[at.W + i]), s[at.DECIDED + i] == 0.0
     s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
