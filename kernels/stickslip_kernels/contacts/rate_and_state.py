@@ -70,7 +70,6 @@ HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
-CLOSE = 1e-2  # deviation of ln w, of ln theta, and of friction over a, up to which linear theory holds
 START = 0.1  # slip speed at the start, over that of the belt
 
 
@@ -181,11 +180,10 @@ def handle_event(m, i):
 
 
 @compiled
-def is_near_steady(m, i):
-    """So near that linear theory says what becomes of it, also where that hardly grows or shrinks."""
+def deviation(m, i):
+    """Of ln w, of ln theta, and of friction over a."""
     s = m.s
-    off = max(abs(ln(s[at.W + i] / s[V + i])), abs(s[at.WEAK + i]), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
-    return off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]
+    return max(abs(ln(s[at.W + i] / s[V + i])), abs(s[at.WEAK + i]), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
 
 
 def smallest_step(contact):
