@@ -68,6 +68,7 @@ A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
 SPENT = 1.0  # of the tolerance that one step may spend
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
+STEEPEST = 1e150  # slope of ln w in a series, whose square is finite
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
 START = 0.1  # slip speed at the start, over that of the belt
@@ -113,6 +114,7 @@ def derivatives(law, s, i, t, h, y, phi, psi):
     slope = load * firm
     bend = held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm)
     slope = select(held, (load - w * (bend + slope * slope)) * firm, force(s, i, y, w, phi, psi) / w)
+    slope = min(max(slope, -STEEPEST), STEEPEST)
     bend = select(
         held,
         held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm),

@@ -19,7 +19,7 @@ from ..roots import FOR_A_VALUE, arrival, extreme_speed
 
 BAND = 1e-4  # of the largest distance from steady sliding so far
 CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
-STAYS = 0.3  # by what a deviation has fallen, over that at which the motion came into the band, once it stays there
+STAYS = 0.03  # by what a deviation has fallen, over that at which the motion came into the band, once it stays there
 HALVINGS = 40
 ALIKE = 10.0  # tolerances, of the range, by which a cycle may differ from its limit ...
 TIMES = 2.0  # ... so often in a row
@@ -126,9 +126,10 @@ def before_commit(m):
 
 @compiled(inline=True)
 def distance_from_steady(s, i, y, w):
-    """Distance from steady sliding; from standstill under a belt that rests, where the load may be any."""
-    p, q = select(s[at.B + i] != 0.0, y - s[at.Y_STAR + i], 0.0), w - s[at.B + i]
-    return (p * p + q * q) ** 0.5
+    """The larger of the deviations of y and w from steady sliding, whose extremes are located: of w alone under a belt
+    that rests, where the load may be any.
+    """
+    return max(select(s[at.B + i] != 0.0, abs(y - s[at.Y_STAR + i]), 0.0), abs(w - s[at.B + i]))
 
 
 def after_commit(m):
@@ -144,32 +145,41 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
     s, b, at_end = m.s, m.s[at.B + i], (w, dw, jerk, 0.0)
     note(s, i, y - s[at.G + i] * b, w, dw)
     if s[at.DW + i] * dw < 0.0:
-        note(s, i, y - s[at.G + i] * b, extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1], 0.0)
+        peak = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        note(s, i, y - s[at.G + i] * b, peak, 0.0)
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], abs(peak - b))
     if s[at.JERK + i] * jerk < 0.0:
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(contacts.extreme_slope(m, i, h, at_end)))
-    note_band(s, i, h, y, w)
+    start, outside = 0.0, is_outside(s, i, s[at.Y + i], s[at.W + i])
     if (s[at.W + i] > b) != (w > b):
         s[TURNED + i] += 1.0
         t, rise, so_far = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         u = s[at.Y + i] + rise - s[at.G + i] * b
         note(s, i, u, b, 0.0)
-        if abs(s[at.Y + i] + rise - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
+        off = abs(s[at.Y + i] + rise - s[at.Y_STAR + i])
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], off)
+        if off > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
+            start, outside = t, True
         if (w > b) == (b > 0.0):
             look_back(m, i, s[at.TAU + i] + t, u, s[at.HEAT + i] + so_far)
+    if outside and not is_outside(s, i, y, w):
+        note_entry(s, i, start, h)
+
+
+@compiled(inline=True)
+def is_outside(s, i, y, w):
+    """Return whether a state is outside the settling band."""
+    return distance_from_steady(s, i, y, w) > BAND * s[at.AMPLITUDE + i]
 
 
 @compiled
-def note_band(s, i, h, y, w):
-    """When the motion last came into the settling band: row ENTERED."""
-    band = BAND * s[at.AMPLITUDE + i]
-    if distance_from_steady(s, i, s[at.Y + i], s[at.W + i]) <= band or distance_from_steady(s, i, y, w) > band:
-        return
-    low, high = 0.0, h
+def note_entry(s, i, low, high):
+    """The step of lane i comes into the settling band between two times, and stays there."""
     for _ in range(HALVINGS):
         t = 0.5 * (low + high)
         y, w = load_and_speed(s, i, t)
-        if distance_from_steady(s, i, y, w) > band:
+        if is_outside(s, i, y, w):
             low = t
         else:
             high = t
