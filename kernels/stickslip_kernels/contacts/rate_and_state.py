@@ -120,7 +120,7 @@ def derivatives(law, s, i, t, h, y, phi, psi):
         held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm),
         (load - gamma * w * slope - a * slope) / w - slope * slope,
     )
-    return slope, bend
+    return slope, min(max(bend, -STEEPEST * STEEPEST), STEEPEST * STEEPEST)
 
 
 @compiled(inline=True)
