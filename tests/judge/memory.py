@@ -20,9 +20,9 @@ from .radau import MATRIX, SIZE, STAGES, STATES, at_share, error_of, polynomial_
 # answers
 (
     REGIME, PERIOD, F_MAX, F_MIN, FASTEST, SLOWEST, HEAT, ACCELERATION, WHOLE_MAX, WHOLE_MIN, WHOLE_FASTEST, CROSSINGS,
-    SETTLING, LOOPS, STEPS, DECIDED, WHOLE_ACCELERATION,
-) = range(17)  # fmt: skip
-ANSWERS = 17
+    SETTLING, LOOPS, STEPS, DECIDED, WHOLE_ACCELERATION, AT_BAND,
+) = range(18)  # fmt: skip
+ANSWERS = 18
 UNDECIDED, CYCLE, SETTLES = range(3)
 REGIMES = ("undecided", "cycle", "settles")
 BAND = 1e-4
@@ -231,7 +231,7 @@ def follow(p, tolerance, most_steps, share_of_band, out, book):
             if inside and off < 0.01 * entered_at:
                 note(whole, steady, belt, 0.0)
                 out[WHOLE_MAX], out[WHOLE_MIN], out[WHOLE_ACCELERATION] = whole[HIGH], whole[LOW], whole[HARDEST]
-                out[WHOLE_FASTEST] = max(whole[TOP], -whole[BOTTOM])
+                out[WHOLE_FASTEST], out[AT_BAND] = max(whole[TOP], -whole[BOTTOM]), entered_at
                 return
 
 
@@ -247,16 +247,26 @@ def length_of_cycle(book, loops, sizes):
         if loops - 3 * of < 1:
             return 0
         last, before, first, zeroth = book[loops], book[loops - of], book[loops - 2 * of], book[loops - 3 * of]
+        share = of_range(book, loops, of, sizes)  # changes count by the range of the cycle, which may be small
         change = change_of(last, before, sizes)
         previous, earlier = change_of(before, first, sizes), change_of(first, zeroth, sizes)
-        if change < SAME and previous < 10.0 * SAME:
-            ratio = change / previous if previous > 1e-11 else 0.0
-            if ratio < 1.0 and change * ratio / (1.0 - ratio) < LEFT and earlier < 1e-3:
+        if change < SAME * share and previous < 10.0 * SAME * share:
+            ratio = change / previous if previous > 1e-11 * share else 0.0
+            if ratio < 1.0 and change * ratio / (1.0 - ratio) < LEFT * share and earlier < 1e-3 * share:
                 for fewer in range(1, of):
-                    if of % fewer == 0 and change_of(last, book[loops - fewer], sizes) < ALIKE:
+                    if of % fewer == 0 and change_of(last, book[loops - fewer], sizes) < ALIKE * share:
                         return fewer
                 return of
     return 0
+
+
+@compiled
+def of_range(book, loops, of, sizes):
+    """By how much u ranged in the last loops, so many, over its size; at most 1."""
+    high, low = -inf, inf
+    for n in range(loops - of, loops):
+        high, low = max(high, book[n, HIGH]), min(low, book[n, LOW])
+    return min((high - low) / sizes[0], 1.0)
 
 
 @compiled
