@@ -27,8 +27,8 @@ def test_at_the_critical_stiffness_the_ageing_law_without_mass_conserves_its_ene
     stiffness, mass = (B - A) * LOAD / DISTANCE * (1.0 + inertia), inertia * A * LOAD * DISTANCE / belt**2
     trace = stickslip.simulate(
         duration=60.0 * DISTANCE / belt, samples=2001, law=LAWS[0], rtol=1e-9, mass=mass, stiffness=stiffness,
-        belt_speed=belt, displacement=friction(slip, state) * LOAD / stiffness, velocity=belt - slip, contact_time=state,
-        **CONTACT,
+        belt_speed=belt, displacement=friction(slip, state) * LOAD / stiffness, velocity=belt - slip,
+        contact_time=state, **CONTACT,
     )  # fmt: skip
     speed, mu = trace["relative_speed"].values, trace["friction_coefficient"].values
     theta = DISTANCE / V_0 * np.exp((mu - MU_0 - A * np.log(speed / V_0)) / B)
