@@ -19,6 +19,7 @@ if __name__ == "__main__":  # as a script, on the sources of this checkout
     root = Path(__file__).resolve().parents[1]
     sys.path[:0] = [str(root / folder) for folder in ("tests", "sweep", "kernels")]
 
+from helpers import adversary_memory
 from helpers.adversary_cells import FAMILIES, draw
 from helpers.adversary_court import MOST_JUDGED, Dispute, columns, compare, horizon_of, minimised, run_engine, stands
 from judge import INPUTS, judge
@@ -29,11 +30,16 @@ AT_HORIZON = "at the horizon"  # whatever the status
 HORIZON_RATIO = 3.0  # cells whose horizons differ by less run together
 
 
+ALL_FAMILIES = (*FAMILIES, *adversary_memory.FAMILIES)
+
+
 def challenge(family, cells, seed, rtols=(1e-6, 1e-9), shortest=10, threads=1, early_stops=(True, False)):
     """Disputes and counts of `cells` cells of a family.
 
     shortest : how many disputes are minimised. A cell counts once per rtol and way of stopping.
     """
+    if family in adversary_memory.FAMILIES:
+        return adversary_memory.challenge(family, cells, seed, rtols, threads)
     rng = np.random.default_rng([seed, sum(map(ord, family))])
     laws, arrays = draw(family, cells, rng)
     disputes, counts = [], Counter()
@@ -113,7 +119,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=int, default=1000, help="in all families together")
     parser.add_argument("--seed", type=int, default=7)
-    parser.add_argument("--families", default=",".join(FAMILIES))
+    parser.add_argument("--families", default=",".join(ALL_FAMILIES))
     parser.add_argument("--rtol", default="1e-6,1e-9")
     parser.add_argument("--minimise", type=int, default=10, help="disputes of a family to minimise")
     parser.add_argument("--threads", type=int, default=1)

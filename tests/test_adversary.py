@@ -5,7 +5,9 @@ import os
 import numpy as np
 import pytest
 
-from adversary import challenge
+import stickslip
+from adversary import ALL_FAMILIES, challenge
+from helpers import adversary_memory
 from helpers.adversary_cells import FAMILIES, LAWS, draw
 from helpers.adversary_court import NUMBERS, compare, run_engine
 from judge import INPUTS, judge
@@ -48,8 +50,31 @@ def test_damped_and_creep_are_told_apart():
     assert [what for what, *_ in found] == ["damped/creep"] and ours["kind"][0] in ("damped", "creep")
 
 
+@pytest.mark.parametrize("family", adversary_memory.FAMILIES)
+def test_a_wrong_answer_about_a_contact_with_memory_is_noticed(family):
+    """A draw of it: right as it is; each number wrong by a twentieth, and each other regime, is noticed."""
+    count = 24 * len(adversary_memory.LAWS[family])
+    law, cells = next(iter(adversary_memory.draw(family, count, np.random.default_rng(SEED)).items()))
+    verdict = adversary_memory.judged(cells, law)
+    ds = stickslip.evaluate(cells, 1e-6, law=law, max_steps=adversary_memory.MOST_STEPS)
+    ours = {name: ds[name].values for name in ds.data_vars}
+    right = [not outcome for outcome in adversary_memory.compare(cells, law, 1e-6, ours, verdict)]
+    assert sum(right) >= 12
+    force = np.abs(verdict["spring_force_max"]) + np.abs(verdict["spring_force_min"])
+    for name in adversary_memory.NUMBERS:
+        wrong = ours | {name: ours[name] + 0.05 * (force if "force" in name else ours[name])}
+        outcomes = adversary_memory.compare(cells, law, 1e-6, wrong, verdict)
+        defined = np.isfinite(verdict[name])
+        if name in ("period", "slip_speed_min", "cycle_force_max", "cycle_force_min", "energy_per_cycle"):
+            defined &= verdict["cycle"]
+        noticed = [outcome for outcome, was, is_one in zip(outcomes, right, defined, strict=True) if was and is_one]
+        assert noticed and all([what for what, *_ in found] == [name] for found in noticed), name
+    outcomes = adversary_memory.compare(cells, law, 1e-6, ours | {"regime": np.full(len(right), 5)}, verdict)
+    assert all(outcome[0][0] == "regime" for outcome, was in zip(outcomes, right, strict=True) if was)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", ALL_FAMILIES)
 def test_the_engine_agrees_with_the_judge_on_random_cells(family):
     disputes, _ = challenge(family, CELLS, SEED, shortest=3)
     assert not disputes, "\n".join(d.line() for d in disputes)

@@ -92,6 +92,21 @@ def test_reference_cycles(law, rtol, off):
         np.testing.assert_allclose(ours[cycles], exact[cycles], rtol=most)
 
 
+def test_a_cycle_without_mass_is_the_limit_of_small_masses():
+    """Q1, quasi-dynamic, in proportion to the mass: at mass numbers m v^2/(a N D_c) of 2e-10 and 2e-13."""
+    (row,) = (row for row in csv.DictReader(TABLE.read_text().splitlines()) if float(row["m"]) == 0.0)
+    known = {name: float(row[name]) for name in (*NAMES, "period", "w_max", "w_min")}
+    p = {name: np.full(2, known[name]) for name in NAMES} | {"m": np.array([1.0, 1e-3])}
+    found = run(columns(p), 1e-8, law=LAWS["ageing"])
+    time, speed = np.sqrt(p["m"] / p["k"]), p["N"] / np.sqrt(p["k"] * p["m"])
+    slowest = found[at.SLOWEST_SLIP] * speed
+    for ours, exact, per_mass in (
+        (found[at.PERIOD] * time, known["period"], 1.2e-3), (slowest, known["w_min"], 1e-2),
+        (found[at.CYCLE_SPEED_RANGE] * speed + slowest, known["w_max"], 1e-2),
+    ):  # fmt: skip
+        np.testing.assert_array_less(np.abs(ours / exact - 1.0), per_mass * p["m"] + 1e-6)
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_steady_sliding_is_the_answer_only_where_small_motions_decay(law):
     p = draw(600, 3)

@@ -148,9 +148,10 @@ def judge_steady_sliding(s, i, at_once, steady, rate):
     square, linear = rate + at_once, 1.0 + rate * steady
     excess = square * linear - rate
     s[at.ATTRACTS + i] = 1.0 if square > 0.0 and excess > 0.0 else 0.0
-    decay = 0.5 * abs(excess) / (abs(linear) + square * square)  # of x = i linear^(1/2), to first order
-    is_near = abs(excess) < NEAR * rate
-    s[at.FIRMNESS + i] = min(LOOP * decay / abs(linear) ** 0.5, 1.0) if is_near else 1.0
+    turns, size = abs(linear) ** 0.5, (abs(linear) + square * square) ** 0.5
+    moved = 0.5 * abs(excess) / (turns * size)  # of x = i linear^(1/2), to first order: is that enough?
+    is_near = linear > 0.0 and moved * (3.0 * turns + abs(square)) < NEAR * turns * size
+    s[at.FIRMNESS + i] = min(LOOP * moved / size, 1.0) if is_near else 1.0
     if s[at.ATTRACTS + i] == 0.0:
         x = -1.0 - abs(square) - abs(linear) - rate  # below the root that is negative
         for _ in range(TRIES):

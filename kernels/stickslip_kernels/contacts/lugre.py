@@ -55,7 +55,6 @@ BEYOND, AT_MOST = 1.5, 2.0  # of this: where a step that passes zero is to end, 
 TINIEST_STEP, NOTHING = 1e-60, 1e-300
 FLOOR = 1e-3  # of the speed scale
 SLIDING = 0.1  # by how much bristles that slide may be off the deflection at which they do
-CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
 SINE = tuple((-1.0) ** n / factorial(2 * n + 1) for n in range(8))  # coefficients of sin(x)/x
 
 
@@ -220,14 +219,13 @@ def time_to_zero(s, i):
 
 
 @compiled
-def is_near_steady(m, i):
-    """So near that linear theory says what becomes of it, also where that hardly grows or shrinks."""
+def deviation(m, i):
+    """Of w over b and over the scale of the curve, and of the deflection."""
     s = m.s
     b, c = s[at.B + i], int(s[at.CELL + i])
     sign, over = 1.0 if b > 0.0 else -1.0, abs(s[at.W + i] - b)
     g = coefficient(m.law, m.cells, c, abs(b)) - s[at.SLOPE + i] * abs(b)
-    off = max(over / abs(b), over * s[at.RATE + i], abs(sign * s[at.WEAK + i] / g - 1.0))
-    return off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]
+    return max(over / abs(b), over * s[at.RATE + i], abs(sign * s[at.WEAK + i] / g - 1.0))
 
 
 def expand(m):

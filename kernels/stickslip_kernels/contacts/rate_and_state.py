@@ -70,9 +70,9 @@ SPENT = 1.0  # of the tolerance that one step may spend
 CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
 TINIEST_STEP = 1e-250
+STEEPEST = 1e150  # slope of ln w in a series, whose square is finite
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
-CLOSE = 1e-2  # deviation of ln w, of ln theta, and of friction over a, up to which linear theory holds
 START = 0.1  # slip speed at the start, over that of the belt
 
 
@@ -116,12 +116,13 @@ def derivatives(law, s, i, t, h, y, phi, psi):
     slope = load * firm
     bend = held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm)
     slope = select(held, (load - w * (bend + slope * slope)) * firm, force(s, i, y, w, phi, psi) / w)
+    slope = min(max(slope, -STEEPEST), STEEPEST)
     bend = select(
         held,
         held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm),
         (load - gamma * w * slope - a * slope) / w - slope * slope,
     )
-    return slope, bend
+    return slope, min(max(bend, -STEEPEST * STEEPEST), STEEPEST * STEEPEST)
 
 
 @compiled(inline=True)
@@ -183,11 +184,10 @@ def handle_event(m, i):
 
 
 @compiled
-def is_near_steady(m, i):
-    """So near that linear theory says what becomes of it, also where that hardly grows or shrinks."""
+def deviation(m, i):
+    """Of ln w, of ln theta, and of friction over a."""
     s = m.s
-    off = max(abs(ln(s[at.W + i] / s[V + i])), abs(s[at.WEAK + i]), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
-    return off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]
+    return max(abs(ln(s[at.W + i] / s[V + i])), abs(s[at.WEAK + i]), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
 
 
 def inner_load(m, i, t, y, w):

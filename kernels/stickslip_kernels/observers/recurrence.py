@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
+from ..dense import load_and_speed
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..machine import DONE
@@ -20,22 +21,30 @@ from .return_map import ALIKE, NOISE, STICK_BELOW
 
 BAND = 1e-4  # of the largest distance from steady sliding so far
 TIMES = 2.0  # in a row, that loops must be alike
+CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
+STAYS = 0.03  # by what a deviation has fallen, over that at which the motion came into the band, once it stays there
+HALVINGS = 40
 MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
 MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
 AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
+DRIFT = 0.01  # and by how much of the range of a cycle its maxima
 DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
 IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
 
 # The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
-# + 1 of them; the extremes in each, its friction work and its duration. How often in a row u has ranged as so many
-# loops before; how often it has changed little, and from what on.
-RANGE = at.MAP_ASIDE
+# + 1 of them; the extremes in each, w' among them, its friction work and its duration. How often in a row u has ranged
+# as so many loops before; how often it has changed little, and from what on.
+RANGE = at.INWARD
 _FIRST = RANGE + (2 * MOST_LOOPS + 1) * at.WIDTH
 _ROWS = (MOST_LOOPS + 1) * at.WIDTH
-HIGH, LOW, FAST, SLOW, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 9 * _ROWS, _ROWS)
-# Extremes while the motion sticks in every loop.
-TOP, BOTTOM, FASTEST, SLOWEST = range(_FIRST + 9 * _ROWS, _FIRST + 9 * _ROWS + 4 * at.WIDTH, at.WIDTH)
+HIGH, LOW, FAST, SLOW, HARD, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 10 * _ROWS, _ROWS)
+_AFTER = _FIRST + 10 * _ROWS
+# Extremes while the motion sticks in every loop; those before the loop under way; in the settling band, the deviation
+# at which it came there, and how often w has passed b since.
+(
+    TOP, BOTTOM, FASTEST, SLOWEST, HARDEST, WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED,
+) = range(_AFTER, _AFTER + 10 * at.WIDTH, at.WIDTH)  # fmt: skip
 
 
 class Recurrence(NamedTuple):
@@ -51,7 +60,9 @@ def begin_cell(m, i, c):
     forget_loops(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
     return_map.begin(s, i)
+    s[at.ENTERED + i], s[AWAY + i], s[TURNED + i] = 0.0, nan, 0.0
     forget(s, i)
+    s[WHOLE_HIGH + i], s[WHOLE_LOW + i], s[WHOLE_HARD + i] = -inf, inf, 0.0
 
 
 @compiled
@@ -66,7 +77,12 @@ def forget_loops(s, i):
 
 @compiled(inline=True)
 def forget(s, i):
-    """Extremes are counted from here on."""
+    """Extremes of a loop are counted from here on."""
+    s[WHOLE_HIGH + i], s[WHOLE_LOW + i] = (
+        max(s[WHOLE_HIGH + i], s[at.XI_HIGH + i]),
+        min(s[WHOLE_LOW + i], s[at.XI_LOW + i]),
+    )
+    s[WHOLE_HARD + i] = max(s[WHOLE_HARD + i], s[at.DW_TOP + i])
     s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i] = -inf, inf, -inf, inf
     s[at.DW_TOP + i] = 0.0
 
@@ -100,41 +116,75 @@ def before_commit(m):
         b, w, dw = s[at.B + i], s[at.W_NEW + i], s[at.DW_NEW + i]
         turns = (s[at.W + i] > b) != (w > b)
         peaks = (s[at.DW + i] > 0.0) != (dw > 0.0)
-        distance = distance_from_steady(s, i, s[at.Y_NEW + i], w)
-        settled = max(distance, abs(dw)) <= BAND * max(s[at.AMPLITUDE + i], distance)
+        dw_0, bend_0, bend = s[at.DW + i], s[at.JERK + i], s[at.JERK_NEW + i]
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(dw_0))
+        beyond = s[at.TAKEN + i] * min(abs(bend_0), abs(bend))
+        peaks = peaks | (((bend_0 > 0.0) != (bend > 0.0)) & (max(abs(dw_0), abs(dw)) + beyond > s[at.DW_TOP + i]))
+        settled = distance_from_steady(s, i, s[at.Y_NEW + i], w) <= BAND * s[at.AMPLITUDE + i]
         s[at.SIDE_LAST_NEW + i], s[at.CROSSED_NEW + i] = s[at.SIDE_LAST + i], s[at.CROSSED + i]
         s[at.LOOK + i], s[at.TURNING + i] = select(turns | peaks | settled, 1.0, 0.0), select(turns, 1.0, 0.0)
 
 
 @compiled(inline=True)
 def distance_from_steady(s, i, y, w):
-    """Distance from steady sliding; from standstill under a belt that rests, where the load may be any."""
-    p, q = select(s[at.B + i] != 0.0, y - s[at.Y_STAR + i], 0.0), w - s[at.B + i]
-    return (p * p + q * q) ** 0.5
+    """The larger of the deviations of y and w from steady sliding, whose extremes are located: of w alone under a belt
+    that rests, where the load may be any.
+    """
+    return max(select(s[at.B + i] != 0.0, abs(y - s[at.Y_STAR + i]), 0.0), abs(w - s[at.B + i]))
 
 
 def after_commit(m):
     widest_vectors()
     s = m.s
     for i in range(at.WIDTH):
-        w, dw = s[at.W + i], s[at.DW + i]
+        w = s[at.W + i]
         s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance_from_steady(s, i, s[at.Y + i], w))
-        s[at.DW_TOP + i], s[at.FASTEST + i] = max(s[at.DW_TOP + i], abs(dw)), max(s[at.FASTEST + i], abs(w))
+        s[at.FASTEST + i] = max(s[at.FASTEST + i], abs(w))
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
     s, b, at_end = m.s, m.s[at.B + i], (w, dw, jerk, 0.0)
     note(s, i, y - s[at.G + i] * b, w, dw)
     if s[at.DW + i] * dw < 0.0:
-        note(s, i, y - s[at.G + i] * b, extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1], 0.0)
+        peak = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        note(s, i, y - s[at.G + i] * b, peak, 0.0)
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], abs(peak - b))
+    if s[at.JERK + i] * jerk < 0.0:
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(contacts.extreme_slope(m, i, h, at_end)))
+    start, outside = 0.0, is_outside(s, i, s[at.Y + i], s[at.W + i])
     if (s[at.W + i] > b) != (w > b):
+        s[TURNED + i] += 1.0
         t, rise, so_far = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         u = s[at.Y + i] + rise - s[at.G + i] * b
         note(s, i, u, b, 0.0)
-        if abs(s[at.Y + i] + rise - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
+        off = abs(s[at.Y + i] + rise - s[at.Y_STAR + i])
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], off)
+        if off > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
+            start, outside = t, True
         if (w > b) == (b > 0.0):
             look_back(m, i, t, u, s[at.HEAT + i] + so_far)
+    if outside and not is_outside(s, i, y, w):
+        note_entry(s, i, start, h)
+
+
+@compiled(inline=True)
+def is_outside(s, i, y, w):
+    """Return whether a state is outside the settling band."""
+    return distance_from_steady(s, i, y, w) > BAND * s[at.AMPLITUDE + i]
+
+
+@compiled
+def note_entry(s, i, low, high):
+    """The step of lane i comes into the settling band between two times, and stays there."""
+    for _ in range(HALVINGS):
+        t = 0.5 * (low + high)
+        y, w = load_and_speed(s, i, t)
+        if is_outside(s, i, y, w):
+            low = t
+        else:
+            high = t
+    s[at.ENTERED + i], s[AWAY + i], s[TURNED + i] = s[at.TAU + i] + high, nan, 0.0
 
 
 @compiled(inline=True)
@@ -164,7 +214,7 @@ def look_back(m, i, t, u, heat):
     s[RANGE + i] = span
     s[HIGH + i], s[LOW + i] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
     s[FAST + i], s[SLOW + i] = s[at.V_HIGH + i], s[at.V_LOW + i]
-    s[TIME + i], s[HEAT + i] = tau - s[at.LOOP_TAU + i], heat - s[at.LOOP_HEAT + i]
+    s[HARD + i], s[TIME + i], s[HEAT + i] = s[at.DW_TOP + i], tau - s[at.LOOP_TAU + i], heat - s[at.LOOP_HEAT + i]
     s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = tau, heat
     for loops in range(1, MOST_LOOPS + 1):
         if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
@@ -176,7 +226,7 @@ def look_back(m, i, t, u, heat):
         if verdict == return_map.CLOSED:
             tell_cycle(m, i, at.WIDTH)
         elif verdict == return_map.TOO_SLOW:
-            decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
+            decide_by_whole(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
     count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
@@ -204,6 +254,7 @@ def recurs(m, i, loops):
     if abs(change) <= noise and abs(previous) <= noise:
         left = noise
     as_long = abs(s[TIME + i] - s[TIME + row]) <= AS_LONG * s[TIME + i]
+    as_long = as_long and abs(s[HIGH + i] - s[HIGH + row]) <= DRIFT * span  # else it rings on its way
     is_alike = as_long and max(left, noise / firmness) <= ALIKE * tolerance
     s[ALIKE_BEFORE + row] = s[ALIKE_BEFORE + row] + 1.0 if is_alike else 0.0
     if not (as_long and abs(change) <= tolerance):
@@ -235,15 +286,17 @@ def is_repeated(m, i, loops):
 def tell_cycle(m, i, loops):
     """Write what the last loops, as many as these rows, are as a cycle."""
     s, results, c, high, low, fast, slow = m.s, m.observer.results, int(m.s[at.CELL + i]), -inf, inf, -inf, inf
-    time, heat = 0.0, 0.0
+    hard, time, heat = 0.0, 0.0, 0.0
     for row in range(0, loops, at.WIDTH):
         high, low = max(high, s[HIGH + row + i]), min(low, s[LOW + row + i])
         fast, slow = max(fast, s[FAST + row + i]), min(slow, s[SLOW + row + i])
-        time, heat = time + s[TIME + row + i], heat + s[HEAT + row + i]
+        hard, time, heat = max(hard, s[HARD + row + i]), time + s[TIME + row + i], heat + s[HEAT + row + i]
     results[at.PERIOD, c], results[at.CYCLE_HEAT, c] = time, heat
     tell_attractor(m, i, high, low, fast, slow)
-    sticks = results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i])
-    decide(m, i, at.STICK_SLIP if sticks else at.SUSTAINED, at.CYCLE_CLOSED if sticks else at.SLIP_CYCLE)
+    if results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i]):
+        decide(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, high, low, max(fast, -slow), hard)
+    else:
+        decide_by_whole(m, i, at.SUSTAINED, at.SLIP_CYCLE)
 
 
 @compiled
@@ -253,7 +306,6 @@ def tell_attractor(m, i, high, low, fast, slow):
     results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = high, low
     results[at.CYCLE_SPEED_RANGE, c] = fast - slow
     results[at.SLOWEST_SLIP, c] = slow if s[at.B + i] > 0.0 else -fast
-    s[at.XI_HIGH + i], s[at.XI_LOW + i] = high, low
 
 
 @compiled(inline=True)
@@ -271,24 +323,34 @@ def count_sticking(m, i):
         least = min(least, slow) if slow == slow else least
     if not least < STICK_BELOW * abs(s[at.B + i]) or s[at.LOOP_STEPS + i] == 0.0:
         s[at.LOOP_STEPS + i] = 1.0 if least < STICK_BELOW * abs(s[at.B + i]) else 0.0
-        s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i] = -inf, inf, -inf, inf
+        s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i], s[HARDEST + i] = -inf, inf, -inf, inf, 0.0
         return
     s[at.LOOP_STEPS + i] += 1.0
     s[TOP + i], s[BOTTOM + i] = max(s[TOP + i], s[HIGH + i]), min(s[BOTTOM + i], s[LOW + i])
     s[FASTEST + i], s[SLOWEST + i] = max(s[FASTEST + i], s[FAST + i]), min(s[SLOWEST + i], s[SLOW + i])
+    s[HARDEST + i] = max(s[HARDEST + i], s[HARD + i])
     if s[at.LOOP_STEPS + i] > IRREGULAR and s[at.DECIDED + i] == 0.0 and s[at.ATTRACTS + i] == 0.0:
-        tell_attractor(m, i, s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i])
-        decide(m, i, at.STICK_SLIP, at.IRREGULAR)
+        high, low, fast, slow = s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i]
+        tell_attractor(m, i, high, low, fast, slow)
+        decide(m, i, at.STICK_SLIP, at.IRREGULAR, high, low, max(fast, -slow), s[HARDEST + i])
 
 
 @compiled
-def decide(m, i, regime, status):
-    """Write the verdict, and the extremes of what was seen last."""
+def decide(m, i, regime, status, high, low, fastest, hardest):
+    """Write the verdict, and extremes: of u, the largest |w| and |w'|."""
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     results[at.REGIME, c], results[at.CROSSINGS, c] = regime, s[at.CROSSED + i]
-    results[at.XI_MAX, c], results[at.XI_MIN, c] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
-    results[at.SPEED_MAX, c], results[at.ACCELERATION_MAX, c] = s[at.FASTEST + i], s[at.DW_TOP + i]
+    results[at.XI_MAX, c], results[at.XI_MIN, c] = high, low
+    results[at.SPEED_MAX, c], results[at.ACCELERATION_MAX, c] = fastest, hardest
     s[at.DECIDED + i], s[at.DECIDED_BY + i] = 1.0, status
+
+
+@compiled
+def decide_by_whole(m, i, regime, status):
+    """`decide`, with the extremes of the whole motion."""
+    s = m.s
+    high, low = max(s[WHOLE_HIGH + i], s[at.XI_HIGH + i]), min(s[WHOLE_LOW + i], s[at.XI_LOW + i])
+    decide(m, i, regime, status, high, low, s[at.FASTEST + i], max(s[WHOLE_HARD + i], s[at.DW_TOP + i]))
 
 
 def observe_no_event(m, i):
@@ -298,22 +360,34 @@ def observe_no_event(m, i):
         m.s[at.LOOP_TAU + i] = m.s[at.TAU + i]
         forget(m.s, i)
         note(m.s, i, m.s[at.Y + i] - m.s[at.G + i] * m.s[at.B + i], m.s[at.B + i], 0.0)
-    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
-    distance, may_rest = distance_from_steady(s, i, s[at.Y + i], s[at.W + i]), s[at.DECIDED + i] == 0.0
+    s = m.s
+    distance = distance_from_steady(s, i, s[at.Y + i], s[at.W + i])
     s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
-    in_band = max(distance, abs(s[at.DW + i])) <= BAND * s[at.AMPLITUDE + i]
-    if not (may_rest and in_band and s[at.ATTRACTS + i] > 0.0):
+    band = BAND * s[at.AMPLITUDE + i]
+    if s[at.DECIDED + i] > 0.0 or distance > band or s[at.ATTRACTS + i] == 0.0:
         return
     if s[at.B + i] == 0.0:
-        decide(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
-    elif contacts.is_near_steady(m, i):
-        xi = s[at.XI_STAR + i]
-        results[at.XI_SETTLED, c], results[at.SETTLING_TIME, c] = xi, s[at.TAU + i]
-        results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c], results[at.CYCLE_SPEED_RANGE, c] = xi, xi, 0.0
-        results[at.SLOWEST_SLIP, c] = abs(s[at.B + i])
-        if isnan(s[at.LOOP_TAU + i]):
-            note(s, i, xi, s[at.B + i], 0.0)
-        decide(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, at.SETTLING_OBSERVED)
+        if abs(s[at.DW + i]) <= band:
+            decide_by_whole(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
+        return
+    off = contacts.deviation(m, i)
+    if isnan(s[AWAY + i]):
+        s[AWAY + i] = off
+    stays = s[TURNED + i] >= 2.0 or off <= max(STAYS * s[AWAY + i], m.rtol)
+    if stays and off < CLOSE and off * off < CLOSE * s[at.FIRMNESS + i]:
+        settle(m, i)
+
+
+@compiled
+def settle(m, i):
+    """Steady sliding is what the motion tends to."""
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
+    xi = s[at.XI_STAR + i]
+    results[at.XI_SETTLED, c], results[at.SETTLING_TIME, c] = xi, s[at.ENTERED + i]
+    results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c], results[at.CYCLE_SPEED_RANGE, c] = xi, xi, 0.0
+    results[at.SLOWEST_SLIP, c] = abs(s[at.B + i])
+    note(s, i, xi, s[at.B + i], 0.0)
+    decide_by_whole(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, at.SETTLING_OBSERVED)
 
 
 observers.register(Recurrence, globals())

@@ -13,7 +13,7 @@ from stickslip.config.studies import study_class
 from stickslip.config.unit_warnings import magnitudes
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
-from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with
+from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import SENSOR
@@ -32,9 +32,11 @@ class Row(NamedTuple):
 def describe(config: Config) -> Iterator[Row]:
     """The rows of a configuration: what is the same in all cells, what varies, how it is computed, where it goes."""
     yield Row("law", config.friction.law, LAW_MESSAGES[config.friction.law])
-    fixed = config.fixed()
+    fixed, model = config.fixed(), model_of(config.friction.law)
     for name, row in QUANTITIES.items():
-        if name in fixed and config.friction.law in laws_with(name):
+        if name in model.absent and name in fixed and (math.isnan(fixed[name]) or fixed[name] == row.default):
+            yield Row(name, "none", f"{row.long_name}: {model.absent[name]}")
+        elif name in fixed and config.friction.law in laws_with(name):
             meaning = f"{row.long_name}: {row.absent}" if math.isnan(fixed[name]) else row.long_name
             yield Row(name, _value(fixed[name], row), meaning)
     if config.drive is not None:
@@ -64,10 +66,12 @@ def describe(config: Config) -> Iterator[Row]:
 
 def _amounts(config: Config) -> Iterator[Row]:
     """Closed forms of the quantities, in terms that can be held against the machine at hand."""
-    spans = magnitudes(config)
+    spans, model = magnitudes(config), model_of(config.friction.law)
+    load = f"{BREAKAWAY if model.curve else model.levels[0]} times load over stiffness"
+    load += ", where it breaks away" if model.curve else ""
     for name, si, unit, meaning in (
         ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction"),
-        ("static deflection", "m", "m", f"{BREAKAWAY} times load over stiffness, where it breaks away"),
+        ("static deflection", "m", "m", load),
     ):
         if span := spans.get(name):
             yield Row(name, span.text(unit) + _in_customary(si, span.least, span.most), meaning)

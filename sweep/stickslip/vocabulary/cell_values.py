@@ -16,10 +16,10 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.beyond import beyond_the_model
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.models import Rule, model_of
+from stickslip.vocabulary.models import LAWS, Rule, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PARAMETERS_OF
-from stickslip.vocabulary.suggest import suggest
+from stickslip.vocabulary.suggest import listed, suggest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,6 +123,8 @@ def check_names(named: Iterable[str], known: Mapping[str, Parameter] = PARAMETER
             near = suggest(str(name), known)
             if sentence := beyond_the_model(str(name)):
                 raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
+            if (laws := laws_with(str(name))) != LAWS:
+                raise TypeError(f"{name!r} is not a parameter of cells of this law, but of {listed(laws)}")
             hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(known)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 

@@ -265,12 +265,14 @@ def _passed_on(cells: Parameters, results: Results, state: State) -> State:
     """A state on each attractor.
 
     Of stick-slip one of the stick phase: the belt then loads the contact up to the break-away of the next value, from
-    where the slip is the same whatever was before.
+    where the slip is the same whatever was before. A contact with memory has none: where its spring pulls least.
     """
     regime = results["regime"]
     slides, sticks = np.isin(regime, SETTLED), np.isin(regime, (_STICK_SLIP, _STUCK))
     x, v = state
-    x = np.where(regime == _STICK_SLIP, results["restick_displacement"], x)
+    least = np.where(cells["belt_speed"] < 0.0, results["cycle_force_max"], results["cycle_force_min"])
+    restick = results["restick_displacement"]
+    x = np.where(regime == _STICK_SLIP, np.where(np.isnan(restick), least / cells["stiffness"], restick), x)
     x = np.where(slides | (regime == _STUCK), results["settled_displacement"], x)
     x = np.where(regime == _SUSTAINED, results["cycle_force_max"] / cells["stiffness"], x)
     v = np.where(sticks, np.nan, np.where(slides, DISTURBANCE * cells["belt_speed"], v))

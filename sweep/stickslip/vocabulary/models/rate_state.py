@@ -77,5 +77,6 @@ RATE_STATE = _RateState(
     rules=dict.fromkeys(_LAWS, _RULES),
     to_si=results_to_si(_slopes),
     levels=("mu_0",),
+    absent={"velocity": "slip at a tenth of the speed of the belt", "contact_time": "the state of steady sliding"},
     one_way=True,
 )

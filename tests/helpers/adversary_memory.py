@@ -1,0 +1,303 @@
+"""Contacts with memory, engine against judge: random cells over decades, what is compared, what stands, in words."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+import stickslip
+from helpers.adversary_cells import exponents, log_uniform, some
+from judge import memory
+from stickslip.vocabulary.flags import REGIMES, STATUSES
+
+NAN = float("nan")
+PLAIN = {
+    "damping": 0.0, "displacement": 0.0, "velocity": NAN, "contact_time": 0.0, "delta": 1.0, "a2": 0.0,
+    "contact_damping": 0.0, "contact_damping_speed": NAN, "elastic_part": 0.0,
+}  # fmt: skip
+MOST_STEPS = 50_000  # of the engine
+OWED = 100.0  # errors owed, in units of rtol
+NOISE = 1000.0  # tolerances: deviation from steady sliding at the band, below which errors decide what hangs on it
+BY_BAND = ("settling_time", "equilibrium_crossings")
+CLOSE_TO_STICKING = 0.01  # of the least slip speed at which a cycle counts as stick-slip
+SAME_TIME = 1e-3  # of settling, and of a free oscillation
+BAND_EDGE, BAND_BY_RTOL = 0.02, 1e5  # change of the band that decides nothing; errors of the load count
+NUMBERS = (
+    "period", "cycle_force_max", "cycle_force_min", "spring_force_max", "spring_force_min", "slip_speed_min",
+    "slip_speed_max", "acceleration_max", "energy_per_cycle",
+)  # fmt: skip
+
+
+# --- cells ------------------------------------------------------------------------------------------------------------
+
+
+def rate_state(rng, n):
+    """Mass numbers from 1e-12 to 1e3, stiffness from 1e-3 to 1e3 of the critical one, a quarter of them close to it."""
+    load, distance, a = log_uniform(rng, 0.1, 1e4, n), log_uniform(rng, 1e-7, 1e-3, n), log_uniform(rng, 1e-3, 0.05, n)
+    speed, inertia = log_uniform(rng, 1e-9, 1.0, n), log_uniform(rng, 1e-12, 1e3, n)
+    b = a * rng.uniform(0.2, 4.0, n)
+    damping = some(rng, 0.4, n, log_uniform(rng, 1e-4, 3.0, n)) * np.abs(b - a) * load / speed
+    mass = inertia * a * load * distance / speed**2
+    at_once, steady = a * load / speed + damping, (a - b) * load / speed + damping
+    critical = np.abs(steady) * speed / distance * (1.0 + mass * speed / distance / at_once)
+    side = 1.0 + rng.choice([-1.0, 1.0], n) * log_uniform(rng, 1e-3, 0.3, n)
+    stiffness = critical * np.where(rng.random(n) < 0.25, side, log_uniform(rng, 1e-3, 1e3, n))
+    steady_load = 0.6 - (b - a) * np.log(speed / 1e-6)
+    kick = some(rng, 0.3, n, rng.normal(0.0, 5.0, n)) * a
+    return {
+        "mass": mass, "stiffness": stiffness, "normal_load": load, "belt_speed": speed, "damping": damping,
+        "mu_0": np.full(n, 0.6), "v_0": np.full(n, 1e-6), "a": a, "b": b, "D_c": distance,
+        "displacement": some(rng, 0.4, n, (steady_load + kick) * load / stiffness),
+        "velocity": some(rng, 0.4, n, speed * (1.0 - log_uniform(rng, 1e-6, 30.0, n)), NAN),
+        "contact_time": some(rng, 0.4, n, distance / speed * log_uniform(rng, 1e-4, 1e6, n)),
+    }  # fmt: skip
+
+
+def bristles(rng, n):
+    """Soft to all but rigid contacts, damped or not, elastic parts, falling and rising curves, belts both ways."""
+    mass, stiffness, load = log_uniform(rng, 1e-2, 1e2, n), log_uniform(rng, 1e2, 1e6, n), log_uniform(rng, 1.0, 1e3, n)
+    impedance = np.sqrt(mass * stiffness)
+    speed, s_0 = load / impedance, log_uniform(rng, 0.3, 1e7, n)
+    way = np.where(rng.random(n) < 0.2, -1.0, 1.0)
+    a1, a3, belt = (
+        rng.uniform(0.05, 0.6, n),
+        some(rng, 0.9, n, rng.uniform(0.0, 0.5, n)),
+        log_uniform(rng, 1e-4, 3.0, n),
+    )
+    a4 = np.where(rng.random(n) < 0.3, belt * log_uniform(rng, 0.1, 10.0, n), log_uniform(rng, 1e-3, 3.0, n))
+    damped = some(rng, 0.7, n, log_uniform(rng, 1e-3, 3.0, n))
+    sliding = rng.random(n) < 0.3
+    return {
+        "mass": mass, "stiffness": stiffness, "normal_load": load, "belt_speed": way * belt * speed,
+        "damping": some(rng, 0.7, n, log_uniform(rng, 1e-3, 1.0, n)) * impedance,
+        "a1": a1, "a2": some(rng, 0.5, n, log_uniform(rng, 1e-3, 1.0, n)) / speed, "a3": a3, "a4": a4 * speed,
+        "delta": exponents(rng, n, 3.0), "contact_stiffness": s_0 * stiffness,
+        "contact_damping": damped * np.sqrt(s_0) * impedance,
+        "contact_damping_speed": some(rng, 0.4, n, log_uniform(rng, 1e-3, 100.0, n), NAN) * speed,
+        "elastic_part": some(rng, 0.4, n, rng.uniform(0.0, 0.95, n)),
+        "displacement": np.where(sliding, way * (a1 + a3) * rng.uniform(0.0, 1.5, n), 0.0) * load / stiffness,
+        "velocity": np.where(sliding & (rng.random(n) < 0.7), way * belt * rng.uniform(-2.0, 3.0, n), NAN) * speed,
+        "contact_time": np.zeros(n),
+    }  # fmt: skip
+
+
+FAMILIES = {"rate_state": rate_state, "bristles": bristles}
+LAWS = {
+    "rate_state": ("rate_state_ageing", "rate_state_slip"),
+    "bristles": ("stribeck", "stribeck_delta", "rational", "cubic"),
+}
+
+
+def draw(family, n, rng):
+    """{law: cells}, about n cells."""
+    every = {}
+    for law in LAWS[family]:
+        cells = FAMILIES[family](rng, -(-n // len(LAWS[family])))
+        if law != "stribeck_delta":
+            cells.pop("delta", None)
+        if law == "cubic":  # meaningless far beyond its minimum, at a4
+            cells["a4"] = np.abs(cells["belt_speed"]) / rng.uniform(0.02, 0.5, cells["a4"].size)
+            cells["velocity"] = np.full(cells["a4"].size, NAN)
+        every[law] = cells
+    return every
+
+
+# --- the court --------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class MemoryDispute:
+    """One cell on which engine and judge disagree."""
+
+    family: str
+    law: str
+    rtol: float
+    what: str
+    ours: object
+    judged: object
+    error: float
+    cell: dict
+
+    def line(self):
+        """To paste into Python."""
+        given = ", ".join(f"{n}={v!r}" for n, v in self.cell.items() if n not in PLAIN or not same(v, PLAIN[n]))
+        call = f'stickslip.evaluate(dict({given}), rtol={self.rtol:g}, law="{self.law}", max_steps={MOST_STEPS})'
+        return f"{call}  # {self.family}: {self.what}: ours {self.ours}, judge {self.judged} ({self.error:.3g} rtol)"
+
+
+def same(a, b):
+    return a == b or (np.isnan(a) and np.isnan(b))
+
+
+def take(cells, chosen):
+    return {name: values[chosen] for name, values in cells.items()}
+
+
+def judged(cells, law, **options):
+    """Verdicts in SI by the names of `evaluate`; of belts that run backwards mirrored back."""
+    rows = memory.kernel_rows({**{n: np.full(cells["mass"].size, v) for n, v in PLAIN.items()}, **cells}, law)
+    out = memory.judge_memory(rows, **options)
+    m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
+    time, speed, back = np.sqrt(m / k), load / np.sqrt(k * m), cells["belt_speed"] < 0.0
+    cycle = out[:, memory.REGIME] == memory.CYCLE
+    slowest = out[:, memory.SLOWEST] / rows[:, memory.BELT]
+    damped = np.where(out[:, memory.CROSSINGS] >= 2.0, "damped", "creep")
+    sticks = np.where(slowest < 1e-3, "stick_slip", "sustained")
+    regime = np.where(cycle, sticks, np.where(out[:, memory.REGIME] == memory.SETTLES, damped, "undecided"))
+    force = {"cycle_force": (memory.F_MAX, memory.F_MIN), "spring_force": (memory.WHOLE_MAX, memory.WHOLE_MIN)}
+    verdict = {"regime": regime, "slowest": slowest, "cycle": cycle, "growth": rows[:, memory.GROWTH] / time}
+    of_cycle = regime == "stick_slip"
+    out[of_cycle, memory.WHOLE_ACCELERATION] = out[of_cycle, memory.ACCELERATION]
+    for name, (high, low) in force.items():
+        high, low = out[:, high].copy(), out[:, low].copy()
+        if name == "spring_force":
+            high = np.where(of_cycle, out[:, memory.F_MAX], high)
+            low = np.where(of_cycle, out[:, memory.F_MIN], low)
+        verdict[f"{name}_max"] = np.where(back, -low, high) * load
+        verdict[f"{name}_min"] = np.where(back, -high, low) * load
+    fastest = np.maximum(out[:, memory.FASTEST], -out[:, memory.SLOWEST])
+    verdict |= {
+        "period": out[:, memory.PERIOD] * time, "slip_speed_min": out[:, memory.SLOWEST] * speed,
+        "slip_speed_max": np.where(of_cycle, fastest, out[:, memory.WHOLE_FASTEST]) * speed,
+        "acceleration_max": out[:, memory.WHOLE_ACCELERATION] * load / m,
+        "energy_per_cycle": out[:, memory.HEAT] * load * load / k,
+        "settling_time": out[:, memory.SETTLING] * time, "equilibrium_crossings": out[:, memory.CROSSINGS],
+        "at_band": out[:, memory.AT_BAND], "time": time, "steps": out[:, memory.STEPS],
+    }  # fmt: skip
+    return verdict
+
+
+def errors(cells, law, ours, verdict, rtol):
+    """In units of rtol, by name."""
+    force = np.fmax(np.abs(verdict["spring_force_max"]), np.abs(verdict["spring_force_min"]))
+    if "a1" in cells:
+        force = np.fmax(force, cells["normal_load"] * (cells["a1"] + cells["a3"]))
+    else:
+        force = np.fmax(force, cells["normal_load"] * 10.0 * cells["a"])
+    with np.errstate(all="ignore"):  # of a cycle that is small beside the load, errors of the load are all of it
+        small = np.fmax(0.1 * force / (verdict["cycle_force_max"] - verdict["cycle_force_min"]), 1.0)
+    found = {}
+    for name in NUMBERS:
+        a, b = ours[name], verdict[name]
+        scale = force if "force" in name else np.abs(b)
+        if name == "slip_speed_min":
+            if law.startswith("rate_state"):  # over decades: of its logarithm
+                with np.errstate(all="ignore"):
+                    a, b = np.log(a / cells["belt_speed"]), np.log(b / cells["belt_speed"])
+                scale = np.fmax(np.abs(b), 1.0)
+            else:
+                scale = np.fmax(np.abs(b), np.abs(cells["belt_speed"]))
+        if name == "energy_per_cycle":
+            scale = np.fmax(scale, 0.1 * force * np.abs(cells["belt_speed"]) * np.nan_to_num(verdict["period"]))
+        with np.errstate(all="ignore"):
+            error = np.abs(a - b) / scale / rtol
+        if name == "acceleration_max":
+            error *= 0.1  # the judge has samples of it
+        if law not in ("rate_state_ageing", "rate_state_slip") and "force" not in name:
+            error = np.where(verdict["cycle"], error / small, error)
+        error = np.where(np.isnan(b) | (a == b), 0.0, np.where(np.isnan(a), np.inf, error))
+        found[name] = np.where(verdict["cycle"] | ~np.isin(name, ("period", "slip_speed_min")), error, 0.0)
+        if name.startswith("cycle") or name == "energy_per_cycle":
+            found[name] = np.where(verdict["cycle"], found[name], 0.0)
+    return found
+
+
+def compare(cells, law, rtol, ours, verdict):
+    """For every cell a list of (what, ours, judged, error), or a word."""
+    error, outcome = errors(cells, law, ours, verdict, rtol), []
+    for i, ruled in enumerate(verdict["regime"]):
+        said, status = REGIMES[int(ours["regime"][i])], STATUSES[int(ours["status"][i])]
+        near = abs(np.log(max(verdict["slowest"][i], 1e-300) / 1e-3)) < CLOSE_TO_STICKING
+        if said in ("unresolved", "failed") or status == "irregular":
+            outcome.append(status)
+        elif ruled == "undecided" or (near and {said, ruled} == {"stick_slip", "sustained"}):
+            outcome.append("undecided")
+        elif {said, ruled} == {"damped", "creep"} and not verdict["at_band"][i] > NOISE * rtol:
+            outcome.append("undecided")
+        elif said != ruled:
+            outcome.append([("regime", said, str(ruled), NAN)])
+        else:
+            wrong = [
+                (n, float(ours[n][i]), float(verdict[n][i]), float(error[n][i])) for n in NUMBERS if error[n][i] > OWED
+            ]
+            if said in ("damped", "creep") and verdict["at_band"][i] > NOISE * rtol:
+                wrong += by_band(ours, verdict, i)
+            outcome.append(wrong)
+    return outcome
+
+
+def by_band(ours, verdict, i):
+    wrong = []
+    a, b = float(ours["settling_time"][i]), float(verdict["settling_time"][i])
+    if not np.isnan(b) and not abs(a - b) < SAME_TIME * (b + 2.0 * np.pi * verdict["time"][i]):
+        wrong.append(("settling_time", a, b, abs(a - b) / b / 1e-3))
+    a, b = float(ours["equilibrium_crossings"][i]), float(verdict["equilibrium_crossings"][i])
+    if not np.isnan(verdict["settling_time"][i]) and a != b:
+        wrong.append(("equilibrium_crossings", a, b, NAN))
+    return wrong
+
+
+def stands(cells, law, rtol, what, said):
+    """ "stands", "undecided" or "sensitive", of one cell: by a tighter judge, and of cells that differ by rtol."""
+    rng = np.random.default_rng(1)
+    first, tight = judged(cells, law), judged(cells, law, tolerance=1e-11, most_steps=400_000)
+    near = {n: np.repeat(v, 6) * (1.0 + rtol * rng.choice((-1.0, 1.0), 6)) for n, v in cells.items()}
+    for name, plain in PLAIN.items():
+        if name in near:
+            near[name] = np.where(np.repeat(cells[name], 6) == plain, plain, near[name])
+    others = judged(near, law)
+    if tight["regime"][0] != first["regime"][0] or (others["regime"] != first["regime"][0]).any():
+        return "undecided"
+    if what in NUMBERS and np.isfinite(said):
+        off = errors(cells, law, first, tight, rtol)[what][0]
+        if off > 0.1 * OWED:
+            return "undecided"
+        ours = {n: np.full(6, tight[n][0]) for n in NUMBERS}
+        return "sensitive" if errors(near, law, ours, others, rtol)[what].max() > 0.3 * OWED else "stands"
+    if what in NUMBERS and not np.isfinite(said):
+        return "stands"
+    if what == "regime" and set(first["regime"]) <= {"damped", "creep"}:
+        return by_band_edge(cells, law, "equilibrium_crossings", first, others, rtol, NAN)
+    return by_band_edge(cells, law, what, first, others, rtol, said) if what in BY_BAND else "stands"
+
+
+def by_band_edge(cells, law, what, first, others, rtol, said):
+    """ "undecided" where slightly different bands, or cells, say what the engine says, or something else again."""
+    edge = max(BAND_EDGE, BAND_BY_RTOL * rtol)
+    bands = [memory.BAND * (1.0 + change) for change in (-edge, -0.5 * edge, 0.5 * edge, edge)]
+    edges = [judged(cells, law, band=band)[what][0] for band in bands] + [first[what][0], *others[what]]
+    if what == "settling_time":
+        allowed = SAME_TIME * (first[what][0] + 2.0 * np.pi * first["time"][0])
+        return "undecided" if min(edges) - allowed <= said <= max(edges) + allowed else "stands"
+    return "undecided" if len(set(edges)) > 1 else "stands"
+
+
+def challenge(family, cells, seed, rtols=(1e-6, 1e-8), threads=1):
+    """Disputes that stand, and counts, of so many cells of a family."""
+    rng = np.random.default_rng([seed, sum(map(ord, family))])
+    disputes, counts = [], Counter()
+    for law, group in draw(family, cells, rng).items():
+        verdict = judged(group, law)
+        for rtol in rtols:
+            ds = stickslip.evaluate(group, rtol, law=law, max_steps=MOST_STEPS, threads=threads)
+            ours = {name: ds[name].values for name in ds.data_vars}
+            counts["max steps"] = max(counts["max steps"], int(np.nanmax(ours["steps"])))
+            for i, found in enumerate(compare(group, law, rtol, ours, verdict)):
+                counts["cells"] += 1
+                if isinstance(found, str):
+                    counts[found] += 1
+                    continue
+                standing = []
+                for what, said, ruled, error in found:
+                    word = stands(take(group, slice(i, i + 1)), law, rtol, what, said)
+                    if word == "stands":
+                        cell = {n: float(v[i]) for n, v in group.items()}
+                        standing.append(MemoryDispute(family, law, rtol, what, said, ruled, error, cell))
+                if standing:
+                    counts["regime" if standing[0].what == "regime" else "wrong number"] += 1
+                    disputes += standing
+                else:
+                    counts["agree" if not found else word] += 1
+    return disputes, counts
