@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import NAN, run
+from judge import memory as memory_judge
 from stickslip.engine.compiled import kernels
 from stickslip.theory import memory
 from stickslip.theory.curve import weakening
@@ -268,3 +269,36 @@ def test_ever_stiffer_bristles_are_the_rigid_contact():
         np.testing.assert_allclose(off, [-2.297e-2, -7.65e-4, -6.9e-5, -1.43e-6], rtol=0.02, atol=1e-7)
         for row in (at.SPEED_MAX, at.XI_MAX, at.CYCLE_XI_MAX, at.CYCLE_XI_MIN):
             assert abs(found[row, 3] / rigid[row, 0] - 1.0) < 3e-6
+
+
+def test_a_cycle_is_one_only_once_its_load_recurs_as_its_range_does():
+    """Soft bristles come to their cycle in a spiral, whose range of load stands still on the way (found by the
+    adversary): the period is the judge's, by collocation, not that of a loop before.
+    """
+    cells = np.zeros((at.CELL_ROWS, 1))
+    cells[[at.BELT, at.GAMMA, at.A1, at.A3, at.A4, at.DELTA], 0] = (
+        0.12980446165231596, 0.003988269715012044, 0.5093362421076164, 0.4735977698453192, 0.24046196, 1.0,
+    )  # fmt: skip
+    cells[at.CONTACT_STIFFNESS], cells[at.ETA_START], cells[at.HORIZON] = 2.1401648203591, NAN, np.inf
+    p = np.zeros(memory_judge.ROWS)
+    p[[memory_judge.KIND, memory_judge.BELT, memory_judge.GAMMA, memory_judge.S_0]] = (
+        memory_judge.BRISTLES, *cells[[at.BELT, at.GAMMA, at.CONTACT_STIFFNESS], 0],
+    )  # fmt: skip
+    for row, values in ((memory_judge.A1, at.A1), (memory_judge.A3, at.A3), (memory_judge.A4, at.A4)):
+        p[row] = cells[values, 0]
+    p[memory_judge.DELTA] = 1.0
+    exact = memory_judge.judge_memory([p])[0]
+    for rtol in (1e-5, 1e-6, 1e-8):
+        found = run(cells, rtol, law=LAWS[0])
+        assert found[at.PERIOD, 0] == pytest.approx(exact[memory_judge.PERIOD], rel=10.0 * rtol)
+
+
+def test_bristles_that_ring_while_the_load_creeps_are_no_cycle():
+    """A slow belt: the load creeps for thousands of turns of the ringing, which is at the noise of the steps."""
+    cells = np.zeros((at.CELL_ROWS, 3))
+    cells[at.BELT], cells[at.A1], cells[at.A3], cells[at.A4] = np.array([1e-6, 1e-7, 1e-8]) * 2.236, 0.25, 0.2, 0.0447
+    cells[at.CONTACT_STIFFNESS], cells[at.CONTACT_DAMPING], cells[at.DELTA] = 200.0, 4.47, 1.0
+    cells[at.ETA_START], cells[at.HORIZON] = NAN, np.inf
+    assert (memory.small_motions(1.0, 1.0, slopes(cells, LAWS[0])).growth > 0.0).all()
+    found = run(cells, max_steps=6e4, law=LAWS[0])
+    assert (found[at.REGIME] != at.SUSTAINED).all()  # unstable at a crawl: undecided, or stick-slip

@@ -53,6 +53,7 @@ HELD = 30.0  # periods of bristles in a step from which on the slip follows the 
 PASSED = 0.1  # tolerances, of the speed: slip back by less has not passed zero
 BEYOND, AT_MOST = 1.5, 2.0  # of this: where a step that passes zero is to end, and the most it may be beyond
 TINIEST_STEP, NOTHING = 1e-60, 1e-300
+CURVED = 4.0  # slip speeds by which w may curve in a step; more is what errors of the load do to stiff bristles
 FLOOR = 1e-3  # of the speed scale
 SLIDING = 0.1  # by how much bristles that slide may be off the deflection at which they do
 SINE = tuple((-1.0) ** n / factorial(2 * n + 1) for n in range(8))  # coefficients of sin(x)/x
@@ -268,6 +269,9 @@ def control_step(law, s, rtol):
         h = s[at.TAKEN + i]
         s[at.Y_NEW + i], s[at.W_NEW + i], s[at.WEAK_NEW + i] = y, w, f
         s[at.DW_NEW + i], s[at.JERK_NEW + i] = derivatives(law, s, i, h, h, y, w, f)
+        most = CURVED / (h * h * per_speed)
+        s[at.JERK + i] = min(max(s[at.JERK + i], -most), most)
+        s[at.JERK_NEW + i] = min(max(s[at.JERK_NEW + i], -most), most)
         leaps = leaps_over_breakaway(s, i, h, f)
         s[at.GOOD + i] = select((error2 <= 1.0) & (not leaps), 1.0, 0.0)
         s[at.STEP + i] = select(leaps, 0.5, step_factor(error2)) * s[at.STEP + i]

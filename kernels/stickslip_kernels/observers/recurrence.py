@@ -28,6 +28,7 @@ MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
 MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
 AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
 DRIFT = 0.01  # and by how much of the range of a cycle its maxima
+SPIRAL = 100.0  # tolerances, of the range: as much for a cycle, to which the range alone may seem to have come
 DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
 IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
@@ -254,8 +255,9 @@ def recurs(m, i, loops):
     if abs(change) <= noise and abs(previous) <= noise:
         left = noise
     as_long = abs(s[TIME + i] - s[TIME + row]) <= AS_LONG * s[TIME + i]
-    as_long = as_long and abs(s[HIGH + i] - s[HIGH + row]) <= DRIFT * span  # else it rings on its way
-    is_alike = as_long and max(left, noise / firmness) <= ALIKE * tolerance
+    moved = abs(s[HIGH + i] - s[HIGH + row])
+    as_long = as_long and moved <= DRIFT * span  # else it rings on its way
+    is_alike = as_long and moved <= SPIRAL * tolerance and max(left, noise / firmness) <= ALIKE * tolerance
     s[ALIKE_BEFORE + row] = s[ALIKE_BEFORE + row] + 1.0 if is_alike else 0.0
     if not (as_long and abs(change) <= tolerance):
         s[WITHIN + row] = 0.0
