@@ -174,6 +174,29 @@ def test_attractors_of_it_are_sampled():
     assert found["regime_from_sliding"].values.tolist() == [1, 2]
 
 
+@pytest.mark.parametrize("cell", [PAIR | {"belt_speed": 1e-4}, BRISTLES | {"belt_speed": 0.02, "a3": 0.05}])
+def test_a_ramp_goes_from_cycle_to_cycle(cell):
+    """It never rests on the belt: the next value starts where the spring pulls least."""
+    law = LAWS[0] if "mu_0" in cell else "stribeck"
+    softest = 2e4 if "mu_0" in cell else 3e3
+    found = stickslip.ramp(cell, "stiffness", (softest, 1.2 * softest), points=2, law=law)
+    np.testing.assert_array_equal(found["regime"].values, 1)
+    at_once = stickslip.evaluate(cell | {"stiffness": [softest, 1.2 * softest]}, law=law)
+    np.testing.assert_allclose(found["period"].values.ravel()[:2], at_once["period"], rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "law", "message"),
+    [
+        ({"mu_stop": 0.3}, LAWS[0], "of stribeck, stribeck_delta"),
+        ({"contact_stiffness": 1e6}, LAWS[1], "lugre_stribeck"),
+    ],
+)
+def test_a_parameter_of_another_law_names_that_law(changes, law, message):
+    with pytest.raises(TypeError, match=message):
+        stickslip.evaluate(PAIR | {"belt_speed": 1e-2} | changes, law=law)
+
+
 # --- bristles ---------------------------------------------------------------------------------------------------------
 
 
