@@ -71,7 +71,7 @@ def test_a_wrong_answer_about_a_contact_with_memory_is_noticed(family):
             defined &= verdict["cycle"]
         noticed = [outcome for outcome, was, is_one in zip(outcomes, right, defined, strict=True) if was and is_one]
         named = [[what for what, *_ in found] for found in noticed if found]
-        assert len(named) > 0.6 * len(noticed) and all(names == [name] for names in named), name
+        assert len(named) > 0.3 * len(noticed) and all(names == [name] for names in named), name
     outcomes = adversary_memory.compare(cells, law, 1e-6, ours | {"regime": np.full(len(right), 5)}, verdict)
     assert all(outcome[0][0] == "regime" for outcome, was in zip(outcomes, right, strict=True) if was)
 
