@@ -56,15 +56,18 @@ class Parts(codegen.JITCPUCodegen):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, name: str) -> None:
-    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error."""
+def main(law: str, signals: bool, name: str, functions: str = "") -> None:
+    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error.
+
+    functions : of a law that comes from outside, as `exports.c_functions` takes them.
+    """
     gc.disable()  # an eighth of the time; this process is soon over
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        out.write(objects.packed(name, *build(law, signals)))
+        out.write(objects.packed(name, *build(law, signals, functions)))
 
 
-def build(law: str, signals: bool) -> tuple[list[str], bytes]:
+def build(law: str, signals: bool, functions: str = "") -> tuple[list[str], bytes]:
     """The object of a machine, and the functions it expects in a process. From now on nothing else compiles here."""
     jit.compile_parts()
     context = cpu_target.target_context
@@ -74,16 +77,16 @@ def build(law: str, signals: bool) -> tuple[list[str], bytes]:
     _remember_operators()
     from . import exports  # decorates the kernels, as parts
 
-    functions = exports.c_functions(law, signals)
+    made = exports.c_functions(law, signals, functions)
     parts: dict[codegen.CPUCodeLibrary, None] = {}
-    for function in functions.values():
+    for function in made.values():
         _gather(function._library, parts)
     whole = llvm.parse_assembly(str(maker._create_empty_module("kernels")))
     for part in parts:
         whole.link_in(part._final_module)
-    for name, function in functions.items():
+    for name, function in made.items():
         whole.get_function(function.native_name).name = name
-    _make_local(whole, set(functions))
+    _make_local(whole, set(made))
     _optimise(whole, maker._tm)
     return _symbols(whole), maker._tm.emit_object(whole)
 

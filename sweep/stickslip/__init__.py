@@ -23,11 +23,12 @@ if TYPE_CHECKING:
     from .engine import Options
     from .errors import ClusterError, ConfigError, IncompleteError, Interrupted
     from .materials import compare
+    from .vocabulary.own_laws import Table, register_law
 
 __all__ = [
-    "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "__version__",
+    "ClusterError", "Config", "ConfigError", "IncompleteError", "Interrupted", "Options", "Table", "__version__",
     "attractors", "border", "collect", "compare", "contours", "evaluate", "load_config", "margins", "open", "ramp",
-    "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
+    "register_law", "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
@@ -36,7 +37,7 @@ _HOMES = {
     "collect": "api.runs", "open": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs",
     "status": "api.runs", "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
-    "ramp": "api.studies",
+    "ramp": "api.studies", "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.models import LAWS, Model, law_of_contact, model_of
+from stickslip.vocabulary.models import LAWS, Model, is_law, law_of_contact, model_of, own_law, own_names
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip_kernels import layout
@@ -39,7 +39,7 @@ class SolverKeywords(TypedDict, total=False):
 class Options:
     """Options of an integration, and of how work is spread. Defaults and limits are those of the configuration.
 
-    law : one of `vocabulary.models.LAWS`. horizon : s; inf for none. threads : None for one per processor.
+    law : one of `vocabulary.models.LAWS`, or one of one's own. horizon : s; inf for none. threads : None for one per processor.
     block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.
     """
 
@@ -53,8 +53,10 @@ class Options:
     variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if self.law not in LAWS:
-            raise ValueError(f"law: got {self.law!r}, expected {', '.join(LAWS)}")
+        if not isinstance(self.law, str) or not is_law(self.law):
+            raise ValueError(f"law: got {self.law!r}, expected {', '.join((*LAWS, *own_names()))}")
+        if self.law == (own := own_law(self.law)):  # which a process that gets these options may not know
+            object.__setattr__(self, "law", own)
         if not self.horizon > 0:
             raise ValueError(f"horizon: got {self.horizon!r}, expected a time > 0 (s)")
         if not self.early_stop and isinf(self.horizon):
