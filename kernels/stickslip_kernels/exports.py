@@ -63,8 +63,9 @@ def _regimes_of(contact, tag, regimes):
 
 def _signals_of(contact, tag):
     def run_signals(
-        stations, cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, rows, table, pieces, spans
-    ):
+        stations, cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, rows, table, pieces,
+        spans,
+    ):  # fmt: skip
         law = with_stations(tag, array_at(stations, (at.STATION_ROWS, at.STATIONS)))
         observer = Signals(
             array_at(results, (at.RIG_ROWS, n)),

@@ -136,7 +136,9 @@ def is_caught(law, s, i):
 def leaps(m, i):
     """Put lane i where its motion is known to come, if that takes more steps than are left; whether it did."""
     law, s, b = m.law, m.s, m.s[at.B + i]
-    if not is_smooth(law) or s[at.W_MIN + i] > 0.0 or b <= 0.0 or s[at.TAU_END + i] < inf or m.observer.until == at.UNTIL_HORIZON:
+    if not is_smooth(law):
+        return False
+    if s[at.W_MIN + i] > 0.0 or b <= 0.0 or s[at.TAU_END + i] < inf or m.observer.until == at.UNTIL_HORIZON:
         return False
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b
     loops_left = (m.max_steps / s[at.TRIED + i] - 1.0) * (s[at.TAU + i] - s[at.SLIP_START + i]) / (2.0 * pi)

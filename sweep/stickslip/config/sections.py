@@ -30,7 +30,7 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
-from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, WRITTEN_LAWS
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, is_law, own_names
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
@@ -137,6 +137,13 @@ def one_of(words: Collection[str], what: str = "", named: Collection[str] = ()) 
     return Read(lambda value: value if value in words else choice(value, named or words, what), {"enum": list(words)})
 
 
+def _law(value: object) -> object:
+    """The name of a law: one that people write, one that a configuration implies, or one of one's own."""
+    if isinstance(value, str) and is_law(value):
+        return str(value)
+    return choice(value, (*WRITTEN_LAWS, *own_names()))
+
+
 def list_of(
     words: Collection[str], expected: str, hint: str | None = None, *, unique: bool = False, single: bool = False,
     empty: bool = False,
@@ -208,6 +215,25 @@ def _address(value: object) -> str:
 _FILES: Schema = {"type": "array", "minItems": 1, "items": POINTS_FILE.schema}
 _POINTS = Read(_points, {"anyOf": [POINTS_FILE.schema, _FILES]})
 _DASK = Read(_address, {"type": "string", "pattern": _ADDRESS, "examples": ["tcp://host:8786", LOCAL]})
+_LAW = Read(_law, {"anyOf": [{"enum": list(LAWS)}, {"type": "string", "pattern": OWN_NAME}]})
+_TABLE_POINTS: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "string"]}}
+_TABLE = Read(
+    lambda value: value,  # read already (`table_section.py`)
+    {
+        "anyOf": [
+            POINTS_FILE.schema,
+            {
+                "type": "object",
+                "properties": {
+                    "file": POINTS_FILE.schema, "monotone": {"type": "boolean"}, "speed": _TABLE_POINTS,
+                    "mu": _TABLE_POINTS,
+                },
+                "anyOf": [{"required": ["file"]}, {"required": ["speed", "mu"]}],
+                "additionalProperties": False,
+            },
+        ]
+    },
+)  # fmt: skip
 _EXAMPLE, _ALL = "a list of variables such as [regime, period]", "leave variables out to keep all of them"
 _VARIABLES = list_of(VARIABLES, _EXAMPLE, _ALL, single=True)
 
@@ -315,7 +341,7 @@ class System(with_quantities(Section, "system")):  # type: ignore[misc]
 
 
 class _Law(Section):
-    law: Annotated[str, one_of(LAWS, named=WRITTEN_LAWS)] = Field(
+    law: Annotated[str, _LAW] = Field(
         "stribeck",
         description="shape of the weakening: " + "; ".join(f"{law}: {LAW_MESSAGES[law]}" for law in WRITTEN_LAWS),
     )
@@ -323,6 +349,11 @@ class _Law(Section):
         None,
         description="CSV file of measured slip speeds and friction coefficients that "
         f"{CURVE.level} to {CURVE.decay} are fitted to; a list of files is an axis of materials",
+    )
+    table: Annotated[dict[str, Any] | None, _TABLE] = Field(
+        None,
+        description="CSV file of measured slip speeds and friction coefficients that are the curve as they are, in "
+        f"place of {CURVE.level} to {CURVE.decay}, or {{file: FILE.csv, monotone: true}}",
     )
 
 

@@ -7,7 +7,6 @@ beside the shape its *stations*, places between which it is nearly a cubic and i
 from __future__ import annotations
 
 import hashlib
-import keyword
 import re
 from collections.abc import Callable
 from functools import cache
@@ -19,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.vocabulary.cell_values import numbers_of
 from stickslip.vocabulary.code_digest import code_digest
-from stickslip.vocabulary.models import WRITTEN_LAWS, OwnLaw, add_law, coefficients_of, is_law, own_law  # noqa: F401
+from stickslip.vocabulary.models import LAWS, OWN_NAME, PREFIX, OwnLaw, add_law, own_law
 from stickslip.vocabulary.settings import CURVE_COLUMNS
 
 Floats = NDArray[np.float64]
@@ -29,7 +28,7 @@ ENTRY_POINTS = "stickslip.laws"  # group of a package: name of the law, and a mo
 MOST_POINTS = 200
 _ROWS, _STATIONS = 6, 512  # as the kernels have them
 _CLOSEST = 1e-9  # two points, over the fastest speed
-_NAME = re.compile(r"(?!table_|lugre_)[a-z][a-z0-9_]{0,39}")
+_TAKEN = ("table", PREFIX)  # beginnings of names
 _EXPONENTS = (1.0, 1.5, 2.0, 3.0, 5.0)  # at which a shape is looked at
 _Z = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 1601)])  # where
 _STEP = 1e-4  # of differences, relative
@@ -51,7 +50,8 @@ class Table(OwnLaw):
         do not pass the points on either side, but have jumps of the curvature.
 
     Below the first and beyond the last point friction stays what it is there. The coefficients are a1 = a2 = 0, a3 the
-    friction where the curve begins, and a4 the fastest speed: a3 scales the curve, a4 stretches it, a1 and a2 are added.
+    friction where the curve begins, and a4 the fastest speed: a3 scales the curve, a4 stretches it, a1 and a2 are
+    added.
 
     Raises
     ------
@@ -89,10 +89,31 @@ class Table(OwnLaw):
         return {"speed": self.w.tolist(), "mu": self.mu.tolist(), "monotone": self.monotone}
 
 
+def beyond_points(law: str, slip_speed: ArrayLike, fastest: ArrayLike) -> str | None:
+    """A sentence where slip is faster than the fastest point of a table; None where it is not, or the law is none.
+
+    slip_speed, fastest : of cells, m/s; the latter is their a4.
+    """
+    if not isinstance(own_law(law), Table):
+        return None
+    speed, known = map(np.ravel, np.broadcast_arrays(slip_speed, fastest))
+    reach = np.nan_to_num(speed / known)
+    if not reach.max(initial=0.0) > 1.0:
+        return None
+    most = int(np.argmax(reach))
+    return (
+        f"slip reaches {speed[most]:.3g} m/s, and the fastest point of the table is at {known[most]:.3g} m/s: beyond, "
+        "friction is taken to stay what it is there"
+    )
+
+
 def fault_of_points(speed: Floats, friction: Floats) -> tuple[int | None, str] | None:
     """What makes points no curve, and the number of the point that is to blame, if one is; None if nothing does."""
     if speed.ndim != 1 or speed.shape != friction.shape:
-        return None, f"got speeds of shape {speed.shape} and friction of shape {friction.shape}, expected two lists alike"
+        return (
+            None,
+            f"got speeds of shape {speed.shape} and friction of shape {friction.shape}, expected two lists alike",
+        )
     if not 2 <= speed.size <= MOST_POINTS:
         return None, f"got {speed.size} points, expected 2 to {MOST_POINTS}"
     for i, (w, mu) in enumerate(zip(speed.tolist(), friction.tolist(), strict=True)):
@@ -147,7 +168,7 @@ def register_law(name: str, shape: Shape, slope: Shape) -> OwnLaw:
         A word in small letters that is no law yet, or one of one's own, which is replaced.
     shape, slope : function
         Of z = w/a4 >= 0 and of the exponent delta, which need not matter: the shape, with shape(0) = 1, and its
-        derivative by z. Plain functions, or those that `numba.njit` made, that Numba compiles: numbers, `math`, branches.
+        derivative by z. Plain functions, or such that `numba.njit` made, of what Numba compiles.
 
     Returns
     -------
@@ -159,7 +180,7 @@ def register_law(name: str, shape: Shape, slope: Shape) -> OwnLaw:
     TypeError, ValueError
         For a shape that is none, by values at z from 0 to 10^4: not finite, below 0, not 1 at 0, or with another slope.
     """
-    if not isinstance(name, str) or not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in WRITTEN_LAWS:
+    if not isinstance(name, str) or not re.match(OWN_NAME, name) or name.startswith(_TAKEN) or name in LAWS:
         raise ValueError(f"name: got {name!r}, expected a word in small letters that is no law yet")
     for what, function in (("shape", shape), ("slope", slope)):
         if not callable(function):
@@ -201,7 +222,7 @@ def _look_at(name: str, shape: Shape, slope: Shape, delta: float) -> tuple[Float
         raise ValueError(f"law {name}: shape(0, {delta:g}) is {at[0]:g}, expected 1: a3 is friction at rest less a1")
     if (low := int(np.argmin(at))) and at[low] < 0.0:
         raise ValueError(
-            f"law {name}: shape({_Z[low]:g}, {delta:g}) is {at[low]:g}, expected at least 0: friction would drive the slip"
+            f"law {name}: shape({_Z[low]:g}, {delta:g}) is {at[low]:g}, expected at least 0, as friction is where it slides"
         )
     step = _STEP * np.maximum(_Z, 1e-3)
     above, below = values("shape", shape, _Z + step), values("shape", shape, np.maximum(_Z - step, 0.0))
@@ -210,7 +231,7 @@ def _look_at(name: str, shape: Shape, slope: Shape, delta: float) -> tuple[Float
     worst = int(np.argmax(off))
     if off[worst] > _UNLIKE * _STEP:
         raise ValueError(
-            f"law {name}: slope({_Z[worst]:g}, {delta:g}) is {slopes[worst]:g}, but the shape rises by {rise[worst]:g} there"
+            f"law {name}: slope({_Z[worst]:g}, {delta:g}) is {slopes[worst]:g}, and the shape rises by {rise[worst]:g}"
         )
     return at, slopes
 
@@ -258,7 +279,7 @@ def _is_cubic(z: Floats, shape: Floats, slope: Floats) -> bool:
 
 @cache
 def load_law(name: str) -> None:
-    """Register the law of this name that an installed package brings, if one does. Raises ValueError for a wrong one."""
+    """Register the law of this name that an installed package brings, if one does. Raises ValueError."""
     from importlib.metadata import entry_points
 
     for entry in entry_points(group=ENTRY_POINTS, name=name):

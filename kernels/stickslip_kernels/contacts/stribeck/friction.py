@@ -123,12 +123,12 @@ def line_slope(w_reversal, mu_reversal, mu_stop):
     return (mu_reversal - mu_stop) / w_reversal
 
 
-# --- the same for laws that are known by their stations -----------------------------------------------------------------
+# --- the same for laws that are known by their stations ---------------------------------------------------------------
 
 
 @compiled
 def lowest(law, cells, c, low, high):
-    """The least friction coefficient of cell c between two slip speeds, and where; inf if it falls up to there for ever."""
+    """The least friction coefficient of cell c between two slip speeds, and where; inf if it falls for ever."""
     a4, delta = cells[at.A4, c], cells[at.DELTA, c]
     w, k = low, place(law.stations, at.STATION, low / a4) + 1
     least, where = coefficient(law, cells, c, w), w
@@ -179,7 +179,7 @@ def end_of_rising(law, cells, c, inside, outside):
 
 @stable_speeds.of(Scanned)
 def _stable_speeds(law, cells, c):
-    b, a4, ends = abs(cells[at.BELT, c]), cells[at.A4, c], (0.0, inf)
+    b, a4 = abs(cells[at.BELT, c]), cells[at.A4, c]
     if not cells[at.GAMMA, c] + coefficient_slope(law, cells, c, b) > 0.0:
         return b, b
     first, low, high = place(law.stations, at.STATION, b / a4), 0.0, inf

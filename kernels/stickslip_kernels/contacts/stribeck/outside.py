@@ -8,7 +8,7 @@ found from station to station. They are numbers of a run, and travel in the tag.
 Below z = 0, where a trial step may end, a shape goes on along its tangent.
 """
 
-from math import inf, nan
+from math import inf
 from typing import Any, NamedTuple
 
 from ... import layout as at

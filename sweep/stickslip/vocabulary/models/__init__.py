@@ -11,7 +11,7 @@ from typing import Any
 
 from stickslip.vocabulary.models.lugre import BRISTLES_ON_ANY, LUGRE, ON_POSITIVE, law_of_contact
 from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
-from stickslip.vocabulary.models.own_law import PREFIX, OwnLaw, coefficients_of, note, own_law, own_names
+from stickslip.vocabulary.models.own_law import OWN_NAME, PREFIX, OwnLaw, coefficients_of, note, own_law, own_names
 from stickslip.vocabulary.models.rate_state import RATE_STATE
 from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, OF_ANY_SHAPE, STRIBECK
 
@@ -23,8 +23,8 @@ WRITTEN_LAWS = tuple(law for model in MODELS if not model.implied for law in mod
 _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
-    "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "PREFIX", "ROUNDING",
-    "STRIBECK",
+    "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
+    "ROUNDING", "STRIBECK",
     "WRITTEN_LAWS", "Curve", "Model", "OwnKernels", "OwnLaw", "Rule", "Slider", "add_law", "coefficients_of",
     "is_law", "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
 ]  # fmt: skip
@@ -60,7 +60,11 @@ def model_of(law: str) -> Model:
 def laws_with(name: str) -> tuple[str, ...]:
     """The laws whose cells may have a quantity: all for what is of no model."""
     own = [model for model in MODELS if name in model.parameters or name in model.measured]
-    return tuple(law for model in own for law in model.of_laws.get(name, tuple(model.laws))) if own else LAWS
+    return (
+        tuple(law for model in own for law in model.of_laws.get(name, tuple(model.laws)))
+        if own
+        else tuple(LAW_MESSAGES)
+    )
 
 
 def model_with(names: Container[Any]) -> Model:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from stickslip.vocabulary.scales import Floats
 
 PREFIX = "lugre_"  # of the same law behind bristles
+OWN_NAME = "^[a-z][a-z0-9_]{0,39}$"
 
 
 class OwnLaw(str):
