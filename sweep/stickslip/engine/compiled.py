@@ -68,16 +68,20 @@ def _addresses(name: str, signals: bool) -> runtime.Addresses:
     try:
         return runtime.load(*compile_apart(name, signals), signals)
     except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
-        warnings.warn(
-            f"the kernels are compiled in this process, and again in the next: {error}", RuntimeWarning, stacklevel=5
-        )
-        return _compile_here(name, signals)
+        made = _compile_here(name, signals)
+        text = f"the kernels are compiled in this process, and again in the next: {error}"
+        warnings.warn(text, RuntimeWarning, stacklevel=5)
+        return made
 
 
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
+    from numba.core.errors import NumbaError
     from stickslip_kernels import exports
 
-    functions = exports.c_functions(kernel_of(name), signals, functions_of(name))
+    try:
+        functions = exports.c_functions(kernel_of(name), signals, functions_of(name))
+    except NumbaError as error:
+        raise ValueError(f"law {name}: Numba cannot compile it: {error}") from None
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
 

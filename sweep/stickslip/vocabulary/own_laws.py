@@ -159,7 +159,16 @@ def _stations(places: Floats, knots: Floats | None = None) -> Floats:
 # --- shapes as functions ----------------------------------------------------------------------------------------------
 
 
-def register_law(name: str, shape: Shape, slope: Shape) -> OwnLaw:
+class RegisteredLaw(OwnLaw):
+    """The name of a law that `register_law` made. A process that gets it pickled knows the law."""
+
+    __slots__ = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return register_law, (str(self), *(self.functions or ()))
+
+
+def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
     """Add a friction law mu = a1 + a2 w + a3 shape(w/a4, delta) of one's own, for this process.
 
     Parameters
@@ -172,7 +181,7 @@ def register_law(name: str, shape: Shape, slope: Shape) -> OwnLaw:
 
     Returns
     -------
-    OwnLaw
+    RegisteredLaw
         The name, to be given as `law`, or written in a configuration.
 
     Raises
@@ -191,7 +200,7 @@ def register_law(name: str, shape: Shape, slope: Shape) -> OwnLaw:
         raise ValueError(f"law {name}: {error}") from None
     tables = {delta: _look_at(name, shape, slope, delta) for delta in _EXPONENTS}
     with_exponent = any(not np.array_equal(one[0], tables[1.0][0]) for one in tables.values())
-    law = OwnLaw(name)
+    law = RegisteredLaw(name)
     law.kernel, law.functions, law.coefficients, law.fastest = f"{name}_{digest}", (shape, slope), {}, inf
     law.text = f"{getattr(shape, '__doc__', None) or 'a law of your own'}".strip().partition("\n")[0].rstrip(".")
     law.positive = False
@@ -222,7 +231,7 @@ def _look_at(name: str, shape: Shape, slope: Shape, delta: float) -> tuple[Float
         raise ValueError(f"law {name}: shape(0, {delta:g}) is {at[0]:g}, expected 1: a3 is friction at rest less a1")
     if (low := int(np.argmin(at))) and at[low] < 0.0:
         raise ValueError(
-            f"law {name}: shape({_Z[low]:g}, {delta:g}) is {at[low]:g}, expected at least 0, as friction is where it slides"
+            f"law {name}: shape({_Z[low]:g}, {delta:g}) is {at[low]:g}, expected at least 0, as friction is in slip"
         )
     step = _STEP * np.maximum(_Z, 1e-3)
     above, below = values("shape", shape, _Z + step), values("shape", shape, np.maximum(_Z - step, 0.0))
@@ -275,6 +284,16 @@ def _is_cubic(z: Floats, shape: Floats, slope: Floats) -> bool:
 
 
 # --- laws that packages bring -----------------------------------------------------------------------------------------
+
+
+def pickled_law(law: str) -> bytes:
+    """A registered law for another process, which knows it once it has unpickled this; nothing for other laws."""
+    own = own_law(law)
+    if own is None or own.functions is None:
+        return b""
+    import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
+
+    return bytes(cloudpickle.dumps(own))
 
 
 @cache
