@@ -75,12 +75,14 @@ def _addresses(name: str, signals: bool) -> runtime.Addresses:
 
 
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
-    from numba.core.errors import NumbaError
     from stickslip_kernels import exports
 
+    given = functions_of(name)
     try:
-        functions = exports.c_functions(kernel_of(name), signals, functions_of(name))
-    except NumbaError as error:
+        functions = exports.c_functions(kernel_of(name), signals, given)
+    except Exception as error:  # of Numba, whose kinds have nothing in common
+        if not given:
+            raise
         raise ValueError(f"law {name}: Numba cannot compile it: {error}") from None
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}

@@ -28,11 +28,11 @@ ENTRY_POINTS = "stickslip.laws"  # group of a package: name of the law, and a mo
 MOST_POINTS = 200
 _ROWS, _STATIONS = 6, 512  # as the kernels have them
 _CLOSEST = 1e-9  # two points, over the fastest speed
-_TAKEN = ("table", PREFIX)  # beginnings of names
+TABLE = "table"  # name of the kernels of all tables
+_TAKEN = (TABLE, PREFIX)  # beginnings of names
 _EXPONENTS = (1.0, 1.5, 2.0, 3.0, 5.0)  # at which a shape is looked at
 _Z = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 1601)])  # where
-_STEP = 1e-4  # of differences, relative
-_UNLIKE = 1e-3  # of the slope: more is no error of differences
+_UNLIKE, _ROUNDING = 1e-3, 1e-12  # of the slope, of the shape: a difference of shapes within it is that of the slope
 _BENT = 1e-4  # by which a cubic between neighbouring stations may miss the shape
 _TURNED = 1e-6  # of the range of slopes: so much there and back is a turn
 
@@ -71,9 +71,9 @@ class Table(OwnLaw):
         if fault := fault_of_points(speed, friction):
             raise ValueError(fault[1])
         digest = hashlib.sha256(np.stack([speed, friction]).tobytes() + bytes([bool(monotone)])).hexdigest()[:12]
-        self = super().__new__(cls, f"table_{digest}")
+        self = super().__new__(cls, f"{TABLE}_{digest}")
         self.w, self.mu, self.monotone = speed, friction, bool(monotone)
-        self.kernel, self.functions, self.positive = "table", None, True
+        self.kernel, self.functions, self.positive = TABLE, None, True
         self.text = f"{'monotone cubics' if monotone else 'a cubic spline'} through {speed.size} points"
         self.fastest = float(speed[-1])
         self.coefficients = {"a1": 0.0, "a2": 0.0, "a3": float(friction[0]), "a4": self.fastest}
@@ -233,12 +233,11 @@ def _look_at(name: str, shape: Shape, slope: Shape, delta: float) -> tuple[Float
         raise ValueError(
             f"law {name}: shape({_Z[low]:g}, {delta:g}) is {at[low]:g}, expected at least 0, as friction is in slip"
         )
-    step = _STEP * np.maximum(_Z, 1e-3)
-    above, below = values("shape", shape, _Z + step), values("shape", shape, np.maximum(_Z - step, 0.0))
-    rise = (above - below) / (_Z + step - np.maximum(_Z - step, 0.0))
-    off = np.abs(rise - slopes) - _UNLIKE * (np.abs(rise) + np.abs(slopes)) - 1e-12 * (1.0 + np.abs(at)) / step
-    worst = int(np.argmax(off))
-    if off[worst] > _UNLIKE * _STEP:
+    between = values("slope", slope, 0.5 * (_Z[1:] + _Z[:-1]))
+    ends = np.stack([slopes[:-1], between, slopes[1:]])
+    rise, noise = np.diff(at) / np.diff(_Z), _UNLIKE * np.abs(ends).max(axis=0) + _ROUNDING * at[:-1] / np.diff(_Z)
+    off = np.maximum(ends.min(axis=0) - rise, rise - ends.max(axis=0)) - noise
+    if off[worst := int(np.argmax(off))] > 0.0:
         raise ValueError(
             f"law {name}: slope({_Z[worst]:g}, {delta:g}) is {slopes[worst]:g}, and the shape rises by {rise[worst]:g}"
         )
