@@ -4,9 +4,6 @@ The caller allocates everything, the lanes too, so that nothing of Python or of 
 (`runtime.py`).
 """
 
-import base64
-import pickle
-
 import numba
 from llvmlite import ir
 from numba import types
@@ -26,13 +23,13 @@ from .observers.signals import Signals
 _TYPES = {"f": types.float64, "i": types.int64, "F": types.CPointer(types.float64), "I": types.CPointer(types.int64)}
 
 
-def c_functions(law, signals, functions=""):
+def c_functions(law, signals, outside=None):
     """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`).
 
-    functions : of a law that comes from outside, pickled, base64: what `add_functions` takes.
+    outside : of a law that comes from outside, gives what `add_functions` takes.
     """
-    if functions:
-        add_functions(*pickle.loads(base64.b64decode(functions)))
+    if outside is not None:
+        add_functions(*outside())
     tags = contacts.tags_of(law)
     functions = _signals_of(*tags[:2]) if signals else _regimes_of(*tags)
     return {name: _c_function(functions[name], kinds) for name, kinds in runtime.exports(signals).items()}

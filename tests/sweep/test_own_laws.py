@@ -20,7 +20,8 @@ from stickslip.vocabulary.models import laws_with, own_law
 
 TESTS = Path(__file__).parents[1]
 CURVE = (0.3, 0.1, 0.2, 0.05)
-CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0} | dict(zip(("a1", "a2", "a3", "a4"), CURVE, strict=True))
+UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
+CELL = UNIT | dict(zip(("a1", "a2", "a3", "a4"), CURVE, strict=True))
 YAML = "friction: {law: own_lorentzian, a1: 0.3, a2: 0.1, a3: 0.2, a4: 50 mm/s}"
 ENTRY = """
 system: {mass: 1, stiffness: 1, normal_load: 1}
@@ -87,9 +88,9 @@ def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_that_was_re
 def test_only_a_law_that_depends_on_it_has_the_exponent(lorentzian, stretched):
     assert stretched in laws_with("delta")
     assert lorentzian not in laws_with("delta")
+    friction = {"law": "own_lorentzian", "a1": 1, "a2": 0, "a3": 1, "a4": 1, "delta": 2}
     with pytest.raises(ConfigError, match="got delta with the law own_lorentzian"):
-        make_config({"system": {"mass": 1, "stiffness": 1, "normal_load": 1, "belt_speed": 0.1},
-                     "friction": {"law": "own_lorentzian", "a1": 1, "a2": 0, "a3": 1, "a4": 1, "delta": 2}})  # fmt: skip
+        make_config({"system": UNIT | {"belt_speed": 0.1}, "friction": friction})
 
 
 def test_a_configuration_names_a_registered_law(lorentzian):
@@ -178,7 +179,9 @@ def test_the_digest_does_not_depend_on_the_process():
 
 def test_a_process_that_gets_the_options_knows_the_law(lorentzian):
     options = stickslip.Options(law="own_lorentzian")
-    script = f"import sys, pickle; sys.path.insert(0, {str(TESTS)!r}); from stickslip.vocabulary.models import is_law\n"
+    script = (
+        f"import sys, pickle; sys.path.insert(0, {str(TESTS)!r}); from stickslip.vocabulary.own_laws import is_law\n"
+    )
     script += (
         "assert not is_law('own_lorentzian'); pickle.loads(sys.stdin.buffer.read()); assert is_law('own_lorentzian')"
     )
@@ -210,7 +213,7 @@ def test_an_installed_package_brings_a_law(lorentzian, tmp_path):
 @pytest.mark.slow
 def test_workers_get_a_law_that_was_registered_here(lorentzian, tmp_path):
     config = make_config({
-        "system": {"mass": 1, "stiffness": 1, "normal_load": 1}, "axes": {"belt_speed": {"start": 0.02, "stop": 0.6, "num": 40}},
+        "system": UNIT, "axes": {"belt_speed": {"start": 0.02, "stop": 0.6, "num": 40}},
         "friction": {"law": "own_lorentzian", "a1": 0.3, "a2": 0.1, "a3": 0.2, "a4": 0.05},
     })  # fmt: skip
     there = stickslip.run(config, tmp_path / "there.nc", dask="local")

@@ -30,7 +30,8 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
-from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, is_law, own_names
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, own_names
+from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
@@ -137,13 +138,6 @@ def one_of(words: Collection[str], what: str = "", named: Collection[str] = ()) 
     return Read(lambda value: value if value in words else choice(value, named or words, what), {"enum": list(words)})
 
 
-def _law(value: object) -> object:
-    """The name of a law: one that people write, one that a configuration implies, or one of one's own."""
-    if isinstance(value, str) and is_law(value):
-        return str(value)
-    return choice(value, (*WRITTEN_LAWS, *own_names()))
-
-
 def list_of(
     words: Collection[str], expected: str, hint: str | None = None, *, unique: bool = False, single: bool = False,
     empty: bool = False,
@@ -215,25 +209,15 @@ def _address(value: object) -> str:
 _FILES: Schema = {"type": "array", "minItems": 1, "items": POINTS_FILE.schema}
 _POINTS = Read(_points, {"anyOf": [POINTS_FILE.schema, _FILES]})
 _DASK = Read(_address, {"type": "string", "pattern": _ADDRESS, "examples": ["tcp://host:8786", LOCAL]})
-_LAW = Read(_law, {"anyOf": [{"enum": list(LAWS)}, {"type": "string", "pattern": OWN_NAME}]})
-_TABLE_POINTS: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "string"]}}
-_TABLE = Read(
-    lambda value: value,  # read already (`table_section.py`)
-    {
-        "anyOf": [
-            POINTS_FILE.schema,
-            {
-                "type": "object",
-                "properties": {
-                    "file": POINTS_FILE.schema, "monotone": {"type": "boolean"}, "speed": _TABLE_POINTS,
-                    "mu": _TABLE_POINTS,
-                },
-                "anyOf": [{"required": ["file"]}, {"required": ["speed", "mu"]}],
-                "additionalProperties": False,
-            },
-        ]
-    },
-)  # fmt: skip
+_LAW = Read(
+    lambda value: str(value) if is_law(value) else choice(value, (*WRITTEN_LAWS, *own_names())),
+    {"anyOf": [{"enum": list(LAWS)}, {"type": "string", "pattern": OWN_NAME}]},
+)
+_ROW: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "string"]}}
+_KEYS = {"file": POINTS_FILE.schema, "monotone": BOOLEAN.schema, "speed": _ROW, "mu": _ROW}
+_FORM: Schema = {"type": "object", "properties": _KEYS, "additionalProperties": False}
+_FORMS = [_FORM | {"required": needed} for needed in (["file"], ["speed", "mu"])]
+_TABLE = Read(lambda value: value, {"anyOf": [POINTS_FILE.schema, *_FORMS]})  # read in `table_section.py`
 _EXAMPLE, _ALL = "a list of variables such as [regime, period]", "leave variables out to keep all of them"
 _VARIABLES = list_of(VARIABLES, _EXAMPLE, _ALL, single=True)
 

@@ -79,7 +79,7 @@ def _compile_here(name: str, signals: bool) -> runtime.Addresses:
 
     given = functions_of(name)
     try:
-        functions = exports.c_functions(kernel_of(name), signals, given)
+        functions = exports.c_functions(kernel_of(name), signals, (lambda: given) if given else None)
     except Exception as error:  # of Numba, whose kinds have nothing in common
         if not given:
             raise

@@ -6,7 +6,6 @@ load, so that all of them run the same instructions.
 
 from __future__ import annotations
 
-import base64
 import logging
 import os
 import subprocess
@@ -19,7 +18,7 @@ from itertools import product
 from pathlib import Path
 from time import perf_counter, strftime
 from types import MappingProxyType
-from typing import IO
+from typing import IO, Any
 
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip_kernels import objects
@@ -42,14 +41,10 @@ def kernel_of(law: str) -> str:
     return law if own is None else f"{PREFIX * law.startswith(PREFIX)}{own.kernel}"
 
 
-def functions_of(law: str) -> str:
-    """What the process that compiles the kernels of a law must be told of it: functions that people registered."""
+def functions_of(law: str) -> tuple[Any, ...]:
+    """What the compiler must be told of a law that people registered, its name and functions; nothing of others."""
     own = own_law(law)
-    if own is None or own.functions is None:
-        return ""
-    import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
-
-    return base64.b64encode(cloudpickle.dumps((own.kernel, *own.functions))).decode()
+    return () if own is None or own.functions is None else (own.kernel, *own.functions)
 
 
 def compile_apart(law: str, signals: bool) -> Object:
@@ -124,9 +119,15 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     return written
 
 
-def _made(name: str, law: str, signals: bool, settings: Mapping[str, str], functions: str = "") -> Object:
+def _made(name: str, law: str, signals: bool, settings: Mapping[str, str], functions: tuple[Any, ...] = ()) -> Object:
     """An object of this name, from another process with these settings. Raises RuntimeError with what that says."""
-    done = _python(f"from stickslip_kernels.building import main; main{str(law), signals, name, functions}", settings)
+    outside = ""
+    if functions:
+        import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
+
+        outside = f", lambda: __import__('pickle').loads({cloudpickle.dumps(functions)!r})"
+    arguments = f"{str(law)!r}, {signals}, {name!r}{outside}"
+    done = _python(f"from stickslip_kernels.building import main; main({arguments})", settings)
     if made := objects.unpacked(name, done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")

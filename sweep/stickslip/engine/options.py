@@ -13,8 +13,8 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.models import LAWS, Model, is_law, law_of_contact, model_of, own_law, own_names
-from stickslip.vocabulary.own_laws import Table
+from stickslip.vocabulary.models import LAWS, Model, law_of_contact, model_of, own_law, own_names
+from stickslip.vocabulary.own_laws import Table, is_law
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip_kernels import layout
@@ -55,7 +55,7 @@ class Options:
     variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.law, str) or not is_law(self.law):
+        if not is_law(self.law):
             raise ValueError(f"law: got {self.law!r}, expected {', '.join((*LAWS, *own_names()))}")
         if self.law == (own := own_law(self.law)):  # which a process that gets these options may not know
             object.__setattr__(self, "law", own)

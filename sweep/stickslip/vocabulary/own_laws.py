@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.vocabulary.cell_values import numbers_of
 from stickslip.vocabulary.code_digest import code_digest
-from stickslip.vocabulary.models import LAWS, OWN_NAME, PREFIX, OwnLaw, add_law, own_law
+from stickslip.vocabulary.models import LAW_MESSAGES, LAWS, OWN_NAME, PREFIX, OwnLaw, add_law, own_law
 from stickslip.vocabulary.settings import CURVE_COLUMNS
 
 Floats = NDArray[np.float64]
@@ -295,8 +295,15 @@ def pickled_law(law: str) -> bytes:
     return bytes(cloudpickle.dumps(own))
 
 
+def is_law(name: object) -> bool:
+    """Return whether a law has this name: of the program, registered, or brought by a package that is installed."""
+    if isinstance(name, str) and name not in LAW_MESSAGES:
+        _load_law(name.removeprefix(PREFIX))
+    return name in LAW_MESSAGES
+
+
 @cache
-def load_law(name: str) -> None:
+def _load_law(name: str) -> None:
     """Register the law of this name that an installed package brings, if one does. Raises ValueError."""
     from importlib.metadata import entry_points
 
@@ -306,10 +313,3 @@ def load_law(name: str) -> None:
             register_law(name, law.shape, law.slope)
         except AttributeError:
             raise ValueError(f"law {name}: {entry.value} has no functions `shape` and `slope`") from None
-
-
-def brought_laws() -> list[str]:
-    """Names of the laws that installed packages bring."""
-    from importlib.metadata import entry_points
-
-    return sorted(entry.name for entry in entry_points(group=ENTRY_POINTS))

@@ -26,7 +26,7 @@ __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
     "ROUNDING", "STRIBECK",
     "WRITTEN_LAWS", "Curve", "Model", "OwnKernels", "OwnLaw", "Rule", "Slider", "add_law", "coefficients_of",
-    "is_law", "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
+    "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
 ]  # fmt: skip
 
 
@@ -41,15 +41,6 @@ def add_law(law: OwnLaw, with_exponent: bool) -> None:
             model.of_laws["delta"] += (name,)
         _OF_LAW[name] = model
     note(law)
-
-
-def is_law(name: str) -> bool:
-    """Whether there is a law of this name: of the program, registered, or brought by a package that is installed."""
-    if name not in _OF_LAW:
-        from stickslip.vocabulary.own_laws import load_law
-
-        load_law(name.removeprefix(PREFIX))
-    return name in _OF_LAW
 
 
 def model_of(law: str) -> Model:

@@ -60,8 +60,8 @@ def own_law(name: str) -> OwnLaw | None:
 
 
 def own_names() -> tuple[str, ...]:
-    """Names of all that are known."""
-    return tuple(_KNOWN)
+    """Names of those that people gave a name."""
+    return tuple(name for name, law in _KNOWN.items() if law.functions is not None)
 
 
 def coefficients_of(law: str) -> Mapping[str, Any]:
