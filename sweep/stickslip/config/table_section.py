@@ -11,10 +11,12 @@ from typing import Any
 from stickslip.config.checks import varied_paths
 from stickslip.config.examples import points_path
 from stickslip.config.yaml import Document
-from stickslip.errors import ConfigError, Place, Problem, UnitWarning
+from stickslip.errors import ConfigError, Place, Problem, QuantityError, UnitWarning
 from stickslip.errors import Path as KeyPath
 from stickslip.vocabulary.models import own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.settings import CURVE_COLUMNS
 
 FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
 _AT: KeyPath = ("friction", "table")
@@ -62,7 +64,8 @@ def _read(document: Document, given: Any) -> tuple[Table, dict[str, Any]]:
         raise _refused(document, (*_AT, "file"), f"got {file!r}, expected the name of a CSV file")
     try:
         if "speed" in plain:  # a resolved configuration has them
-            table = Table(plain["speed"], plain["mu"], monotone)
+            speed, mu = (_numbers(row, plain[row.name]) for row in CURVE_COLUMNS[:2])
+            table = Table(speed, mu, monotone)
         else:
             table = _of_file(Path(document.name).parent, str(file), monotone)
     except ConfigError:
@@ -72,10 +75,22 @@ def _read(document: Document, given: Any) -> tuple[Table, dict[str, Any]]:
     return table, ({} if file is None else {"file": file}) | table.points()
 
 
+def _numbers(row: Parameter, values: Any) -> list[float]:
+    """The numbers of a list in SI. Raises ValueError."""
+    if not isinstance(values, list):
+        raise ValueError(f"{row.name}: got {values!r}, expected a list")
+    numbers = []
+    for value in values:
+        try:
+            numbers.append(row.read(value))
+        except QuantityError as error:
+            raise ValueError(f"{row.name}: got {value!r}, {error}") from None
+    return numbers
+
+
 def _of_file(folder: Path, name: str, monotone: bool) -> Table:
     """The table of a file beside the configuration, or of one that comes with the package. Raises ConfigError."""
     from stickslip.fit.points import read_points
-    from stickslip.vocabulary.settings import CURVE_COLUMNS
 
     beside, shipped = folder / name, points_path(name)
     path = beside if beside.exists() or not shipped.exists() else shipped
