@@ -84,7 +84,7 @@ def run(
         if store is not None:
             raise ValueError("store: needs an output; run_shard computes into a store alone")
         check_in_memory(config, dask)
-        return _with_remark(_run_in_memory(config, progress))
+        return _with_remark(run_in_memory(config, progress))
     with watched(progress) as moved:
         session.run(Request(
             config, location(output), store, None, fresh, keep_parts, on_error, moved, notice=notice or _silent,
@@ -149,7 +149,8 @@ def check_in_memory(config: Config, dask: str | Client | None) -> None:
         )
 
 
-def _run_in_memory(config: Config, progress: Watch) -> xr.Dataset:
+def run_in_memory(config: Config, progress: Watch) -> xr.Dataset:
+    """The dataset of a configuration, without a file, and without remarks."""
     study, attributes = study_of(config), provenance(config.to_yaml(), title=config.title, action="run")
     with watched(progress, study.counted, config.friction.law) as moved:
         if not isinstance(study, MapStudy):
