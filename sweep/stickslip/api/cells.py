@@ -59,7 +59,8 @@ def evaluate(
     threads : int, optional
         By default one per processor.
     law : str
-        Shape of the weakening of friction, one of `vocabulary.models.LAWS`.
+        Shape of the weakening of friction: one of `vocabulary.models.LAWS`, one of your own (`register_law`), or a
+        measured `Table`, which brings a1 to a4.
     max_steps : int
         Step budget of a cell.
     options : Options, optional
