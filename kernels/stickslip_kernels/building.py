@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 # Intel's vector functions are not in every process that may load the object.
 os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
@@ -23,6 +25,8 @@ from numba.core import codegen, types
 from numba.core.registry import cpu_target
 
 from . import jit, objects
+
+Outside = Callable[[], tuple[str, Any, Any]]
 
 # What LLVM may call of the C library for an intrinsic of its own.
 _CALLED_FOR_INTRINSICS = ("sin", "cos", "tan", "exp", "exp2", "log", "log2", "log10", "pow", "fmod")
@@ -56,15 +60,18 @@ class Parts(codegen.JITCPUCodegen):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, name: str) -> None:
-    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error."""
+def main(law: str, signals: bool, name: str, outside: Outside | None = None) -> None:
+    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error.
+
+    outside : of a law that comes from outside, as `exports.c_functions` takes it.
+    """
     gc.disable()  # an eighth of the time; this process is soon over
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        out.write(objects.packed(name, *build(law, signals)))
+        out.write(objects.packed(name, *build(law, signals, outside)))
 
 
-def build(law: str, signals: bool) -> tuple[list[str], bytes]:
+def build(law: str, signals: bool, outside: Outside | None = None) -> tuple[list[str], bytes]:
     """The object of a machine, and the functions it expects in a process. From now on nothing else compiles here."""
     jit.compile_parts()
     context = cpu_target.target_context
@@ -74,16 +81,16 @@ def build(law: str, signals: bool) -> tuple[list[str], bytes]:
     _remember_operators()
     from . import exports  # decorates the kernels, as parts
 
-    functions = exports.c_functions(law, signals)
+    made = exports.c_functions(law, signals, outside)
     parts: dict[codegen.CPUCodeLibrary, None] = {}
-    for function in functions.values():
+    for function in made.values():
         _gather(function._library, parts)
     whole = llvm.parse_assembly(str(maker._create_empty_module("kernels")))
     for part in parts:
         whole.link_in(part._final_module)
-    for name, function in functions.items():
+    for name, function in made.items():
         whole.get_function(function.native_name).name = name
-    _make_local(whole, set(functions))
+    _make_local(whole, set(made))
     _optimise(whole, maker._tm)
     return _symbols(whole), maker._tm.emit_object(whole)
 

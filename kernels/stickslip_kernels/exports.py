@@ -14,6 +14,8 @@ from numba.np.arrayobj import populate_array
 from . import contacts, runtime
 from . import layout as at
 from .block import run_lanes
+from .contacts.stribeck.laws import with_stations
+from .contacts.stribeck.outside import add_functions
 from .drive import STEADY_BELT, Segments
 from .machine import Machine
 from .observers.signals import Signals
@@ -21,8 +23,13 @@ from .observers.signals import Signals
 _TYPES = {"f": types.float64, "i": types.int64, "F": types.CPointer(types.float64), "I": types.CPointer(types.int64)}
 
 
-def c_functions(law, signals):
-    """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`)."""
+def c_functions(law, signals, outside=None):
+    """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`).
+
+    outside : of a law that comes from outside, gives what `add_functions` takes.
+    """
+    if outside is not None:
+        add_functions(*outside())
     tags = contacts.tags_of(law)
     functions = _signals_of(*tags[:2]) if signals else _regimes_of(*tags)
     return {name: _c_function(functions[name], kinds) for name, kinds in runtime.exports(signals).items()}
@@ -33,14 +40,16 @@ def _c_function(function, kinds):
     return numba.cfunc(signature, error_model="numpy", fastmath={"contract"}, _nrt=False)(function)
 
 
-def _regimes_of(contact, law, regimes):
-    def run_regimes(cells, n, rtol, max_steps, stop, lanes, results, room, until):
+def _regimes_of(contact, tag, regimes):
+    def run_regimes(stations, cells, n, rtol, max_steps, stop, lanes, results, room, until):
+        law = with_stations(tag, array_at(stations, (at.STATION_ROWS, at.STATIONS)))
         observer = regimes(array_at(results, (at.RESULT_ROWS, room)), until)
         columns, s = array_at(cells, (at.CELL_ROWS, n)), array_at(lanes, (at.LANE_NUMBERS,))
         run_lanes(Machine(contact, law, STEADY_BELT, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
         return 0
 
-    def friction(cells, n, speeds, found):
+    def friction(stations, cells, n, speeds, found):
+        law = with_stations(tag, array_at(stations, (at.STATION_ROWS, at.STATIONS)))
         columns, w, mu = array_at(cells, (at.CELL_ROWS, n)), array_at(speeds, (n,)), array_at(found, (n,))
         for c in range(n):
             mu[c] = contacts.steady_friction(contact, law, columns, c, w[c])
@@ -49,10 +58,12 @@ def _regimes_of(contact, law, regimes):
     return {"run_regimes": run_regimes, "friction": friction}
 
 
-def _signals_of(contact, law):
+def _signals_of(contact, tag):
     def run_signals(
-        cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, rows, table, pieces, spans
-    ):
+        stations, cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, rows, table, pieces,
+        spans,
+    ):  # fmt: skip
+        law = with_stations(tag, array_at(stations, (at.STATION_ROWS, at.STATIONS)))
         observer = Signals(
             array_at(results, (at.RIG_ROWS, n)),
             array_at(runs, (n, at.RUN_COLUMNS)),

@@ -23,19 +23,20 @@ def compile_parts() -> None:
     _parts = True
 
 
-def compiled(function=None, *, inline=False, apart=False):
+def compiled(function=None, *, inline=False, apart=False, keep=True):
     """Compile a kernel: serial, nogil, cached, IEEE except for fused multiply-add.
 
     inline : True for the small functions of the hot loop, which LLVM must merge before it can vectorise the loop, and
         for scalar functions called from one place only, since a call hands over seven words for each array.
     apart : True for rare functions with loops of their own, which the hot loop is better without.
+    keep : False for what is not of the package, and may have no file.
 
     Kernels make no arrays, so that none counts references: each count is an atomic instruction, and together they took
     a sixth of the time.
     Division by zero gives inf or NaN (`error_model="numpy"`): NaN is a signal here, and kernels never raise.
     """
     if function is None:
-        return lambda body: compiled(body, inline=inline, apart=apart)
+        return lambda body: compiled(body, inline=inline, apart=apart, keep=keep)
     if apart:
         APART.add(function.__qualname__)
     options = {
@@ -47,7 +48,7 @@ def compiled(function=None, *, inline=False, apart=False):
         "no_cpython_wrapper": _parts,
         "_nrt": False,
     }
-    if _parts:
+    if _parts or not keep:
         return numba.njit(**options)(function)
     before = numba.config.CACHE_DIR
     try:
@@ -60,8 +61,9 @@ def compiled(function=None, *, inline=False, apart=False):
 def by_type(type_of_tag, *, inline=False):
     """Decorator: a function that is compiled as the type of a tag says, so that the choice costs nothing at run time.
 
-    type_of_tag : picks the type of the tag from those of the arguments. A version for tags of a class is registered
-    with `.of(class)`; the decorated function itself, which exists in compiled code only, is what others get.
+    type_of_tag : picks the type of the tag from those of the arguments. A version for tags of a class, and of those
+    derived from it, is registered with `.of(class)`; the decorated function itself, which exists in compiled code only,
+    is what others get.
     """
 
     def decorate(default):
@@ -71,7 +73,8 @@ def by_type(type_of_tag, *, inline=False):
 
         @overload(default, strict=False, jit_options=options)
         def choose(*types):
-            version = versions.get(type_of_tag(*types).instance_class, default)
+            kinds = type_of_tag(*types).instance_class.__mro__
+            version = next((versions[kind] for kind in kinds if kind in versions), default)
             return getattr(version, "py_func", version)
 
         def of(*classes):

@@ -39,6 +39,10 @@ CELL_ROWS = 19
 # rows of the contact, as one that has no friction curve calls them
 OWN_0, OWN_1, OWN_2, OWN_3, OWN_4 = A1, A2, A3, A4, DELTA
 
+# --- laws that come from outside: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/laws/scanned.py` --------
+STATION, KNOT, CUBIC_0, CUBIC_1, CUBIC_2, CUBIC_3 = range(6)  # of a table, cubics from KNOT on, in powers of z - KNOT
+STATION_ROWS, STATIONS = 6, 512
+
 # --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (
     REGIME, STATUS, BREAKAWAY_TIME, RESTICK_TIME, RESTICK_XI, PERIOD, CYCLE_STICK_TIME, XI_MAX, XI_MIN, SPEED_MAX,

@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import layout as at
-from .allocate import NO_STOPS, new_regimes, new_signals
+from .allocate import NO_STATIONS, NO_STOPS, new_regimes, new_signals
 
 # The functions of an object (`exports.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
 REGIMES = {
-    "run_regimes": "FiffIFFii",  # cells, n, rtol, max_steps, stop, lanes, results, their columns, until
-    "friction": "FiFF",  # cells, n, speeds, coefficients
+    "run_regimes": "FFiffIFFii",  # stations, cells, n, rtol, max_steps, stop, lanes, results, their columns, until
+    "friction": "FFiFF",  # stations, cells, n, speeds, coefficients
 }
 SIGNALS = {
-    # cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, their rows, segments, their
-    # number, spans
-    "run_signals": "FiffIFFFFiFiFiF",
+    # stations, cells, n, rtol, max_steps, stop, lanes, results, runs, signals, samples, stops, their rows, segments,
+    # their number, spans
+    "run_signals": "FFiffIFFFFiFiFiF",
 }
 _C_TYPES: dict[str, Any] = {"f": ctypes.c_double, "i": ctypes.c_int64, "F": ctypes.c_void_p, "I": ctypes.c_void_p}
 
@@ -65,9 +65,14 @@ def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
 
 
 class Kernels:
-    """The kernels of one friction law, for maps or for signals. Calls are serial, and may be made from any thread."""
+    """The kernels of one friction law, for maps or for signals. Calls are serial, and may be made from any thread.
 
-    def __init__(self, addresses: Addresses, signals: bool) -> None:
+    stations : float64 (STATION_ROWS, STATIONS), of a law that comes from outside.
+    """
+
+    def __init__(self, addresses: Addresses, signals: bool, stations: Floats = NO_STATIONS) -> None:
+        self._stations = stations
+        self._law = _at(stations, (at.STATION_ROWS, at.STATIONS))
         self._functions: dict[str, Any] = {}
         for name, kinds in exports(signals).items():
             prototype = ctypes.CFUNCTYPE(ctypes.c_int64, *(_C_TYPES[kind] for kind in kinds))
@@ -88,7 +93,7 @@ class Kernels:
         if room < n:
             raise ValueError(f"results of {n} cells in {room} columns")
         self._functions["run_regimes"](
-            _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
+            self._law, _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
             _at(results, (at.RESULT_ROWS, room)), room, until,
         )  # fmt: skip
 
@@ -107,7 +112,7 @@ class Kernels:
         n, lanes, (segments, spans) = cells.shape[1], _lanes(), drive
         samples, rows, pieces = signals.shape[1], stops.shape[0], segments.shape[0]
         self._functions["run_signals"](
-            _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
+            self._law, _at(cells, (at.CELL_ROWS, n)), n, rtol, max_steps, _at(stop, (1,), np.int64), lanes.ctypes.data,
             _at(results, (at.RIG_ROWS, n)), _at(runs, (n, at.RUN_COLUMNS)), _at(signals, (at.SIGNAL_ROWS, samples)),
             samples, _at(stops, (rows, at.STOP_COLUMNS)), rows, _at(segments, (pieces, at.SEGMENT_COLUMNS)), pieces,
             _at(spans, (n, 2)),
@@ -116,7 +121,7 @@ class Kernels:
     def friction(self, cells: Floats, speeds: Floats) -> Floats:
         """Friction coefficient of each cell (CELL_ROWS, n) at a slip speed >= 0 of its own."""
         found, n = np.empty(speeds.size), speeds.size
-        self._functions["friction"](_at(cells, (at.CELL_ROWS, n)), n, _at(speeds, (n,)), found.ctypes.data)
+        self._functions["friction"](self._law, _at(cells, (at.CELL_ROWS, n)), n, _at(speeds, (n,)), found.ctypes.data)
         return found
 
 

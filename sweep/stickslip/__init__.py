@@ -25,11 +25,13 @@ if TYPE_CHECKING:
     from .errors import ClusterError, ConfigError, ContradictionError, IncompleteError, Interrupted
     from .files.reading import open
     from .materials import compare
+    from .vocabulary.own_laws import Table, register_law
 
 __all__ = [
-    "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options",
+    "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options", "Table",
     "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config",
-    "margins", "next_measurement", "open", "ramp", "retry_failed", "run", "run_shard", "simulate", "status", "sweep",
+    "margins", "next_measurement", "open", "ramp", "register_law", "retry_failed", "run", "run_shard", "simulate",
+    "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
@@ -40,6 +42,7 @@ _HOMES = {
     "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
     "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
+    "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")
 

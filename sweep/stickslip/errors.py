@@ -142,6 +142,10 @@ class FitWarning(UserWarning):
     """A fitted curve is used that its points do not support; the message says what is wrong with it."""
 
 
+class ExtrapolationWarning(UserWarning):
+    """Slip reaches speeds at which nobody measured friction; the message names them."""
+
+
 class UnitWarning(UserWarning):
     """Numbers without a unit that are implausible in SI; the message names them as they were understood."""
 

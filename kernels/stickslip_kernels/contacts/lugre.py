@@ -41,7 +41,8 @@ class LuGre(NamedTuple):
 
 
 TAG = LuGre(0)
-LAWS, REGIMES = {f"lugre_{name}": law for name, law in laws.LAWS.items()}, Recurrence
+PREFIX = "lugre_"
+LAWS, REGIMES = {f"{PREFIX}{name}": law for name, law in laws.LAWS.items()}, Recurrence
 
 # rows of a lane, in room that steps of other contacts need: sign of w; a1; s_0, s_1 and how fast s_1 falls; the elastic
 # part; scales of speeds and of loads
@@ -272,7 +273,7 @@ def control_step(law, s, rtol):
         most = CURVED / (h * h * per_speed)
         s[at.JERK + i] = min(max(s[at.JERK + i], -most), most)
         s[at.JERK_NEW + i] = min(max(s[at.JERK_NEW + i], -most), most)
-        leaps = leaps_over_breakaway(s, i, h, f)
+        leaps = leaps_over_breakaway(s, i, h, f) | passes_friction(law, s, i, h)
         s[at.GOOD + i] = select((error2 <= 1.0) & (not leaps), 1.0, 0.0)
         s[at.STEP + i] = select(leaps, 0.5, step_factor(error2)) * s[at.STEP + i]
         s[at.WORK + i] = work_by_ends(s, i, h)
@@ -288,6 +289,14 @@ def leaps_over_breakaway(s, i, h, f):
     sign, per_g = s[SIGN + i], 1.0 / (s[LEVEL_OF_CURVE + i] + s[at.DROP + i])
     room = 1.0 - sign * s[at.WEAK + i] * per_g
     return (h * h * s[S_0 + i] * room > HELD * HELD) & (sign * (f - s[at.WEAK + i]) * per_g > 0.5 * room)
+
+
+@compiled(inline=True)
+def passes_friction(law, s, i, h):
+    """Return whether a step may have passed over friction unseen."""
+    rate = s[SIGN + i] * s[at.RATE + i]
+    z, z_end, rise = rate * s[at.W + i], rate * s[at.W_NEW + i], h * rate
+    return laws.passes_unseen(law, z, z_end, rise * s[at.DW + i], rise * s[at.DW_NEW + i])
 
 
 contacts.register(LuGre, globals())

@@ -8,7 +8,8 @@ from math import atan2, cos, inf, log, nan, pi, sin
 
 from .. import layout as at
 from ..contacts.stribeck.equations import slope_in_lane
-from ..contacts.stribeck.laws import inflection, shape, weakening_slope
+from ..contacts.stribeck.laws import by_law, inflection, shape, weakening_slope
+from ..contacts.stribeck.outside import Scanned, slopes_between
 from ..dense import rise_and_work, speed
 from ..exponential import exp
 from ..jit import compiled
@@ -71,7 +72,7 @@ def drag_at(law, s, i, w):
     return s[at.G + i] + s[at.SLOPE + i] + rate * weakening_slope(law, z, x, drop, exponent)
 
 
-@compiled
+@by_law
 def least_drag(law, s, i, w, b):
     """The least gamma + mu' between two slip speeds: at an end, or at the inflection, its only extremum."""
     least, bend = min(drag_at(law, s, i, w), drag_at(law, s, i, b)), inflection(law, s[at.EXPONENT + i])
@@ -121,10 +122,40 @@ def settles_for_certain(law, s, i):
 def is_neutral(law, s, i):
     """Return whether nothing damps or feeds a motion as large as this."""
     b, reach = s[at.B + i], ((s[at.Y + i] - s[at.Y_STAR + i]) ** 2 + (s[at.W + i] - s[at.B + i]) ** 2) ** 0.5
-    low, high, bend = max(b - reach, 0.0), b + reach, inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]
-    if low < s[at.W_MIN + i] or (low < bend < high and s[at.DROP + i] != 0.0):
+    low, high = max(b - reach, 0.0), b + reach
+    return low >= s[at.W_MIN + i] and has_no_drag(law, s, i, low, high)
+
+
+@by_law
+def has_no_drag(law, s, i, low, high):
+    """Return whether gamma + mu' vanishes from one slip speed to another."""
+    bend = inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]
+    if low < bend < high and s[at.DROP + i] != 0.0:
         return False
     return abs(drag_at(law, s, i, low)) <= NOTHING and abs(drag_at(law, s, i, high)) <= NOTHING
+
+
+# of laws that are known by their stations
+
+
+@compiled
+def drags_between(law, s, i, low, high):
+    """The least and the largest gamma + mu' between two slip speeds under the law of the present mode."""
+    rate, drop = s[at.RATE + i], s[at.DROP + i]
+    least, most = slopes_between(law, rate * low, rate * high, s[at.EXPONENT + i])
+    drag, one, other = s[at.G + i] + s[at.SLOPE + i], rate * drop * least, rate * drop * most
+    return drag + min(one, other), drag + max(one, other)
+
+
+@least_drag.of(Scanned)
+def _least_drag(law, s, i, w, b):
+    return drags_between(law, s, i, min(w, b), max(w, b))[0]
+
+
+@has_no_drag.of(Scanned)
+def _has_no_drag(law, s, i, low, high):
+    least, most = drags_between(law, s, i, low, high)
+    return least >= -NOTHING and most <= NOTHING
 
 
 @compiled(inline=True)

@@ -18,6 +18,7 @@ from math import inf
 
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane, weakening_in_lane
+from ..contacts.stribeck.laws import is_smooth
 from ..contacts.stribeck.slip import displacement_in_lane
 from ..contacts.stribeck.stepping import restart
 from ..dense import NODES, WEIGHTS
@@ -112,7 +113,7 @@ def pass_slowly(m, i):
     """Take lane i along the slow manifold as far as that goes, at most into the settling band; whether it moved."""
     law, s, b = m.law, m.s, m.s[at.B + i]
     w, left, most = s[at.W + i], s[at.TAU_END + i] - s[at.TAU + i], ERROR_SHARE * m.rtol
-    if w == b or not w > 0.0:
+    if not is_smooth(law) or w == b or not w > 0.0:
         return False
     drag, error = slow_drag(law, s, i, w)
     beside = (s[at.DW + i] - (b - w) / drag) / drag

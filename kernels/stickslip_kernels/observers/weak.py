@@ -18,11 +18,12 @@ from math import asin, cos, inf, log, pi, sin
 
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane, weakening_in_lane
-from ..contacts.stribeck.laws import inflection
+from ..contacts.stribeck.laws import by_law, inflection, is_smooth
+from ..contacts.stribeck.outside import Scanned
 from ..contacts.stribeck.stepping import restart
 from ..dense import NODES, WEIGHTS
 from ..jit import compiled
-from .settling import drag_at
+from .settling import drag_at, drags_between
 
 SAFETY = 2.0
 WEAKEST = 0.25  # force over radius: beyond, friction decides how long the motion stays where it is
@@ -81,6 +82,8 @@ def mean_drag(law, s, i, r, offset):
 @compiled
 def decays_on_average(law, s, i):
     """Return whether all loops from the present one down, none of which comes to rest, shrink."""
+    if not is_smooth(law):
+        return False
     b, drag = s[at.B + i], drag_at(law, s, i, s[at.B + i])
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b
     r = (p * p + q * q) ** 0.5
@@ -95,12 +98,17 @@ def decays_on_average(law, s, i):
     return True
 
 
-@compiled
+@by_law
 def most_drag(law, s, i):
     """The largest gamma + mu' of loops that do not come to rest."""
     b, bend = s[at.B + i], inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]
     most = max(drag_at(law, s, i, 0.0), drag_at(law, s, i, 2.0 * b))
     return max(most, drag_at(law, s, i, bend)) if bend < 2.0 * b else most
+
+
+@most_drag.of(Scanned)
+def _most_drag(law, s, i):
+    return drags_between(law, s, i, 0.0, 2.0 * s[at.B + i])[1]
 
 
 @compiled
@@ -128,6 +136,8 @@ def is_caught(law, s, i):
 def leaps(m, i):
     """Put lane i where its motion is known to come, if that takes more steps than are left; whether it did."""
     law, s, b = m.law, m.s, m.s[at.B + i]
+    if not is_smooth(law):
+        return False
     if s[at.W_MIN + i] > 0.0 or b <= 0.0 or s[at.TAU_END + i] < inf or m.observer.until == at.UNTIL_HORIZON:
         return False
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b

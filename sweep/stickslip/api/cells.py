@@ -17,9 +17,11 @@ from stickslip.config.unit_warnings import friction_question_of_cells
 from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, trace_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
-from stickslip.errors import Interrupted, QuantityError, UnitWarning
+from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
 from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.settings import SOLVER
 
 
@@ -57,7 +59,8 @@ def evaluate(
     threads : int, optional
         By default one per processor.
     law : str
-        Shape of the weakening of friction, one of `vocabulary.models.LAWS`.
+        Shape of the weakening of friction: one of `vocabulary.models.LAWS`, one of your own (`register_law`), or a
+        measured `Table`, which brings a1 to a4.
     max_steps : int
         Step budget of a cell.
     options : Options, optional
@@ -88,11 +91,17 @@ def evaluate(
     if question := friction_question_of_cells(full.listed):
         warnings.warn(question, UnitWarning, stacklevel=2)
     computed = compute(full, options)
+    _warn_beyond_points(options.law, computed.results.get("slip_speed_max"), full.listed)
     attributes = provenance(options.described(), title="Cells evaluated one by one", action="evaluate")
     dataset = evaluated_dataset(full.dims, full.shape, grid_coordinates(full), computed.results, attributes)
     if not computed.complete:
         raise Interrupted(computed.done, full.size, dataset=dataset)
     return dataset
+
+
+def _warn_beyond_points(law: str, slip_speed: ArrayLike | None, cells: Parameters) -> None:
+    if slip_speed is not None and (text := beyond_points(law, slip_speed, cells.get("a4", np.inf))):
+        warnings.warn(text, ExtrapolationWarning, stacklevel=3)
 
 
 def simulate(
@@ -146,8 +155,9 @@ def simulate(
         raise ValueError("simulate computes one trajectory: give every parameter one number")
     times = np.linspace(0.0, seconds, samples)
     motion = trajectory(full, times, options)
+    _warn_beyond_points(options.law, np.abs(motion["relative_speed"]).max(keepdims=True), full)
     solver = {"rtol": options.rtol, "duration": seconds, "samples": int(samples)}
-    text = json.dumps({"friction": {"law": options.law}, "solver": solver})
+    text = json.dumps({"friction": options.friction, "solver": solver})
     attributes = provenance(text, title="Trajectory", action="simulate")
     return trace_dataset(times, motion, {name: float(value[0]) for name, value in full.items()}, attributes)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -14,8 +15,9 @@ from stickslip.config.model import Config
 from stickslip.config.reader import Given, as_config, make_config
 from stickslip.config.sections import HERE
 from stickslip.dataset.provenance import provenance
+from stickslip.dataset.summary import table_remark
 from stickslip.engine import Progress, compute
-from stickslip.errors import ClusterError, Interrupted
+from stickslip.errors import ClusterError, ExtrapolationWarning, Interrupted
 from stickslip.files.locations import location
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
@@ -82,13 +84,19 @@ def run(
         if store is not None:
             raise ValueError("store: needs an output; run_shard computes into a store alone")
         check_in_memory(config, dask)
-        return _run_in_memory(config, progress)
+        return _with_remark(run_in_memory(config, progress))
     with watched(progress) as moved:
         session.run(Request(
             config, location(output), store, None, fresh, keep_parts, on_error, moved, notice=notice or _silent,
             dask=dask,
         ))  # fmt: skip
-    return open(output)
+    return _with_remark(open(output))
+
+
+def _with_remark(ds: xr.Dataset) -> xr.Dataset:
+    if text := table_remark(ds):
+        warnings.warn(text, ExtrapolationWarning, stacklevel=3)
+    return ds
 
 
 def sweep(
@@ -141,7 +149,8 @@ def check_in_memory(config: Config, dask: str | Client | None) -> None:
         )
 
 
-def _run_in_memory(config: Config, progress: Watch) -> xr.Dataset:
+def run_in_memory(config: Config, progress: Watch) -> xr.Dataset:
+    """The dataset of a configuration, without a file, and without remarks."""
     study, attributes = study_of(config), provenance(config.to_yaml(), title=config.title, action="run")
     with watched(progress, study.counted, config.friction.law) as moved:
         if not isinstance(study, MapStudy):

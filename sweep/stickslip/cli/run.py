@@ -165,7 +165,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     results = []
 
     def compute(request: Request) -> Outcome:
-        results.append(runs.run(request.config, progress=request.progress, dask=request.dask))
+        results.append(runs.run_in_memory(request.config, request.progress))
         return Outcome(size, computed=size)
 
     outcome, seconds = execute(compute, request, study)

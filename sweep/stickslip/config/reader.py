@@ -22,6 +22,7 @@ from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class
+from stickslip.config.table_section import with_table
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
@@ -90,9 +91,9 @@ def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None 
 
 
 def _read(document: Document, rig: bool | None) -> Config:
-    """A document with its curve fitted, if it names points, and then checked."""
+    """A document with the curve of its points, if it names some, and then checked."""
     rig = _has_drive(document) if rig is None else rig
-    return _Reader(with_fits(document), rig).config().shown_in(written_units(document.data))
+    return _Reader(with_fits(with_table(document)), rig).config().shown_in(written_units(document.data))
 
 
 def _has_drive(document: Document) -> bool:

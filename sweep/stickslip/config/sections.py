@@ -30,7 +30,8 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
-from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, WRITTEN_LAWS
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, own_names
+from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
@@ -209,6 +210,15 @@ def _address(value: object) -> str:
 _FILES: Schema = {"type": "array", "minItems": 1, "items": POINTS_FILE.schema}
 _POINTS = Read(_points, {"anyOf": [POINTS_FILE.schema, _FILES]})
 _DASK = Read(_address, {"type": "string", "pattern": _ADDRESS, "examples": ["tcp://host:8786", LOCAL]})
+_LAW = Read(
+    lambda value: str(value) if is_law(value) else choice(value, (*WRITTEN_LAWS, *own_names())),
+    {"anyOf": [{"enum": list(LAWS)}, {"type": "string", "pattern": OWN_NAME}]},
+)
+_ROW: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "string"]}}
+_KEYS = {"file": POINTS_FILE.schema, "monotone": BOOLEAN.schema, "speed": _ROW, "mu": _ROW}
+_FORM: Schema = {"type": "object", "properties": _KEYS, "additionalProperties": False}
+_FORMS = [_FORM | {"required": needed} for needed in (["file"], ["speed", "mu"])]
+_TABLE = Read(lambda value: value, {"anyOf": [POINTS_FILE.schema, *_FORMS]})  # read in `table_section.py`
 _EXAMPLE, _ALL = "a list of variables such as [regime, period]", "leave variables out to keep all of them"
 _VARIABLES = list_of(VARIABLES, _EXAMPLE, _ALL, single=True)
 
@@ -316,7 +326,7 @@ class System(with_quantities(Section, "system")):  # type: ignore[misc]
 
 
 class _Law(Section):
-    law: Annotated[str, one_of(LAWS, named=WRITTEN_LAWS)] = Field(
+    law: Annotated[str, _LAW] = Field(
         "stribeck",
         description="shape of the weakening: " + "; ".join(f"{law}: {LAW_MESSAGES[law]}" for law in WRITTEN_LAWS),
     )
@@ -324,6 +334,11 @@ class _Law(Section):
         None,
         description="CSV file of measured slip speeds and friction coefficients that "
         f"{CURVE.level} to {CURVE.decay} are fitted to; a list of files is an axis of materials",
+    )
+    table: Annotated[dict[str, Any] | None, _TABLE] = Field(
+        None,
+        description="CSV file of measured slip speeds and friction coefficients that are the curve as they are, in "
+        f"place of {CURVE.level} to {CURVE.decay}, or {{file: FILE.csv, monotone: true}}",
     )
 
 

@@ -14,6 +14,7 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
+from stickslip.config.table_section import with_table
 from stickslip.config.unit_warnings import warn_of_cell
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
@@ -81,7 +82,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
         raise ConfigError(name, [Problem((), "holds no regimes, expected a map or a list of cells")])
     text, source = str(ds.attrs.get("configuration", "")), f"{name} (configuration)"
     settings = tuple(settings)
-    shared = overridden(parse_yaml(text, source), settings).data
+    shared = with_table(overridden(parse_yaml(text, source), settings)).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
     return parse_config(text, source, settings, rig=False).shown_in(units_shown(ds))

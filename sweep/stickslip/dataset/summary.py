@@ -22,6 +22,7 @@ from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.errors import ConfigError, Problem
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
 from stickslip.vocabulary.models import MODELS
+from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.suggest import listed, nearest
 
@@ -96,6 +97,17 @@ def one_regime_remark(ds: xr.Dataset, parts: Mapping[str, Share]) -> str | None:
     if len(parts) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
         return None
     return one_regime_question(parse_config(text), flag_label(next(iter(parts))))
+
+
+def table_remark(ds: xr.Dataset) -> str | None:
+    """A sentence on slip that is faster than the fastest point of the table that a map was computed with."""
+    text, speeds = str(ds.attrs.get("configuration", "")), ds.get("slip_speed_max")
+    if speeds is None or "law: table_" not in text:
+        return None
+    law, known = parse_config(text).friction.law, ds["a4"]
+    parts = ((speeds.isel(chunk), known.isel(chunk, missing_dims="ignore")) for chunk in chunks(speeds))
+    found = (beyond_points(law, *(one.values for one in xr.broadcast(*part))) for part in parts)
+    return next(filter(None, found), None)
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:

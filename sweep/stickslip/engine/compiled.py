@@ -8,11 +8,14 @@ import warnings
 
 import llvmlite.binding as llvm
 
-from stickslip.engine.compiling import compile_apart
+from stickslip.engine.compiling import compile_apart, functions_of, kernel_of
+from stickslip.vocabulary.models import own_law
 from stickslip_kernels import objects, runtime
+from stickslip_kernels.allocate import NO_STATIONS
 
 _loading = threading.Lock()
-_machines: dict[tuple[str, bool], runtime.Kernels] = {}
+_machines: dict[tuple[str, str, bool], runtime.Kernels] = {}
+_loaded: dict[tuple[str, bool], runtime.Addresses] = {}  # by the names of kernels, which several laws may share
 
 
 def _free_after_fork() -> None:
@@ -30,12 +33,13 @@ def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
 
     signals : for trajectories and rigs rather than for regimes.
     """
-    return (name, signals) not in _machines and not is_cached(name, signals)
+    return (kernel_of(name), signals) not in _loaded and not is_cached(name, signals)
 
 
 def is_cached(name: str, signals: bool = False) -> bool:
     """Return whether other processes will find the kernels of a law compiled."""
     folder = objects.CACHE_FOLDER
+    name = kernel_of(name)
     if objects.shipped(name, signals) is not None:
         return True
     return folder is not None and objects.read(folder / objects.name_of(name, signals)) is not None
@@ -48,27 +52,38 @@ def warm_up(name: str = "stribeck", signals: bool = False) -> None:
 
 def kernels(name: str, signals: bool = False) -> runtime.Kernels:
     """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
-    if (name, signals) not in _machines:
+    key = name, kernel_of(name), signals
+    if key not in _machines:
+        own = own_law(name)
         with _loading:
-            if (name, signals) not in _machines:
-                _machines[name, signals] = runtime.Kernels(_addresses(name, signals), signals)
-    return _machines[name, signals]
+            if key[1:] not in _loaded:
+                _loaded[key[1:]] = _addresses(name, signals)
+            if key not in _machines:
+                stations = NO_STATIONS if own is None else own.stations
+                _machines[key] = runtime.Kernels(_loaded[key[1:]], signals, stations)
+    return _machines[key]
 
 
 def _addresses(name: str, signals: bool) -> runtime.Addresses:
     try:
         return runtime.load(*compile_apart(name, signals), signals)
     except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
-        warnings.warn(
-            f"the kernels are compiled in this process, and again in the next: {error}", RuntimeWarning, stacklevel=5
-        )
-        return _compile_here(name, signals)
+        made = _compile_here(name, signals)
+        text = f"the kernels are compiled in this process, and again in the next: {error}"
+        warnings.warn(text, RuntimeWarning, stacklevel=5)
+        return made
 
 
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
     from stickslip_kernels import exports
 
-    functions = exports.c_functions(name, signals)
+    given = functions_of(name)
+    try:
+        functions = exports.c_functions(kernel_of(name), signals, (lambda: given) if given else None)
+    except Exception as error:  # of Numba, whose kinds have nothing in common
+        if not given:
+            raise
+        raise ValueError(f"law {name}: Numba cannot compile it: {error}") from None
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
 

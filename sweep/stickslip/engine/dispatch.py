@@ -17,7 +17,8 @@ from stickslip.engine.compiling import ship
 from stickslip.engine.options import Options, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.models import LAWS, MODELS, OwnKernels, model_of
+from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, OwnKernels, model_of
+from stickslip.vocabulary.own_laws import TABLE
 from stickslip_kernels import layout, objects
 from stickslip_kernels.allocate import NO_STOPS
 
@@ -42,7 +43,8 @@ def has_own_kernels(options: Options) -> bool:
 def ship_all() -> None:
     """Compile all kernels for all kinds of this processor into the package, for the next wheel to bring."""
     own = (name for model in MODELS for kernels in model.own_kernels.values() for name in kernels.by_value.values())
-    ship(objects.shipped_folder(), [*dict.fromkeys((*LAWS, *own))], [*objects.kinds_here()])
+    laws = dict.fromkeys((*LAWS, *own, *(f"{prefix}{TABLE}" for prefix in ("", PREFIX))))
+    ship(objects.shipped_folder(), [*laws], [*objects.kinds_here()])
 
 
 def _own(options: Options) -> OwnKernels | None:

@@ -13,7 +13,8 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.models import LAWS, Model, law_of_contact, model_of
+from stickslip.vocabulary.models import LAWS, Model, law_of_contact, model_of, own_law, own_names
+from stickslip.vocabulary.own_laws import Table, is_law
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
 from stickslip_kernels import layout
@@ -39,8 +40,9 @@ class SolverKeywords(TypedDict, total=False):
 class Options:
     """Options of an integration, and of how work is spread. Defaults and limits are those of the configuration.
 
-    law : one of `vocabulary.models.LAWS`. horizon : s; inf for none. threads : None for one per processor.
-    block : most cells computed together. variables : the only ones that are kept, `regime` among them; None for all.
+    law : one of `vocabulary.models.LAWS`, or one of one's own. horizon : s; inf for none. threads : None for one per
+    processor. block : most cells computed together. variables : the only ones that are kept, `regime` among them; None
+    for all.
     """
 
     law: str = "stribeck"
@@ -53,8 +55,10 @@ class Options:
     variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if self.law not in LAWS:
-            raise ValueError(f"law: got {self.law!r}, expected {', '.join(LAWS)}")
+        if not is_law(self.law):
+            raise ValueError(f"law: got {self.law!r}, expected {', '.join((*LAWS, *own_names()))}")
+        if self.law == (own := own_law(self.law)):  # which a process that gets these options may not know
+            object.__setattr__(self, "law", own)
         if not self.horizon > 0:
             raise ValueError(f"horizon: got {self.horizon!r}, expected a time > 0 (s)")
         if not self.early_stop and isinf(self.horizon):
@@ -102,6 +106,12 @@ class Options:
         alone = self.variables is not None and all(VARIABLES[name].when == "regime" for name in self.variables)
         return layout.UNTIL_REGIME if alone else layout.UNTIL_METRICS
 
+    @property
+    def friction(self) -> dict[str, Any]:
+        """The friction law as plain data, with the points that a table consists of."""
+        own = own_law(self.law)
+        return {"law": str(self.law)} | ({"table": own.points()} if isinstance(own, Table) else {})
+
     def described(self, **sections: Any) -> str:
         """The friction law and the solver, as text for the provenance of cells that are no configuration.
 
@@ -116,7 +126,7 @@ def _shared(options: Options) -> str:
         "rtol": options.rtol, "early_stop": options.early_stop, "max_steps": options.max_steps,
         "horizon": None if isinf(options.horizon) else options.horizon,
     }  # fmt: skip
-    return json.dumps({"friction": {"law": options.law}, "solver": solver})
+    return json.dumps({"friction": options.friction, "solver": solver})
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,8 @@ class Columns(dict[str, NDArray[np.float64]]):
 
     assumed : those that were read in SI for want of a unit. units : in which the others were written, by name.
     read : headings they came from, by name. ignored : headings of columns that were left out. notes : what else was
-    done with columns. above : numbers of the first and the last line above the heading that were left out.
+    done with columns. above : numbers of the first and the last line above the heading that were left out. lines : of
+    the file, row by row.
     """
 
     assumed: tuple[Parameter, ...] = ()
@@ -54,6 +55,7 @@ class Columns(dict[str, NDArray[np.float64]]):
     ignored: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     above: tuple[int, int] | None = None
+    lines: tuple[int, ...] = ()
 
     def caution(self) -> str:
         """A sentence on each unit that was assumed; empty if none was."""
@@ -219,6 +221,7 @@ class _Reader:
         along, *others = self._roles
         sigmas = {role.label: role for role in others if role.column.name != MU}
         materials: dict[str, dict[str, list[float]]] = {}
+        lines: dict[str, list[int]] = {}
         for row in self._rows:
             if len(self._problems) >= tables.MOST_PROBLEMS:
                 break
@@ -234,16 +237,19 @@ class _Reader:
                 roles = [along, mu, *([sigmas[mu.label]] if mu.label in sigmas else [])]
                 name = " ".join(filter(None, (group, mu.label)))
                 points = materials.setdefault(name, {role.column.name: [] for role in roles})
+                lines.setdefault(name, []).append(row[along.position].place.line)
                 for role in roles:
                     if role.position not in numbers:
                         numbers[role.position] = self._number(role, row)
                     points[role.column.name].append(numbers[role.position])
         if self._problems:
             raise ConfigError(self._table.name, self._problems)
-        return {
-            name: Columns({key: np.array(column) for key, column in points.items()})
-            for name, points in materials.items()
+        read = {
+            name: Columns({key: np.array(one) for key, one in points.items()}) for name, points in materials.items()
         }
+        for name, columns in read.items():
+            columns.lines = tuple(lines[name])
+        return read
 
     def _number(self, role: Role, row: Sequence[Cell]) -> float:
         """One number in SI; what is wrong with it becomes a problem."""

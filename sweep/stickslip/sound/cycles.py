@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, Scales
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.models import CURVE_LAWS
+from stickslip.vocabulary.models import CURVE_LAWS, STRIBECK, model_of
 from stickslip.vocabulary.suggest import listed
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,7 @@ class Cycles:
 
 def check_law(options: Options) -> None:
     """Raise ValueError for a law whose cycles begin with no break-away."""
-    if options.law not in CURVE_LAWS:
+    if model_of(options.law) is not STRIBECK:
         raise ValueError(f"law: no sound of {options.law}, a contact with memory, expected {listed(CURVE_LAWS)}")
 
 

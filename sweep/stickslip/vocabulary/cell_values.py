@@ -16,7 +16,7 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.beyond import beyond_the_model
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.models import LAWS, Rule, laws_with, model_of
+from stickslip.vocabulary.models import LAWS, Rule, coefficients_of, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PARAMETERS_OF
 from stickslip.vocabulary.suggest import listed, suggest
@@ -36,7 +36,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Pa
         of a Dataset, the variables and coordinates that carry names of parameters. law : one of `models.LAWS`.
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
-    named, model = _named(given), model_of(law)
+    named, model = {**coefficients_of(law), **_named(given)}, model_of(law)
     known = PARAMETERS_OF[model]
     check_names(named, known)
     arrays = {}

@@ -25,7 +25,9 @@ def test_defaults_are_filled_in():
 
 def test_the_sections_own_all_quantities():
     for section, model in {"system": System, "friction": Friction, "start": Start}.items():
-        assert set(model.model_fields) - {"law", "fit"} == {n for n, q in QUANTITIES.items() if q.section == section}
+        assert set(model.model_fields) - {"law", "fit", "table"} == {
+            n for n, q in QUANTITIES.items() if q.section == section
+        }
 
 
 def test_configurations_cannot_be_changed():

@@ -7,7 +7,8 @@ from math import inf, nan
 
 from ... import layout as at
 from ...jit import compiled
-from .laws import inflection, last_weakening, shape, speed_of_shape_slope, weakening_slope
+from .laws import by_law, by_law_inline, inflection, last_weakening, shape, speed_of_shape_slope, weakening_slope
+from .outside import Scanned, bend_between, place
 
 MOST_DOUBLINGS, HALVINGS = 60, 60
 FAR = 1e100  # speeds a4 from which on a curve goes on as it does at last
@@ -39,7 +40,7 @@ def speed_of_slope(law, cells, c, slope):
     return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[at.DELTA, c])
 
 
-@compiled
+@by_law
 def speed_of_minimum(law, cells, c):
     """Slip speed v_min of cell c at which the falling branch of its curve ends in a minimum.
 
@@ -55,7 +56,7 @@ def speed_of_minimum(law, cells, c):
     return nan if coefficient_slope(law, cells, c, far) < 0.0 else 0.0
 
 
-@compiled
+@by_law
 def least_coefficient(law, cells, c, low, high):
     """The least friction coefficient of cell c at slip speeds from `low` to `high`."""
     least = min(coefficient(law, cells, c, low), coefficient(law, cells, c, high))
@@ -63,7 +64,7 @@ def least_coefficient(law, cells, c, low, high):
     return min(least, coefficient(law, cells, c, minimum)) if low < minimum < high else least
 
 
-@compiled(inline=True)
+@by_law_inline
 def stable_speeds(law, cells, c):
     """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there.
 
@@ -98,6 +99,12 @@ def stable_about_belt(law, cells, c):
     return low, inf
 
 
+@by_law
+def steepest(law, cells, c):
+    """The largest slope that a first step on the curve of cell c must allow for, either way."""
+    return abs(coefficient_slope(law, cells, c, cells[at.A4, c] * inflection(law, cells[at.DELTA, c])))
+
+
 @compiled
 def last_rising(law, cells, c, gamma, inside, outside):
     """Return where gamma + mu' > 0 ends on the way from one slip speed to another, between which it is monotone."""
@@ -114,3 +121,80 @@ def last_rising(law, cells, c, gamma, inside, outside):
 def line_slope(w_reversal, mu_reversal, mu_stop):
     """Slope of the straight line from (w_reversal, mu_reversal) to (0, mu_stop): Eq. (2a)."""
     return (mu_reversal - mu_stop) / w_reversal
+
+
+# --- the same for laws that are known by their stations ---------------------------------------------------------------
+
+
+@compiled
+def lowest(law, cells, c, low, high):
+    """The least friction coefficient of cell c between two slip speeds, and where; inf if it falls for ever."""
+    a4, delta = cells[at.A4, c], cells[at.DELTA, c]
+    w, k = low, place(law.stations, at.STATION, low / a4) + 1
+    least, where = coefficient(law, cells, c, w), w
+    while w < high:
+        end = min(a4 * law.stations[at.STATION, k], high) if k < at.STATIONS else high
+        if end == inf:
+            return least, inf if coefficient_slope(law, cells, c, w) < 0.0 else where
+        for point in (min(a4 * bend_between(law, w / a4, end / a4, delta), end), end):
+            if coefficient_slope(law, cells, c, w) < 0.0 < coefficient_slope(law, cells, c, point):
+                bottom = last_rising(law, cells, c, 0.0, point, w)
+                if coefficient(law, cells, c, bottom) < least:
+                    least, where = coefficient(law, cells, c, bottom), bottom
+            w = point
+        if coefficient(law, cells, c, end) < least:
+            least, where = coefficient(law, cells, c, end), end
+        k += 1
+    return least, where
+
+
+@speed_of_minimum.of(Scanned)
+def _speed_of_minimum(law, cells, c):
+    """Where friction is least of all."""
+    return lowest(law, cells, c, 0.0, inf)[1]
+
+
+@least_coefficient.of(Scanned)
+def _least_coefficient(law, cells, c, low, high):
+    return lowest(law, cells, c, low, high)[0]
+
+
+@steepest.of(Scanned)
+def _steepest(law, cells, c):
+    """That of standstill: steps do not skip what follows."""
+    return abs(coefficient_slope(law, cells, c, 0.0))
+
+
+@compiled
+def end_of_rising(law, cells, c, inside, outside):
+    """Where gamma + mu' > 0 ends on the way from one slip speed to another, no station between; NaN if it does not."""
+    a4, gamma = cells[at.A4, c], cells[at.GAMMA, c]
+    bend = a4 * bend_between(law, min(inside, outside) / a4, max(inside, outside) / a4, cells[at.DELTA, c])
+    for point in (bend, outside):
+        if not gamma + coefficient_slope(law, cells, c, point) > 0.0:
+            return last_rising(law, cells, c, gamma, inside, point)
+        inside = point
+    return nan
+
+
+@stable_speeds.of(Scanned)
+def _stable_speeds(law, cells, c):
+    b, a4 = abs(cells[at.BELT, c]), cells[at.A4, c]
+    if not cells[at.GAMMA, c] + coefficient_slope(law, cells, c, b) > 0.0:
+        return b, b
+    first, low, high = place(law.stations, at.STATION, b / a4), 0.0, inf
+    w, k = b, first
+    while w > 0.0:
+        station = a4 * law.stations[at.STATION, k] if k > 0 else 0.0
+        low = end_of_rising(law, cells, c, w, min(station, w))
+        if low >= 0.0:
+            break
+        w, k, low = min(station, w), k - 1, 0.0
+    w, k = b, first + 1
+    while k < at.STATIONS and law.stations[at.STATION, k] < inf:
+        station = max(a4 * law.stations[at.STATION, k], w)
+        high = end_of_rising(law, cells, c, w, station)
+        if high >= 0.0:
+            break
+        w, k, high = station, k + 1, inf
+    return low, high

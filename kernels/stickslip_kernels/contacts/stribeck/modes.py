@@ -186,6 +186,7 @@ class StribeckContact(NamedTuple):
 
 
 TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS, Regime
+PREFIX = ""
 
 
 def try_step(m):

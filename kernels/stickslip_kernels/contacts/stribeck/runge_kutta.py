@@ -13,8 +13,8 @@ from ...jit import compiled, in_turn
 from ...tableau import TSITOURAS_54
 from .equations import jerk_in_lane, slope_in_lane
 from .extreme_slope import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
-from .friction import coefficient_slope
-from .laws import inflection
+from .friction import steepest
+from .laws import passes_unseen
 from .resolvable import may_hide
 
 STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
@@ -120,6 +120,10 @@ def control_step(law, s, rtol):
         hides = may_hide(s, i, s[at.TAKEN + i], s[at.W_NEW + i], s[at.DW_NEW + i]) | (
             s[at.W_NEW + i] < -s[at.HIDES + i]
         )
+        rate, rise = s[at.RATE + i], s[at.RATE + i] * s[at.TAKEN + i]
+        hides = hides | passes_unseen(
+            law, rate * s[at.W + i], rate * s[at.W_NEW + i], rise * s[at.DW + i], rise * s[at.DW_NEW + i]
+        )
         good = (error2 <= 1.0) & (not hides)
         s[at.GOOD + i] = select(good, 1.0, 0.0)
         s[at.STEP + i] = select(hides, min(0.5, factor) * s[at.TAKEN + i], factor * s[at.STEP + i])
@@ -135,6 +139,5 @@ def restart(law, s, i, h):
 @compiled
 def begin_stepping(law, s, i, cells, c):
     """Size of the first step of a slip, where the speed may grow as fast as the curve falls, or be thrown across it."""
-    steepest = cells[at.A4, c] * inflection(law, cells[at.DELTA, c])
-    growth = abs(coefficient_slope(law, cells, c, steepest)) + cells[at.GAMMA, c]
+    growth = steepest(law, cells, c) + cells[at.GAMMA, c]
     restart(law, s, i, min(0.05 / (1.0 + growth), s[at.HIDES + i] / abs(s[at.DW + i])))

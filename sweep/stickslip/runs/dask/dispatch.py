@@ -21,6 +21,7 @@ from stickslip.runs.threads import Tally
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.encoding import decode
+from stickslip.vocabulary.own_laws import pickled_law
 
 if TYPE_CHECKING:
     from distributed import Future
@@ -41,7 +42,7 @@ def compute_blocks(
     token = f".dask-{uuid.uuid4().hex}{TEMPORARY}"
     job = Job(
         configuration=work.config.to_yaml(), blocks=astuple(work.blocks), packing=store.packing,
-        place=store.folder.absolute, token=token, versions=versions(),
+        place=store.folder.absolute, token=token, versions=versions(), law=pickled_law(work.config.friction.law),
     )  # fmt: skip
     flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
     store.folder.write(token, b"")

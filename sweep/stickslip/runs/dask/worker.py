@@ -5,6 +5,7 @@ The scheduler loads this module too, so everything heavy is imported where it is
 
 from __future__ import annotations
 
+import pickle
 import platform
 import signal
 from collections.abc import Mapping
@@ -25,7 +26,7 @@ class Job(TypedDict):
 
     configuration : resolved, as YAML text. blocks : how the items are cut, as arguments of `Blocks`. packing : of them.
     place : path or URL of the store. token : a name that exists in the store while the run lasts. versions : those of
-    the process that runs it.
+    the process that runs it. law : a registered one, pickled.
     """
 
     configuration: str
@@ -34,6 +35,7 @@ class Job(TypedDict):
     place: str
     token: str
     versions: dict[str, str]
+    law: bytes
 
 
 class Description(TypedDict):
@@ -107,7 +109,7 @@ def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
     from stickslip.runs.workdir.block_store import BlockStore, encoded
     from stickslip.runs.workdir.encoding import encode
 
-    work, manifest = _loaded(job["configuration"], job["blocks"])
+    work, manifest = _loaded(job["configuration"], job["blocks"], job["law"])
     for law in work.study.kernels:
         engine.warm_up(law)
     if mask is not None:
@@ -126,8 +128,10 @@ def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
 
 
 @lru_cache(maxsize=2)
-def _loaded(configuration: str, blocks: tuple[int, int, int]) -> tuple[Work, Manifest]:
+def _loaded(configuration: str, blocks: tuple[int, int, int], law: bytes) -> tuple[Work, Manifest]:
     """The work of a configuration, read once per process."""
+    if law:
+        pickle.loads(law)
     from stickslip.config.reader import parse_config
     from stickslip.runs.blocks import Blocks
     from stickslip.runs.work import Work

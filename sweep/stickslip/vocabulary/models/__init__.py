@@ -1,6 +1,7 @@
 """The models of the contact, a file each; `model.py` says what a model consists of.
 
-A new one is a file and a row in `MODELS`. The `law` that users name chooses the model.
+A new one is a file and a row in `MODELS`. The `law` that users name chooses the model. Laws of one's own
+(`own_laws.py` beside this folder) are added to the models of a friction curve while the program runs.
 """
 
 from __future__ import annotations
@@ -8,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Container
 from typing import Any
 
-from stickslip.vocabulary.models.lugre import LUGRE, law_of_contact
+from stickslip.vocabulary.models.lugre import BRISTLES_ON_ANY, LUGRE, ON_POSITIVE, law_of_contact
 from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
+from stickslip.vocabulary.models.own_law import OWN_NAME, PREFIX, OwnLaw, coefficients_of, note, own_law, own_names
 from stickslip.vocabulary.models.rate_state import RATE_STATE
-from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, STRIBECK
+from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, OF_ANY_SHAPE, STRIBECK
 
 MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE, LUGRE)
 LAW_MESSAGES = {law: text for model in MODELS for law, text in model.laws.items()}
@@ -21,10 +23,24 @@ WRITTEN_LAWS = tuple(law for model in MODELS if not model.implied for law in mod
 _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
-    "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "ROUNDING", "STRIBECK",
-    "WRITTEN_LAWS", "Curve", "Model", "OwnKernels", "Rule", "Slider", "law_of_contact", "laws_with", "model_of",
-    "model_with",
+    "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
+    "ROUNDING", "STRIBECK",
+    "WRITTEN_LAWS", "Curve", "Model", "OwnKernels", "OwnLaw", "Rule", "Slider", "add_law", "coefficients_of",
+    "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
 ]  # fmt: skip
+
+
+def add_law(law: OwnLaw, with_exponent: bool) -> None:
+    """Let a law of one's own be one of the models of a friction curve. with_exponent : whether it has `delta`."""
+    rules = {STRIBECK: OF_ANY_SHAPE, LUGRE: ON_POSITIVE if law.positive else BRISTLES_ON_ANY}
+    for model, name in ((STRIBECK, str(law)), (LUGRE, f"{PREFIX}{law}")):
+        model.laws[name] = LAW_MESSAGES[name] = law.text
+        model.rules[name] = rules[model]
+        model.of_laws["delta"] = tuple(one for one in model.of_laws["delta"] if one != name)
+        if with_exponent:
+            model.of_laws["delta"] += (name,)
+        _OF_LAW[name] = model
+    note(law)
 
 
 def model_of(law: str) -> Model:
@@ -35,7 +51,11 @@ def model_of(law: str) -> Model:
 def laws_with(name: str) -> tuple[str, ...]:
     """The laws whose cells may have a quantity: all for what is of no model."""
     own = [model for model in MODELS if name in model.parameters or name in model.measured]
-    return tuple(law for model in own for law in model.of_laws.get(name, tuple(model.laws))) if own else LAWS
+    return (
+        tuple(law for model in own for law in model.of_laws.get(name, tuple(model.laws)))
+        if own
+        else tuple(LAW_MESSAGES)
+    )
 
 
 def model_with(names: Container[Any]) -> Model:

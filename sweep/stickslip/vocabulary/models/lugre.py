@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.vocabulary.models.memory import RESULTS, results_to_si
 from stickslip.vocabulary.models.model import OwnKernels, Rule, Values
+from stickslip.vocabulary.models.own_law import PREFIX, own_law
 from stickslip.vocabulary.models.stribeck import CURVE, OF_CURVE, STRIBECK, CurveModel
 from stickslip.vocabulary.parameter import NAN, Parameter, Variable, table
 
@@ -22,8 +23,7 @@ if TYPE_CHECKING:
     from stickslip.vocabulary.scales import Floats, Scales
 
 STIFFNESS = "contact_stiffness"  # which makes a contact one of bristles
-_PREFIX = "lugre_"
-_LAWS = {f"{_PREFIX}{law}": f"contact_stiffness, and the curve of {law}" for law in STRIBECK.laws}
+_LAWS = {f"{PREFIX}{law}": f"contact_stiffness, and the curve of {law}" for law in STRIBECK.laws}
 
 _PARAMETERS = {name: STRIBECK.parameters[name] for name in (*CURVE, "delta")} | table(
     Parameter(
@@ -48,11 +48,12 @@ _PRESLIDING = Variable(
     "regime",
 )  # fmt: skip
 _WHY = "bristles deflect by the friction of the curve over their stiffness, which is above 0 at every slip speed"
-_POSITIVE = (
+BRISTLES_ON_ANY = (  # shape, which may come down to 0
     Rule("a1", {"a1": -1}, lambda p: p["a1"], lambda p: "above 0", _WHY, strict=True, last=True),
     Rule("a3", {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"], lambda p: f"above -a1 = {-p['a1']:.6g}", _WHY,
          strict=True, last=True),
 )  # fmt: skip
+ON_POSITIVE = BRISTLES_ON_ANY[1:]
 _NOT_RISING = Rule(
     "a3", {"a3": -1}, lambda p: p["a3"], lambda p: "at least 0", f"{_WHY}; this curve would fall for ever"
 )
@@ -60,7 +61,7 @@ _NOT_RISING = Rule(
 
 def law_of_contact(law: str, names: Any) -> str:
     """The law of cells with quantities of these names: that of bristles on its curve where they have a stiffness."""
-    return f"{_PREFIX}{law}" if STIFFNESS in names and law in STRIBECK.laws else law
+    return f"{PREFIX}{law}" if STIFFNESS in names and law in STRIBECK.laws else law
 
 
 def _slopes(law: str, cells: Values) -> Slopes:
@@ -71,7 +72,9 @@ def _slopes(law: str, cells: Values) -> Slopes:
 
     a1, a2, a3, a4 = (cells[name] for name in CURVE)
     load, speed = cells["normal_load"], np.abs(cells["belt_speed"])
-    shape, slope = weakening(law.removeprefix(_PREFIX), speed / a4, cells["delta"])
+    own = own_law(law)
+    of_z = own.weakening if own else partial(weakening, law.removeprefix(PREFIX))
+    shape, slope = of_z(speed / a4, cells["delta"])
     fade = np.nan_to_num(speed / cells["contact_damping_speed"])
     damping = cells["contact_damping"] * np.exp(-np.square(fade))
     return lugre_slopes(
@@ -99,16 +102,16 @@ LUGRE = _LuGre(
     laws=_LAWS,
     parameters=_PARAMETERS,
     results=(*RESULTS, _PRESLIDING),
-    rules={law: (*_POSITIVE, *([_NOT_RISING] if law.endswith("cubic") else []), *OF_CURVE) for law in _LAWS},
+    rules={law: (*BRISTLES_ON_ANY, *([_NOT_RISING] if law.endswith("cubic") else []), *OF_CURVE) for law in _LAWS},
     to_si={_PRESLIDING.name: lambda row, by: (by.cells["a1"] + by.cells["a3"]) * by.load / by.cells[STIFFNESS]},
     curve=CURVE,
     levels=STRIBECK.levels,
     implied=True,
     measured=STRIBECK.measured,
-    of_laws={name: tuple(f"{_PREFIX}{law}" for law in laws) for name, laws in STRIBECK.of_laws.items()},
+    of_laws={name: tuple(f"{PREFIX}{law}" for law in laws) for name, laws in STRIBECK.of_laws.items()},
     own_kernels={
-        f"{_PREFIX}{law}": OwnKernels(
-            own.parameter, own.row, {at: f"{_PREFIX}{name}" for at, name in own.by_value.items()}
+        f"{PREFIX}{law}": OwnKernels(
+            own.parameter, own.row, {at: f"{PREFIX}{name}" for at, name in own.by_value.items()}
         )
         for law, own in STRIBECK.own_kernels.items()
     },

@@ -90,16 +90,16 @@ class Model:
     implied : whether nobody names its laws: they follow from those of another model and a quantity that is given.
     """
 
-    laws: Mapping[str, str]
+    laws: dict[str, str]
     parameters: Mapping[str, Parameter]
     results: tuple[Variable, ...] = ()
-    rules: Mapping[str, tuple[Rule, ...]] = field(default_factory=dict)
+    rules: dict[str, tuple[Rule, ...]] = field(default_factory=dict)
     to_si: Mapping[str, Callable[[Row, Scales], Floats]] = field(default_factory=dict)
     curve: Curve | None = None
     levels: tuple[str, ...] = ()
     static: str | None = None
     measured: Mapping[str, Parameter] = field(default_factory=dict)
-    of_laws: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    of_laws: dict[str, tuple[str, ...]] = field(default_factory=dict)
     own_kernels: Mapping[str, OwnKernels] = field(default_factory=dict)
     absent: Mapping[str, str] = field(default_factory=dict)
     one_way: bool = False

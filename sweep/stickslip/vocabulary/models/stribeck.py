@@ -199,12 +199,9 @@ OF_CURVE = (  # as it is measured
         _lacking, "raise v_reversal or lower a4",
     ),
 )  # fmt: skip
+OF_ANY_SHAPE = (_START, *_between_levels(("a1", "a3"), " = a1 + a3"))
 _RULES = {
-    law: (
-        _START, *_between_levels(("a1", "a3"), " = a1 + a3"), _minimum(law), *_between_levels(("mu_start",), ""),
-        *OF_CURVE,
-    )
-    for law in _LAWS
+    law: (*OF_ANY_SHAPE, _minimum(law), *_between_levels(("mu_start",), ""), *OF_CURVE) for law in _LAWS
 }  # fmt: skip
 
 

@@ -23,6 +23,8 @@ and, where they differ from the defaults below,
                                             end shows; straight-line code
     bends()                                 whether it bends so much that w'' may vanish twice within a Taylor step; a
                                             constant
+
+Laws of which nothing is known but shape and slope are in `../outside.py`.
 """
 
 from importlib import import_module
@@ -90,6 +92,26 @@ def steps_over(law, z, z_end):
 def bends(law):
     """Return whether w'' may vanish twice within a step."""
     return False
+
+
+@by_law_inline
+def passes_unseen(law, z, z_end, rise, rise_end):
+    """Return whether a Runge-Kutta step from z to z_end, over which z changes at these rates, may have passed over
+    friction unseen: never, where hidden_depth and last_weakening tell it.
+    """
+    return False
+
+
+@by_law_inline
+def is_smooth(law):
+    """Return whether few values of the slope tell all of it, as of an analytic shape."""
+    return True
+
+
+@by_law_inline
+def with_stations(law, stations):
+    """The tag with the numbers of a law that comes from outside."""
+    return law
 
 
 def _after_tag(function):

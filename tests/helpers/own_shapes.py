@@ -1,0 +1,29 @@
+"""Shapes of friction as people write them, in a module of theirs."""
+
+import math
+
+from numba import njit
+
+CENTRE = 1.0
+
+
+@njit
+def squared(z):
+    return z * z
+
+
+def shape(z, delta):
+    """Lorentzian weakening."""
+    return 1.0 / (1.0 + squared(z) * CENTRE)
+
+
+def slope(z, delta):
+    return -2.0 * z * CENTRE / (1.0 + squared(z) * CENTRE) ** 2
+
+
+def stretched(z, delta):
+    return math.exp(-(z**delta))
+
+
+def stretched_slope(z, delta):
+    return -delta * z ** (delta - 1.0) * math.exp(-(z**delta))

@@ -1,0 +1,267 @@
+"""Measured tables as friction curves, against SciPy's splines and SciPy's integration of the motion on them."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline, PchipInterpolator
+
+import stickslip
+from helpers import scipy_oscillator
+from helpers.scipy_oscillator import Oscillator
+from stickslip.config.reader import load_config, parse_config
+from stickslip.engine import Options
+from stickslip.engine.dispatch import friction_at_belt_speed
+from stickslip.errors import ConfigError, ExtrapolationWarning
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.flags import REGIMES
+
+RANDOM = np.random.default_rng(11)
+DRY = np.array([0.0, 0.004, 0.01, 0.03, 0.08, 0.2, 0.4, 1.0]), np.array([0.41, 0.39, 0.36, 0.31, 0.29, 0.3, 0.32, 0.37])
+NOISY = np.linspace(0.01, 1.2, 25), 0.3 + 0.2 * np.exp(-np.linspace(0, 8, 25)) + RANDOM.normal(0, 0.008, 25)
+THREE = np.array([0.0, 0.1, 0.4]), np.array([0.5, 0.3, 0.35])
+UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.1}
+YAML = """
+system: {mass: 100 g, normal_load: 10 N, damping: 2 N s/m}
+friction: {table: felt.csv}
+axes:
+  stiffness: {start: 0.5 N/mm, stop: 50 N/mm, num: 4, spacing: log}
+  belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 5}
+"""
+FELT = "# felt\nspeed [mm/s], mu\n1, 0.398\n3, 0.381\n10, 0.347\n30, 0.297\n60, 0.288\n100, 0.291\n200, 0.300\n"
+
+
+@dataclass
+class OnCurve(Oscillator):
+    """The oscillator on any curve, which starts at the friction of standstill."""
+
+    friction: Callable | None = None
+
+    def __post_init__(self):
+        self.curve = (0.0, 0.0, float(self.friction(0.0)), 0.02)
+        super().__post_init__()
+
+    def stribeck(self, w):
+        return self.friction(w)
+
+
+def curve_of(points, monotone, speed=1.0):
+    """Friction over the slip speed in units of `speed`, as SciPy has it between the points."""
+    w, mu = points
+    spline = (PchipInterpolator if monotone else CubicSpline)(w, mu)
+    return lambda v: spline(np.clip(v * speed, w[0], w[-1]))
+
+
+def ends(cell, law, horizon, rtol):
+    found = stickslip.evaluate(cell, law=law, horizon=horizon, early_stop=False, rtol=rtol)
+    return np.array([float(found[name][0]) for name in ("displacement_end", "velocity_end", "sticks")])
+
+
+@pytest.mark.filterwarnings("ignore::stickslip.errors.ExtrapolationWarning")
+@pytest.mark.parametrize(
+    ("points", "monotone", "stiffness", "belt"),
+    [(DRY, False, 1.0, 0.05), (DRY, True, 30.0, 0.003), (NOISY, False, 0.1, 0.1), (THREE, False, 300.0, 0.02),
+     pytest.param(NOISY, True, 3.0, 0.5, marks=pytest.mark.slow),
+     pytest.param(DRY, False, 1e3, 0.001, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_the_motion_on_a_table_is_that_of_scipy(points, monotone, stiffness, belt):
+    rate = stiffness**0.5
+    law, horizon = stickslip.Table(*points, monotone=monotone), 12.0 + 1.2 / (belt * rate)
+    exact = OnCurve(belt * rate, horizon, gamma=0.02, friction=curve_of(points, monotone, 1.0 / rate))
+    cell = UNIT | {"stiffness": stiffness, "belt_speed": belt, "damping": 0.02 * rate}
+    sticks = sum(mode == "stick" for _, mode, _, _ in exact.phases)
+    for rtol in (1e-6, 1e-8):
+        x, v, count = ends(cell, law, horizon / rate, rtol)
+        assert x * stiffness == pytest.approx(exact.xi, abs=10 * rtol)
+        assert v * rate == pytest.approx(exact.eta, abs=10 * rtol)
+        assert count == sticks
+
+
+@pytest.mark.parametrize("monotone", [False, True])
+def test_friction_and_its_slope_are_those_of_the_spline(monotone):
+    law, w = stickslip.Table(*NOISY, monotone=monotone), np.geomspace(1e-4, 5.0, 400)
+    spline = (PchipInterpolator if monotone else CubicSpline)(*NOISY)
+    cells = as_cells(UNIT | {"belt_speed": w, "damping": 0.3}, law)
+    found = friction_at_belt_speed(cells, Options(law=law))
+    np.testing.assert_allclose(found, curve_of(NOISY, monotone)(w), rtol=1e-12)
+    inside = (w > NOISY[0][0]) & (w < NOISY[0][-1])
+    with pytest.warns(ExtrapolationWarning):
+        ratio = stickslip.evaluate(UNIT | {"belt_speed": w, "damping": 0.3}, law=law)["damping_ratio"].values
+    np.testing.assert_allclose(ratio, 0.15 + 0.5 * np.where(inside, spline(w, 1), 0.0), atol=1e-12)
+
+
+def test_a_dense_table_of_a_curve_is_that_curve_to_the_error_of_the_spline():
+    w = np.concatenate([[0.0], np.geomspace(1e-3, 2.0, 149)])
+    mu = 1.0 + 0.1 * w + 0.3 * np.exp(-w / 0.1)
+    between = np.geomspace(1e-4, 1.0, 20_000)
+    off = np.abs(CubicSpline(w, mu)(between) - (1.0 + 0.1 * between + 0.3 * np.exp(-between / 0.1))).max()
+    cells = UNIT | {"belt_speed": np.geomspace(0.01, 0.8, 40), "damping": 0.01}
+    table = stickslip.evaluate(cells, law=stickslip.Table(w, mu), rtol=1e-8)
+    exact = stickslip.evaluate(cells | {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}, rtol=1e-8)
+    np.testing.assert_array_equal(table["regime"], exact["regime"])
+    for name in ("period", "restick_displacement", "spring_force_max", "slip_speed_max", "settling_time"):
+        values = exact[name].values
+        np.testing.assert_allclose(table[name], values, atol=(300 * off + 1e-6) * np.nanmax(values), err_msg=name)
+
+
+@pytest.mark.parametrize(("belt", "x", "w"), [(0.05, 0.9, 0.25), (0.6, 0.3, 0.95)])
+def test_a_narrow_spike_is_not_stepped_over(belt, x, w, monkeypatch):
+    """On the way up, where it holds the slip back, and in a trough between two fast ends of a step.
+
+    SciPy passes over it in steps of 0.02.
+    """
+    monkeypatch.setattr(scipy_oscillator, "LONGEST_STEP", 3e-4)
+    speeds = np.array([0.0, 0.3, 0.4, 0.4005, 0.401, 0.5, 2.0])
+    plain, spike = np.array([1.0, *[0.3] * 6]), np.array([1.0, 0.3, 0.3, 1.5, 0.3, 0.3, 0.3])
+    exact = OnCurve(belt, 2.5, xi=x, eta=belt - w, friction=curve_of((speeds, spike), monotone=True))
+    cell = UNIT | {"belt_speed": belt, "displacement": x, "velocity": belt - w}
+    found, without = (ends(cell, stickslip.Table(speeds, mu, monotone=True), 2.5, 1e-6) for mu in (spike, plain))
+    assert found[:2] == pytest.approx((exact.xi, exact.eta), abs=1e-5)
+    assert abs(without[0] - found[0]) > 1e-4  # it matters
+
+
+def test_hysteresis_on_a_table_begins_at_its_least_friction():
+    horizon = 60.0
+    exact = OnCurve(0.05, horizon, mu_stop=0.33, friction=curve_of(DRY, monotone=False))
+    assert {mode for _, mode, _, _ in exact.phases} >= {"fast", "fall", "stick"}
+    cell = UNIT | {"belt_speed": 0.05, "mu_stop": 0.33}
+    x, v, _ = ends(cell, stickslip.Table(*DRY), horizon, 1e-8)
+    assert (x, v) == pytest.approx((exact.xi, exact.eta), abs=1e-6)
+
+
+def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_of_the_spline():
+    law, spline, belts = stickslip.Table(*DRY), CubicSpline(*DRY), np.array([0.002, 0.007, 0.02, 0.05])
+    critical, steady = -spline(belts, 1), spline(belts) * (1.0 + 1e-6)
+    cell = UNIT | {"belt_speed": belts, "displacement": steady, "velocity": 0.0}
+    regimes = [stickslip.evaluate(cell | {"damping": critical * share}, law=law)["regime"] for share in (0.98, 1.001)]
+    assert set(regimes[0].values) <= {REGIMES.index("stick_slip"), REGIMES.index("sustained")}
+    assert set(regimes[1].values) == {REGIMES.index("damped")}
+
+
+def test_a3_scales_a_table_and_a4_stretches_it():
+    law, belts = stickslip.Table(*DRY), np.array([0.01, 0.05, 0.3])
+    twice = stickslip.evaluate(UNIT | {"belt_speed": belts, "a3": 0.82}, law=law)
+    load = stickslip.evaluate(UNIT | {"belt_speed": belts, "normal_load": 2.0}, law=law)
+    np.testing.assert_allclose(twice["spring_force_max"], load["spring_force_max"], rtol=1e-12)
+    wide = stickslip.evaluate(UNIT | {"belt_speed": 3.0 * belts, "a4": 3.0, "mass": 1.0 / 9.0}, law=law)
+    same = stickslip.evaluate(UNIT | {"belt_speed": belts}, law=law)
+    np.testing.assert_allclose(wide["spring_force_max"], same["spring_force_max"], rtol=1e-12)
+    np.testing.assert_allclose(wide["period"], same["period"] / 3.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("w", "mu", "message"),
+    [
+        ([0.0, 0.1, 0.1], [0.4, 0.3, 0.3], "rising ones, each once"),
+        ([0.0, 0.2, 0.1], [0.4, 0.3, 0.3], "rising ones, each once"),
+        ([0.0, np.nan, 0.1], [0.4, 0.3, 0.3], "nan"),
+        ([0.0, 0.1], [0.4, np.nan], "nan"),
+        ([0.0, 0.1], [0.4, 0.0], "above 0"),
+        ([-0.1, 0.1], [0.4, 0.3], "at least 0"),
+        ([0.1], [0.4], "expected 2 to 200"),
+        (np.linspace(0, 1, 201), np.ones(201), "expected 2 to 200"),
+        ([0.0, 0.1, 0.2], [0.4, 0.3], "expected two lists alike"),
+        ([0.0, 0.1, 0.11, 1.0], [0.9, 0.01, 0.9, 0.9], "falls below 0 between them; take monotone=True"),
+    ],
+)
+def test_points_that_are_no_curve_are_refused(w, mu, message):
+    with pytest.raises(ValueError, match=message):
+        stickslip.Table(w, mu)
+
+
+def test_speeds_with_units_are_converted():
+    assert stickslip.Table(["10 mm/s", "0.2 m/s"], [0.4, 0.3]) == stickslip.Table([0.01, 0.2], [0.4, 0.3])
+
+
+@pytest.mark.parametrize(
+    ("rows", "line"),
+    [("1, .4\n3, .3\n2, .3", 4), ("1, .4\n\n# slow\n1, .3", 5), ("1, .4\n2, 0", 3), ("1, .4\n2, x", 3)],
+)
+def test_wrong_rows_of_a_file_are_named_by_their_line(tmp_path, rows, line):
+    (tmp_path / "felt.csv").write_text(f"speed [mm/s], mu\n{rows}\n", encoding="utf-8")
+    (tmp_path / "felt.yaml").write_text(YAML, encoding="utf-8")
+    with pytest.raises(ConfigError, match=rf"felt\.csv:{line}:"):
+        load_config(tmp_path / "felt.yaml")
+
+
+@pytest.mark.parametrize(
+    ("friction", "message"),
+    [
+        ("{table: felt.csv, law: rational}", "besides a table"),
+        ("{table: felt.csv, fit: felt.csv}", "besides a table"),
+        ("{table: felt.csv, mu_start: 0.5}", "got mu_start with the law"),
+        ("{table: felt.csv, delta: 2}", "got delta with the law"),
+        ("{table: 3}", "expected a CSV file"),
+        ("{table: {file: felt.csv, smooth: true}}", "unknown key"),
+        ("{table: {file: felt.csv, monotone: 3}}", "expected true or false"),
+        ("{table: {speed: [0, 1], mu: [1, 0]}}", "above 0"),
+        ("{table: {speed: [0, x], mu: [1, 1]}}", "speed: got 'x', expected a speed"),
+        ("{table: {speed: 0, mu: [1, 1]}}", "speed: got 0, expected a list"),
+        ("{table: none.csv}", "none.csv"),
+    ],
+)
+def test_wrong_tables_in_a_configuration_are_refused(tmp_path, friction, message):
+    (tmp_path / "felt.csv").write_text(FELT, encoding="utf-8")
+    (tmp_path / "felt.yaml").write_text(YAML.replace("{table: felt.csv}", friction), encoding="utf-8")
+    with pytest.raises((ConfigError, OSError), match=message):
+        load_config(tmp_path / "felt.yaml")
+
+
+def test_a_configuration_keeps_the_points_and_another_process_knows_them(tmp_path):
+    (tmp_path / "felt.csv").write_text(FELT, encoding="utf-8")
+    (tmp_path / "felt.yaml").write_text(YAML, encoding="utf-8")
+    config = load_config(tmp_path / "felt.yaml")
+    law = stickslip.Table(["1 mm/s", "3 mm/s", "10 mm/s", "30 mm/s", "60 mm/s", "100 mm/s", "200 mm/s"],
+                          [0.398, 0.381, 0.347, 0.297, 0.288, 0.291, 0.300])  # fmt: skip
+    assert config.friction.law == law
+    assert parse_config(config.to_yaml()) == config
+    with pytest.warns(ExtrapolationWarning, match="fastest point of the table is at 0.2 m/s"):
+        found = stickslip.run(config, tmp_path / "felt.nc")
+    cells = {name: found[name] for name in ("stiffness", "belt_speed")} | {
+        "mass": 0.1,
+        "normal_load": 10.0,
+        "damping": 2.0,
+    }
+    with pytest.warns(ExtrapolationWarning, match="fastest point of the table is at 0.2 m/s"):
+        same = stickslip.evaluate(cells, law=law)
+    np.testing.assert_array_equal(found["spring_force_max"], same["spring_force_max"])
+    same.to_netcdf(tmp_path / "cells.nc")
+    script = (
+        "import sys, stickslip; from stickslip.config.select import shared_by as of\n"
+        "for file in sys.argv[1:]: stickslip.Options(law=of(stickslip.open(file))['law'])"
+    )
+    subprocess.run([sys.executable, "-c", script, tmp_path / "felt.nc", tmp_path / "cells.nc"], check=True)
+
+
+def test_a_table_in_a_configuration_from_python_is_the_law_itself():
+    law = stickslip.Table(*THREE, monotone=True)
+    data = {"system": UNIT | {"belt_speed": 0.05}, "friction": {"law": law}, "axes": {"damping": [0.0, 0.1]}}
+    found = stickslip.run(data)
+    cells = UNIT | {"belt_speed": 0.05, "damping": [0.0, 0.1]}
+    np.testing.assert_array_equal(found["period"], stickslip.evaluate(cells, law=law)["period"])
+    scaled = stickslip.run(data | {"axes": {"a3": [0.5, 0.6]}})
+    np.testing.assert_array_equal(scaled["spring_force_max"][0], found["spring_force_max"][0])
+
+
+@pytest.mark.slow
+def test_bristles_on_a_table_are_those_on_its_curve():
+    w = np.concatenate([[0.0], np.geomspace(1e-4, 2.0, 149)])
+    law, contact = (
+        stickslip.Table(w, 0.25 + 0.2 * np.exp(-w / 0.02)),
+        {"contact_stiffness": 2e4, "contact_damping": 5.0},
+    )
+    cells = {
+        "mass": 0.1,
+        "stiffness": [1e3, 1e4, 1e5],
+        "damping": 1.0,
+        "normal_load": 10.0,
+        "belt_speed": 0.02,
+    } | contact
+    table = stickslip.evaluate(cells, law=law)
+    exact = stickslip.evaluate(cells | {"a1": 0.25, "a2": 0.0, "a3": 0.2, "a4": 0.02})
+    np.testing.assert_array_equal(table["regime"], exact["regime"])
+    np.testing.assert_allclose(table["critical_stiffness"], exact["critical_stiffness"], rtol=1e-3)
+    np.testing.assert_allclose(table["spring_force_max"], exact["spring_force_max"], rtol=1e-4)
