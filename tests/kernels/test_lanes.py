@@ -117,11 +117,12 @@ def operations(body, pattern):
 @pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
 @pytest.mark.parametrize("law", [*few(rate_and_state.LAWS, 1), *few(("lugre_stribeck",), 0)])
 def test_only_readers_of_one_series_are_scalar_where_contacts_have_memory(law):
-    """`dense.horner` for one lane, which has eight operations an order."""
+    """`dense.horner` for one lane, which has eight operations an order; and a search by halving, with all orders."""
     if widest() is None:
         pytest.skip("this processor names no vector extension LLVM reports")
     bodies = list(straight_loops(loop_of_lanes(law)))
-    assert max(operations(body, SCALAR) for body in bodies if not operations(body, widest()[1])) <= 8
+    scalar = sorted(operations(body, SCALAR) for body in bodies if not operations(body, widest()[1]))
+    assert scalar[-2] <= 8 and scalar[-1] <= 60
     if widest()[0] == "avx512f":  # narrower ones may be unrolled to no loop at all
         assert sum(operations(body, widest()[1]) >= 10 for body in bodies) >= STAGES + 4
 

@@ -82,6 +82,7 @@ def test_the_first_run_on_a_machine_says_that_it_compiles(here, kernels, monkeyp
     monkeypatch.setattr(compiling, "_python", lambda *_: subprocess.CompletedProcess([], 0, made))
     monkeypatch.setattr(objects, "CACHE_FOLDER", None)
     monkeypatch.setattr(compiled, "_machines", {})
+    monkeypatch.setattr(compiled, "_loaded", {})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # nothing is kept
         done = call("run", write_config(here, more="output: {file: map.nc}\n"))
@@ -95,10 +96,10 @@ def test_a_map_that_is_not_kept_can_be_drawn(here):
 
 
 def test_ctrl_c_without_an_output_says_how_far_it_got(here, monkeypatch):
-    def interrupted(config, **_):
+    def interrupted(*_):
         raise stickslip.Interrupted(100, 144)
 
-    monkeypatch.setattr("stickslip.api.runs.run", interrupted)
+    monkeypatch.setattr("stickslip.api.runs.run_in_memory", interrupted)
     done = call("run", write_config(here))
     assert done.exit_code == 1 and "100 of 144 cells are finished, not written" in done.stderr
 

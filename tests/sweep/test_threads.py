@@ -235,6 +235,7 @@ sys.exit(os.waitpid(child, 0)[1])
 def test_threads_that_ask_for_the_kernels_at_once_compile_them_once(monkeypatch):
     calls, apart = [], compiled.compile_apart
     monkeypatch.setattr(compiled, "_machines", {})
+    monkeypatch.setattr(compiled, "_loaded", {})
     monkeypatch.setattr(compiled, "compile_apart", lambda law, signals: calls.append(law) or apart(law, signals))
     assert at_once(*[compiled.warm_up] * 4) == [None] * 4
     assert len(calls) == 1

@@ -55,7 +55,7 @@ Examples:
   stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
   stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu
-  stickslip fit configs/measured/velocity_steps.csv --law rate_state_ageing    # columns: time, speed, mu
+  stickslip fit steps.csv --law rate_state_ageing          # columns: time [s], speed, mu
   stickslip fit loops.csv --law lugre --load "10 N"        # columns: displacement [um], mu"""
 )
 @params.RECORDS
@@ -73,17 +73,18 @@ Examples:
     help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here. rate_state_...: of a record of "
     "velocity steps and holds; lugre: contact stiffness, of small motions back and forth.",
 )
-@click.option("--stiffness", metavar="STIFFNESS", help='Of the drive ("20 N/um"), for rate_state_...: else fitted.')
+@click.option("--stiffness", metavar="STIFFNESS", help='Of the drive ("20 N/um"); fitted where it is not given.')
 @params.plot_option("Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_errors
 def fit(
     files: tuple[Path, ...], at: str, load: str | None, law: str, stiffness: str | None, plot: Path | None
 ) -> Answer:
-    """Fit friction curves, or ageing, to measured points; contacts with memory to records.
+    """Fit friction curves, ageing, or contacts with memory.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
-    static friction with the waiting time (hold time), and several of these are ranked. Files are CSV as instruments and
+    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps, and of
+    pre-sliding loops, give contacts with memory (--law). Files are CSV as instruments and
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """

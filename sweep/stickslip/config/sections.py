@@ -386,10 +386,7 @@ class Output(Section):
         None, description="page of the result, .html or .pdf: plots and meanings"
     )
     variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
-        Field(
-            None,
-            description="variables of a map that are kept, regime among them; what none needs is not computed",
-        )
+        Field(None, description="variables of a map that are kept, regime among them; what none needs is not computed")
     )
 
     @classmethod

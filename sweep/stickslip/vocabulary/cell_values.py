@@ -123,8 +123,9 @@ def check_names(named: Iterable[str], known: Mapping[str, Parameter] = PARAMETER
             near = suggest(str(name), known)
             if sentence := beyond_the_model(str(name)):
                 raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
-            if (laws := laws_with(str(name))) != LAWS:
-                raise TypeError(f"{name!r} is not a parameter of cells of this law, but of {listed(laws)}")
+            if len(laws := laws_with(str(name))) < len(laws_with("mass")):
+                shipped = [law for law in laws if law in LAWS]
+                raise TypeError(f"{name!r} is not a parameter of cells of this law, but of {listed(shipped)}")
             hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(known)}"
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 
