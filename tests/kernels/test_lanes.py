@@ -117,7 +117,7 @@ def operations(body, pattern):
 @pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
 @pytest.mark.parametrize("law", [*few(rate_and_state.LAWS, 1), *few(("lugre_stribeck",), 0)])
 def test_only_readers_of_one_series_are_scalar_where_contacts_have_memory(law):
-    """`dense.horner` for one lane, which has eight operations an order; and a search by halving, with all orders."""
+    """`dense.horner` for one lane, which has eight operations an order; a search by halving has them all."""
     if widest() is None:
         pytest.skip("this processor names no vector extension LLVM reports")
     bodies = list(straight_loops(loop_of_lanes(law)))
