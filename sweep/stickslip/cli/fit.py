@@ -83,8 +83,8 @@ def fit(
     """Fit friction curves, ageing, or contacts with memory.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
-    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps, and of
-    pre-sliding loops, give contacts with memory (--law). Files are CSV as instruments and
+    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps, and
+    of pre-sliding loops, give contacts with memory (--law). Files are CSV as instruments and
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
