@@ -42,10 +42,10 @@ _ROWS = (MOST_LOOPS + 1) * at.WIDTH
 HIGH, LOW, FAST, SLOW, HARD, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 10 * _ROWS, _ROWS)
 _AFTER = _FIRST + 10 * _ROWS
 # Extremes while the motion sticks in every loop; those before the loop under way; in the settling band, the deviation
-# at which it came there, and how often w has passed b since.
+# at which it came there, and how often w has passed b since; FASTEST when the lane was first put ahead, NaN before.
 (
-    TOP, BOTTOM, FASTEST, SLOWEST, HARDEST, WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED,
-) = range(_AFTER, _AFTER + 10 * at.WIDTH, at.WIDTH)  # fmt: skip
+    TOP, BOTTOM, FASTEST, SLOWEST, HARDEST, WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
+) = range(_AFTER, _AFTER + 11 * at.WIDTH, at.WIDTH)  # fmt: skip
 
 
 class Recurrence(NamedTuple):
@@ -61,7 +61,7 @@ def begin_cell(m, i, c):
     forget_loops(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
     return_map.begin(s, i)
-    s[at.ENTERED + i], s[AWAY + i], s[TURNED + i] = 0.0, nan, 0.0
+    s[at.ENTERED + i], s[AWAY + i], s[TURNED + i], s[REAL_FASTEST + i] = 0.0, nan, 0.0, nan
     forget(s, i)
     s[WHOLE_HIGH + i], s[WHOLE_LOW + i], s[WHOLE_HARD + i] = -inf, inf, 0.0
 
@@ -77,13 +77,19 @@ def forget_loops(s, i):
 
 
 @compiled(inline=True)
+def extend_whole(s, i, high, low, hard):
+    """Extend the extremes of the whole motion by others."""
+    s[WHOLE_HIGH + i], s[WHOLE_LOW + i] = max(s[WHOLE_HIGH + i], high), min(s[WHOLE_LOW + i], low)
+    s[WHOLE_HARD + i] = max(s[WHOLE_HARD + i], hard)
+
+
+@compiled(inline=True)
 def forget(s, i):
-    """Extremes of a loop are counted from here on."""
-    s[WHOLE_HIGH + i], s[WHOLE_LOW + i] = (
-        max(s[WHOLE_HIGH + i], s[at.XI_HIGH + i]),
-        min(s[WHOLE_LOW + i], s[at.XI_LOW + i]),
-    )
-    s[WHOLE_HARD + i] = max(s[WHOLE_HARD + i], s[at.DW_TOP + i])
+    """Extremes of a loop are counted from here on; those of the whole motion hold none after the lane was put ahead."""
+    if isnan(s[REAL_FASTEST + i]):
+        extend_whole(s, i, s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.DW_TOP + i])
+    else:
+        s[at.FASTEST + i] = s[REAL_FASTEST + i]
     s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i] = -inf, inf, -inf, inf
     s[at.DW_TOP + i] = 0.0
 
@@ -298,6 +304,8 @@ def tell_cycle(m, i, loops):
     if results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i]):
         decide(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, high, low, max(fast, -slow), hard)
     else:
+        extend_whole(s, i, high, low, hard)
+        s[at.FASTEST + i] = max(s[at.FASTEST + i], fast, -slow)
         decide_by_whole(m, i, at.SUSTAINED, at.SLIP_CYCLE)
 
 
@@ -361,6 +369,8 @@ def observe_no_event(m, i):
         forget_loops(m.s, i)
         m.s[at.LOOP_TAU + i] = m.s[at.TAU + i]
         forget(m.s, i)
+        if isnan(m.s[REAL_FASTEST + i]):
+            m.s[REAL_FASTEST + i] = m.s[at.FASTEST + i]
         note(m.s, i, m.s[at.Y + i] - m.s[at.G + i] * m.s[at.B + i], m.s[at.B + i], 0.0)
     s = m.s
     distance = distance_from_steady(s, i, s[at.Y + i], s[at.W + i])
