@@ -73,7 +73,7 @@ def machine() -> dict[str, Any]:
     family = ", family {cpu family} model {model}".format_map(names) if "cpu family" in names else ""
     vectors = [flag for flag in ("avx512f", "avx2", "fma") if flag in names.get("flags", "").split()]
     packages = {}
-    for package in ("numba", "numpy", "scipy", "heyoka", "numbalsoda", "jax", "diffrax", "stickslip"):
+    for package in ("numba", "numpy", "scipy", "heyoka", "numbalsoda", "jax", "diffrax", "emcee", "stickslip"):
         try:
             packages[package] = version(package)
         except PackageNotFoundError:
