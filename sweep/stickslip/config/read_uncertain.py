@@ -54,11 +54,14 @@ def read_uncertain(problems: ProblemCollector, raw: object, early_stop: bool) ->
     correlations = _matrices(problems, data, "correlation", given)
     if len(problems.problems) > before or len(scatters) < len(given):
         return None
+    drawn = [name for name, scatter in scatters.items() if scatter.drawn is not None]
+    _check_drawn(problems, {name: scatters[name] for name in drawn}, [*correlations, *covariances], subset is not None)
     correlation = _together(problems, tuple(scatters), [*correlations, *covariances])
-    if correlation is not None and sampling.indices:
+    independent = correlation is None and len(drawn) < 2
+    if not independent and sampling.indices:
         problems.refuse((*path, "indices"), "false: Sobol indices are defined for independent inputs",
                         "leave the correlation out to see which input matters")  # fmt: skip
-    settings = dict(sampling) | {"indices": correlation is None if sampling.indices is None else sampling.indices}
+    settings = dict(sampling) | {"indices": independent if sampling.indices is None else sampling.indices}
     whole: Uncertain = Uncertain.model_construct(
         **settings, quantities=scatters, correlation=correlation, subset=subset
     )
@@ -111,6 +114,22 @@ def _check_inside(problems: ProblemCollector, scatter: Scatter, path: Path) -> N
 
 def _share(share: float) -> str:
     return f"{100 * share:.3g} %"
+
+
+def _check_drawn(problems: ProblemCollector, drawn: Mapping[str, Scatter], matrices: Matrices, by_subset: bool) -> None:
+    """Quantities drawn from values are rows of one table, and no others depend on them."""
+    sizes = {name: len(scatter.drawn or ()) for name, scatter in drawn.items()}
+    first = next(iter(sizes), "")
+    for name, size in sizes.items():
+        if size != sizes[first]:
+            message = f"got {size} values, expected {sizes[first]} like {first}: they are drawn together, row by row"
+            problems.add((*QUANTITIES_PATH, name, "drawn"), message)
+    for path, matrix in matrices:
+        if both := drawn.keys() & {*matrix.between}:
+            problems.add((*path, "between"), f"got {min(both)}, which is drawn from values, expected distributions")
+    if by_subset and drawn:
+        hint = "leave subset out, and count draws"
+        problems.add((SECTION, "subset"), f"got it beside {first}, which is drawn from values and leads nowhere", hint)
 
 
 # --- matrices ---------------------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from typing import Any
 
 from stickslip.config import checks, examples, rules
 from stickslip.config.document import with_observations
+from stickslip.config.draws_section import with_draws
 from stickslip.config.fit_section import LAWS_FITTED, with_fits
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
@@ -93,7 +94,7 @@ def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None 
 def _read(document: Document, rig: bool | None) -> Config:
     """A document with the curve of its points, if it names some, and then checked."""
     rig = _has_drive(document) if rig is None else rig
-    return _Reader(with_fits(with_table(document)), rig).config().shown_in(written_units(document.data))
+    return _Reader(with_fits(with_draws(with_table(document))), rig).config().shown_in(written_units(document.data))
 
 
 def _has_drive(document: Document) -> bool:

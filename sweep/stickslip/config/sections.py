@@ -193,7 +193,7 @@ def file_name(*suffixes: str) -> Read:
 
 
 BOOLEAN = Read(true_or_false, {"type": "boolean"})
-POINTS_FILE = file_name(".csv")
+POINTS_FILE, RESULT_FILE = file_name(".csv"), file_name(*OUTPUT_SUFFIXES)
 
 
 def _points(value: Any) -> Any:

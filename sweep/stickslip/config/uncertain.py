@@ -16,10 +16,13 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 from stickslip.config.sections import (
     BOOLEAN,
     POINTS_FILE,
+    RESULT_FILE,
+    VALUE,
     Read,
     Schema,
     Section,
     StudySection,
+    finite,
     list_of,
     one_of,
     refused,
@@ -126,12 +129,22 @@ class Scatter(Section):
     lognormal: Lognormal | None = None
     uniform: Annotated[Uniform | None, BeforeValidator(_two_ends)] = None
     triangular: Triangular | None = None
+    drawn: tuple[float, ...] | None = Field(None, json_schema_extra={"type": "array", "minItems": 2, "items": VALUE})
     truncated: Ends | None = None
+
+    @field_validator("drawn", mode="before")
+    @classmethod
+    def _values(cls, values: Any, info: ValidationInfo) -> tuple[float, ...]:
+        if not isinstance(values, list | tuple) or len(values) < 2:
+            raise refused("a list of values, each of which is as probable as any other")
+        return tuple(finite(info.context, value) for value in values)  # type: ignore[arg-type]
 
     @model_validator(mode="after")
     def _one_kind(self) -> Scatter:
         if len(kinds := [name for name, value in self if value is not None and name != "truncated"]) != 1:
             raise refused(f"one of {_FORMS}", found=listed(kinds, "and") if kinds else None)
+        if self.drawn is not None and self.truncated is not None:
+            raise refused("drawn values alone", "leave out those beyond the ends, with all that is drawn together")
         return self
 
     @property
@@ -141,8 +154,8 @@ class Scatter(Section):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The numbers that describe the kind, by name."""
-        return dict(getattr(self, self.kind))
+        """The numbers that describe the kind, by name; none of drawn values."""
+        return dict(() if self.drawn is not None else getattr(self, self.kind))
 
     @property
     def ends(self) -> dict[str, float]:
@@ -154,12 +167,14 @@ class Scatter(Section):
         """The map from standard normal deviates to values."""
         from stickslip.theory.distributions import KINDS, Truncated  # SciPy, which only this needs, takes its time
 
-        whole = KINDS[self.kind](**self.numbers)
+        whole = KINDS[self.kind](**self.numbers if self.drawn is None else {"values": self.drawn})
         return Truncated(whole, **{"low": -math.inf, "high": math.inf} | self.ends) if self.ends else whole
 
     def in_words(self, name: str) -> str:
         """`normal, mean 0.8 m/s, std 0.05 m/s`, for the quantity of this name."""
         unit = units.spelled(SEARCHABLE[name].units)
+        if self.drawn is not None:
+            return f"one of {len(self.drawn)} values, {min(self.drawn):.6g} to {max(self.drawn):.6g} {unit}".rstrip()
         words = [f"{key} {value:.6g} {'' if key == 'factor' else unit}".rstrip() for key, value in self.numbers.items()]
         if self.ends:
             low, high = self.ends.get("low", -math.inf), self.ends.get("high", math.inf)
@@ -263,6 +278,11 @@ class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
         description="CSV file of measured slip speeds and friction coefficients: the curve scatters as fitted",
         json_schema_extra=POINTS_FILE.schema,
     )
+    explained: Annotated[str, RESULT_FILE] | None = Field(
+        None,
+        description="result of an explanation: what it is about and this configuration does not say is drawn from it",
+        json_schema_extra=RESULT_FILE.schema,
+    )
 
     @field_validator("draws")
     @classmethod
@@ -276,7 +296,8 @@ class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
 class Uncertain(Sampling):
     """Inputs that are not known exactly, and how their scatter is carried to the result.
 
-    subset : None for Sobol points. quantities : in the order of the file. correlation : of their normal deviates, in
+    subset : None for Sobol points. quantities : in the order of the file; those that are drawn from values are drawn
+    together, row by row. correlation : of their normal deviates, in
     that order (a Gaussian copula; for normal quantities it is their correlation); None where they are independent.
     """
 
@@ -290,6 +311,11 @@ class Uncertain(Sampling):
         return tuple(self.quantities)
 
     @property
+    def drawn(self) -> tuple[str, ...]:
+        """Those that are drawn from values."""
+        return tuple(name for name, scatter in self.quantities.items() if scatter.drawn is not None)
+
+    @property
     def draws_per_cell(self) -> int:
         """Cells computed for each cell of the axes: by one simulation of a subset simulation, one level."""
         if self.subset is not None:
@@ -299,6 +325,8 @@ class Uncertain(Sampling):
     @property
     def correlation_in_words(self) -> str:
         """The correlation of the quantities, and the meaning of its numbers."""
+        if len(self.drawn) > 1:
+            return f"{listed(self.drawn, 'and')} are drawn together, row by row"
         if self.correlation is None:
             return "none: the quantities are independent"
         if all(scatter.normal is not None and not scatter.ends for scatter in self.quantities.values()):
@@ -317,8 +345,9 @@ class Uncertain(Sampling):
         """Quantities in SI by name, each (n,), from independent standard normal deviates (n, quantities)."""
         if self.correlation is not None:
             normals = normals @ np.linalg.cholesky(self.correlation.values).T
-        each = enumerate(self.quantities.items())
-        return {name: scatter.distribution.at(normals[:, i]) for i, (name, scatter) in each}
+        column = {name: i for i, name in enumerate(self.names)}
+        column |= {name: column[self.drawn[0]] for name in self.drawn}
+        return {name: scatter.distribution.at(normals[:, column[name]]) for name, scatter in self.quantities.items()}
 
     def resolved(self) -> dict[str, Any]:
         """The section as plain data, which reads back as an equal one."""

@@ -145,8 +145,25 @@ class Truncated:
         return self._shares()[2]
 
 
-KINDS: dict[str, Callable[..., Normal | Lognormal | Uniform | Triangular]] = {
-    "normal": Normal, "lognormal": Lognormal, "uniform": Uniform, "triangular": Triangular,
+@dataclass(frozen=True)
+class Drawn:
+    """One of some values, each as probable as any other; deviates in their order, not in that of their size."""
+
+    values: tuple[float, ...]
+
+    def at(self, z: ArrayLike) -> Floats:
+        """The values at standard normal deviates."""
+        rows = (ndtr(np.asarray(z, np.float64)) * len(self.values)).astype(np.intp)
+        return np.asarray(self.values, np.float64)[np.minimum(rows, len(self.values) - 1)]
+
+    def score(self, x: float) -> float:
+        """The standard normal deviate of the share of values below x."""
+        values = np.asarray(self.values)
+        return _deviate(float(np.mean(values < x)), float(np.mean(values > x)))
+
+
+KINDS: dict[str, Callable[..., Normal | Lognormal | Uniform | Triangular | Drawn]] = {
+    "normal": Normal, "lognormal": Lognormal, "uniform": Uniform, "triangular": Triangular, "drawn": Drawn,
 }  # fmt: skip
 
 

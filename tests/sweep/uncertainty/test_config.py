@@ -99,7 +99,7 @@ BAD = {
     "an unknown distribution": (
         text("belt_speed: {gauss: {mean: 1, std: 1}}"),
         "map.yaml:4:29: uncertain.quantities.belt_speed.gauss: unknown key, "
-        "expected normal, lognormal, uniform, triangular or truncated",
+        "expected normal, lognormal, uniform, triangular, drawn or truncated",
     ),
     "no scatter": (
         text("belt_speed: {normal: {mean: 1, std: 0}}"),
