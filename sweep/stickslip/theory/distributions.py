@@ -114,7 +114,7 @@ class Triangular:
 class Truncated:
     """Another distribution, given that the value lies from low to high; -inf and inf leave a side open."""
 
-    whole: Normal | Lognormal | Uniform | Triangular
+    whole: Distribution
     low: float
     high: float
 
@@ -154,7 +154,7 @@ class Drawn:
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
         rows = (ndtr(np.asarray(z, np.float64)) * len(self.values)).astype(np.intp)
-        return np.asarray(self.values, np.float64)[np.minimum(rows, len(self.values) - 1)]
+        return np.take(np.asarray(self.values, np.float64), np.minimum(rows, len(self.values) - 1))
 
     def score(self, x: float) -> float:
         """The standard normal deviate of the share of values below x."""
