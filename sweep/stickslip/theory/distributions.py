@@ -154,7 +154,7 @@ class Drawn:
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
         rows = (ndtr(np.asarray(z, np.float64)) * len(self.values)).astype(np.intp)
-        return np.take(np.asarray(self.values, np.float64), np.minimum(rows, len(self.values) - 1))
+        return np.asarray(np.take(self.values, np.minimum(rows, len(self.values) - 1)), np.float64)
 
     def score(self, x: float) -> float:
         """The standard normal deviate of the share of values below x."""
