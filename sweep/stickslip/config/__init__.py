@@ -3,7 +3,7 @@
 On the way of a file:
 
     yaml, python   text, or values of Python, to plain data, with the place of every key
-    overrides      what a command line changes             fit_section    curves fitted to the points it names
+    overrides      what a command line changes             document       what words and files of points stand for
     reader         plain data to a configuration           problems       what is wrong, and where
     sections       what a section holds                    studies, uncertain   what is asked for instead of a map
     model          the whole                               rules, checks  what must hold between its parts

@@ -13,9 +13,8 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from stickslip.config import checks, examples, rules
-from stickslip.config.document import with_observations
+from stickslip.config.document import LAWS_FITTED, with_fits, with_observations, with_table
 from stickslip.config.draws_section import with_draws
-from stickslip.config.fit_section import LAWS_FITTED, with_fits
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
@@ -23,7 +22,6 @@ from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class
-from stickslip.config.table_section import with_table
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted

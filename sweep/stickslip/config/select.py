@@ -10,11 +10,11 @@ from typing import Any
 
 import xarray as xr
 
+from stickslip.config.document import with_table
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
-from stickslip.config.table_section import with_table
 from stickslip.config.unit_warnings import warn_of_cell
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError

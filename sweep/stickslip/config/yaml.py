@@ -58,6 +58,10 @@ class Document:
     texts: dict[Path, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
+    def refused(self, path: Path, message: str, hint: str | None = None) -> ConfigError:
+        """The error about the value at a path."""
+        return ConfigError(self.name, [Problem(path, message, self.values.get(path), hint)])
+
 
 def read_yaml(path: FilePath) -> Document:
     """The document in a file. Raises ConfigError if the file cannot be read or is not YAML."""
