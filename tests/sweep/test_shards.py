@@ -16,7 +16,7 @@ from helpers.nightly import few
 from stickslip.config.reader import load_config
 from stickslip.errors import StoreError
 from stickslip.files import targets, writing
-from stickslip.files.zarr_shards import Shards
+from stickslip.files.zarr_chunks import Shards
 from stickslip.runs.estimate import estimate
 
 zarr = pytest.importorskip("zarr")
@@ -181,7 +181,7 @@ axes:
 RUN = """
 import os, sys, stickslip
 from stickslip.files import writing
-from stickslip.files.zarr_shards import Shards
+from stickslip.files.zarr_chunks import Shards
 from stickslip.runs.estimate import estimate
 writing._MOST_FILES, writing._CHUNK_VALUES = 4, 100
 append, count = Shards.append, 0

@@ -26,7 +26,7 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
         "simulate": "simulate", "listen": "listen",
         **{key: "studies" for key, entry in STUDIES.items() if entry.command}, "advise": "advise",
     },
-    "From measurements to causes": {"explain": "explain", "next": "next"},
+    "From measurements to causes": {"explain": "explain", "next": "explain"},
     "Friction curves and materials": {"fit": "fit", "compare": "compare", "points": "fit"},
     "Test rigs": {"rig": "rig"},
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},

@@ -92,8 +92,7 @@ def _new_zarr(place: Location, seal: str, check: Check | None, identity: str | N
 
     Replacing an older folder takes two renames. A crash between them leaves both, the old one named ``.NAME....old``.
     """
-    from stickslip.files.zarr_chunks import NewZarr
-    from stickslip.files.zarr_shards import Shards, is_begun
+    from stickslip.files.zarr_chunks import NewZarr, Shards, is_begun
 
     if isinstance(place, Url):
         with replaced_store(place) as put:

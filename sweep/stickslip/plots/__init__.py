@@ -3,7 +3,7 @@
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
     maps, traces, attractors, uncertainty, materials   the plots      kinds   which of them a result has
-    layout   figure, title, legend and file      axes   their axes      palette, painting, marks, overlays   inside them
+    layout   figure, title, legend and file      axes   their axes      palette, painting, marks   inside them
     options   what may be asked of a map      fixed_values   what is equal in all cells
 """
 
@@ -13,9 +13,9 @@ from stickslip.plots.attractors import plot_attractors, plot_branches, plot_of_r
 from stickslip.plots.kinds import is_drawn, is_over_map, plot_result, subject
 from stickslip.plots.layout import DPI, free_name, request_of, save
 from stickslip.plots.maps import plot_map
+from stickslip.plots.marks import BORDERS
 from stickslip.plots.materials import plot_fits, plot_materials, plot_memory_fits
 from stickslip.plots.options import Look, Mark
-from stickslip.plots.overlays import BORDERS
 from stickslip.plots.traces import plot_sound, plot_trace
 from stickslip.plots.uncertainty import plot_probability
 from stickslip.vocabulary.studies import kind_of

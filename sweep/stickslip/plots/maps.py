@@ -25,8 +25,8 @@ from stickslip.plots import marks
 from stickslip.plots.axes import apply, plain_numbers, scaled
 from stickslip.plots.fixed_values import fixed_note, why_nothing
 from stickslip.plots.layout import BESIDE_LEGEND, TITLE_WIDTH, Figure, entitle, folded, labelled, legend, wrapped
+from stickslip.plots.marks import BORDERS, border_handles, draw_borders, levels_inside, over_panel
 from stickslip.plots.options import PLAIN, Look
-from stickslip.plots.overlays import BORDERS, border_handles, draw_borders, levels_inside, over_panel
 from stickslip.plots.painting import hatch, painted, patterns
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, Entry, ink
 from stickslip.vocabulary.suggest import nearest

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stickslip.studies.refinement.painting import COMPUTED, Painter, Sketch, labels_of
 from stickslip.studies.refinement.rounds import refine
+from stickslip.studies.refinement.study import COMPUTED, Painter, Sketch, labels_of
 from stickslip.studies.refinement.tiles import Tiles
 from stickslip.vocabulary.flags import REGIMES
 
