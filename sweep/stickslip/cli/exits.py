@@ -13,16 +13,8 @@ from typing import Any, NoReturn
 
 import click
 
+from stickslip import errors
 from stickslip.cli import screen
-from stickslip.errors import (
-    ClusterError,
-    ConfigError,
-    IncompleteError,
-    Interrupted,
-    NotReachedError,
-    PlotError,
-    StoreError,
-)
 
 Answer = Mapping[str, Any] | Callable[[], Mapping[str, Any]] | None
 DONE, INCOMPLETE, WRONG_INPUT = 0, 1, 2
@@ -50,9 +42,9 @@ def reports_errors(command: Callable[..., Answer]) -> Callable[..., None]:
         try:
             with _log_on_screen(), _nowhere() if screen.is_quiet() or is_for_programs() else nullcontext():
                 print_json(command(*args, **kwargs))
-        except (IncompleteError, Interrupted, NotReachedError, PlotError) as error:
+        except (errors.IncompleteError, errors.Interrupted, errors.NotReachedError, errors.PlotError) as error:
             incomplete(error)
-        except (ClusterError, ConfigError, StoreError) as error:
+        except (errors.ClusterError, errors.ConfigError, errors.StoreError) as error:
             fail(error)
         except KeyboardInterrupt:
             incomplete("interrupted: nothing more was written")
@@ -115,7 +107,7 @@ def refuses_bad_input(place: object) -> Iterator[None]:
     """Values that are refused before anything is computed, with the file or option they are of, are wrong input."""
     try:
         yield
-    except ConfigError:
+    except errors.ConfigError:
         raise
     except (TypeError, ValueError) as error:
         fail(f"{place}: {error}" if place else error)
@@ -126,7 +118,7 @@ def drawing(target: object) -> Iterator[None]:
     """Say that a picture or page fails and go on; the command ends with the exit code for what is not complete."""
     try:
         yield
-    except (PlotError, StoreError) as error:
+    except (errors.PlotError, errors.StoreError) as error:
         remark_incomplete(f"{target}: not drawn: {error}")
 
 

@@ -13,18 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
-from ruamel.yaml import YAML
+from ruamel.yaml import YAML, events
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-    StreamEndEvent,
-)
 from ruamel.yaml.reader import ReaderError
 
 from stickslip.config import examples
@@ -104,6 +94,16 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
     return document
 
 
+def section_in(text: str, key: str) -> dict[str, Any]:
+    """A section of the configuration that a result records, as far as it can be read; empty if it cannot."""
+    try:
+        data = parse_yaml(text).data
+    except ConfigError:
+        return {}
+    section = data.get(key) if isinstance(data, dict) else None
+    return section if isinstance(section, dict) else {}
+
+
 def _neighbours(path: FilePath) -> str | None:
     """The file that was probably meant, which other YAML files there are, or where to get one."""
     if not path.parent.is_dir():
@@ -150,19 +150,19 @@ class _Builder:
     def build(self) -> None:
         """Fill the document. Raises ConfigError for what a configuration may not use."""
         next(self._events)  # the stream starts
-        if isinstance(next(self._events), StreamEndEvent):
+        if isinstance(next(self._events), events.StreamEndEvent):
             hint = "`stickslip init` writes a configuration to start from"
             raise ConfigError(self._document.name, [Problem((), "the file is empty", hint=hint)])
         self._document.data = self._value(next(self._events), ())
         next(self._events)  # the document ends
         event = next(self._events)
-        if isinstance(event, DocumentStartEvent):
+        if isinstance(event, events.DocumentStartEvent):
             raise self._refused(event, "a second document starts here, expected one", "remove the line '---'")
 
     def _value(self, event: Any, path: Path) -> Any:
         """The value that starts with `event`."""
-        if isinstance(event, AliasEvent) or event.anchor is not None:
-            sign = f"*{event.anchor}" if isinstance(event, AliasEvent) else f"&{event.anchor}"
+        if isinstance(event, events.AliasEvent) or event.anchor is not None:
+            sign = f"*{event.anchor}" if isinstance(event, events.AliasEvent) else f"&{event.anchor}"
             message = f"got the {'alias' if sign[0] == '*' else 'anchor'} {sign}, expected a value"
             raise self._refused(event, message, "write the value out wherever it is needed", path)
         if event.tag is not None:
@@ -170,17 +170,17 @@ class _Builder:
         if len(path) > DEEPEST:
             raise self._refused(event, f"nested more than {DEEPEST} levels deep", None, path[:3])
         self._document.values[path] = _place(event)
-        if isinstance(event, ScalarEvent) and not event.value and path in self._document.keys:
+        if isinstance(event, events.ScalarEvent) and not event.value and path in self._document.keys:
             self._document.values[path] = self._document.keys[path]  # ruamel.yaml says: on the next line
-        if isinstance(event, MappingStartEvent):
+        if isinstance(event, events.MappingStartEvent):
             return self._mapping(path)
-        if isinstance(event, SequenceStartEvent):
+        if isinstance(event, events.SequenceStartEvent):
             return self._sequence(path)
         return self._scalar(event, path)
 
     def _mapping(self, path: Path) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
-        while not isinstance(event := next(self._events), MappingEndEvent):
+        while not isinstance(event := next(self._events), events.MappingEndEvent):
             key = self._key(event, path, mapping)
             inner, place = (*path, key), _place(event)
             if key not in mapping:
@@ -195,7 +195,7 @@ class _Builder:
 
     def _key(self, event: Any, path: Path, before: dict[str, Any]) -> str:
         """A key, which must be a word."""
-        if not isinstance(event, ScalarEvent) or event.tag is not None or event.anchor is not None:
+        if not isinstance(event, events.ScalarEvent) or event.tag is not None or event.anchor is not None:
             raise self._refused(event, "got a key that is not a plain word", None, path)
         text = str(event.value)
         if event.implicit[0] and not isinstance(_plain(text), str):
@@ -205,7 +205,7 @@ class _Builder:
 
     def _sequence(self, path: Path) -> list[Any]:
         sequence: list[Any] = []
-        while not isinstance(event := next(self._events), SequenceEndEvent):
+        while not isinstance(event := next(self._events), events.SequenceEndEvent):
             sequence.append(self._value(event, (*path, len(sequence))))
         return sequence
 

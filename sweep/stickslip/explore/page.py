@@ -9,24 +9,9 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
+from bokeh import models
 from bokeh.document import Document
 from bokeh.events import MouseLeave, MouseMove
-from bokeh.models import (
-    BasicTicker,
-    BasicTickFormatter,
-    ColumnDataSource,
-    CustomJS,
-    CustomJSTicker,
-    CustomJSTickFormatter,
-    Div,
-    FixedTicker,
-    LinearColorMapper,
-    PlainText,
-    Plot,
-    Range1d,
-    Span,
-    UIElement,
-)
 from bokeh.models.axes import Axis
 from bokeh.plotting import figure
 
@@ -49,14 +34,14 @@ _BESIDE = {"cycle": "xv", "curve": ("w", "mu"), "steady": "xv", "blank": "xy"}  
 _NAMES = {"cycle": "unstable_cycle", "curve": "friction_curve", "steady": "steady_sliding", "blank": "blank"}
 
 
-def calling(function: str, **models: Any) -> CustomJS:
+def calling(function: str, **given: Any) -> models.CustomJS:
     """A callback that runs in the browser: a function of `page.js`, given these models by name, and the event."""
-    return CustomJS(args=models, code=f"stickslip.{function}({{{', '.join(models)}}}, cb_obj)")
+    return models.CustomJS(args=given, code=f"stickslip.{function}({{{', '.join(given)}}}, cb_obj)")
 
 
-def place_format(log: bool, unit: str, least: float) -> CustomJSTickFormatter:
+def place_format(log: bool, unit: str, least: float) -> models.CustomJSTickFormatter:
     """Places on a slider as values in their unit. least : what is closer to zero is zero."""
-    return CustomJSTickFormatter(
+    return models.CustomJSTickFormatter(
         code="return stickslip.place_label(tick, log, unit, least)", args={"log": log, "unit": unit, "least": least}
     )
 
@@ -76,8 +61,8 @@ def _figure(name: str, **more: Any) -> figure:
     return plot
 
 
-def _source(name: str, *columns: str) -> ColumnDataSource:
-    return ColumnDataSource({column: [] for column in columns}, name=name)
+def _source(name: str, *columns: str) -> models.ColumnDataSource:
+    return models.ColumnDataSource({column: [] for column in columns}, name=name)
 
 
 # --- the map ----------------------------------------------------------------------------------------------------------
@@ -88,7 +73,7 @@ class MapFigure:
 
     def __init__(self) -> None:
         self.plot = plot = _figure(
-            "map", active_drag="box_zoom", x_range=Range1d(0, 1), y_range=Range1d(0, 1), min_height=280
+            "map", active_drag="box_zoom", x_range=models.Range1d(0, 1), y_range=models.Range1d(0, 1), min_height=280
         )
         plot.grid.visible = False
         self.cells = _source("map_cells", "image", "x", "y", "dw", "dh")
@@ -96,7 +81,7 @@ class MapFigure:
         self.marks = _source("map_marks", "x", "y", "name", "colour")
         self.regions = _source("map_regions", "x", "y", "name")
         self.columns = _source("map_columns")
-        self.mapper = LinearColorMapper(palette=["#ffffff"] * SHADES, low=-0.5, high=SHADES - 0.5)
+        self.mapper = models.LinearColorMapper(palette=["#ffffff"] * SHADES, low=-0.5, high=SHADES - 0.5)
         plot.image("image", x="x", y="y", dw="dw", dh="dh", source=self.cells, color_mapper=self.mapper)
         for colour, width in (("black", 3.4), ("white", 1.7)):
             plot.multi_line("xs", "ys", source=self.lines, line_color=colour, line_width=width, line_join="round")
@@ -177,25 +162,25 @@ def meta_of(shown: Picture) -> dict[str, Any]:
     return {**sides, "columns": columns}
 
 
-def _lay_out(plot: Plot, side: Side, which: str) -> None:
+def _lay_out(plot: models.Plot, side: Side, which: str) -> None:
     """Give a side of a map its title and ticks; `which` is "x" or "y"."""
     (axis,) = plot.below if which == "x" else plot.left
     assert isinstance(axis, Axis)
-    axis.axis_label = PlainText(text=side.title)  # a string would be searched for formulas
+    axis.axis_label = models.PlainText(text=side.title)  # a string would be searched for formulas
     axis.major_label_overrides = {}
     axis.major_label_orientation = "horizontal"
-    axis.ticker, axis.formatter = BasicTicker(), BasicTickFormatter()
+    axis.ticker, axis.formatter = models.BasicTicker(), models.BasicTickFormatter()
     if side.kind == "listed":
         shown = range(0, len(side.labels), -(-len(side.labels) // _MOST_LABELS))
-        axis.ticker = FixedTicker(ticks=[*shown])
-        axis.major_label_overrides = {i: PlainText(text=side.labels[i]) for i in shown}
+        axis.ticker = models.FixedTicker(ticks=[*shown])
+        axis.major_label_overrides = {i: models.PlainText(text=side.labels[i]) for i in shown}
         if which == "x" and sum(len(side.labels[i]) for i in shown) > _LONGEST:
             axis.major_label_orientation = 0.6
     elif side.kind == "log":
-        axis.ticker = CustomJSTicker(
+        axis.ticker = models.CustomJSTicker(
             major_code="return stickslip.log_ticks(cb_data)", minor_code="return stickslip.log_minor_ticks(cb_data)"
         )
-        axis.formatter = CustomJSTickFormatter(code="return stickslip.log_label(tick)")
+        axis.formatter = models.CustomJSTickFormatter(code="return stickslip.log_label(tick)")
 
 
 # --- a cell -----------------------------------------------------------------------------------------------------------
@@ -209,7 +194,7 @@ class CellFigures:
         plots["velocity"].x_range = plots["displacement"].x_range
         self.plots = plots
         blank = cell_data(None, {})
-        self.sources = {name: ColumnDataSource(data, name=_NAMES.get(name, f"motion_{name}"))
+        self.sources = {name: models.ColumnDataSource(data, name=_NAMES.get(name, f"motion_{name}"))
                         for name, data in blank["data"].items()}  # fmt: skip
         for plot in plots.values():  # what has no data has no range, of which the browser complains
             plot.xaxis.ticker.desired_num_ticks = _TICKS
@@ -224,7 +209,7 @@ class CellFigures:
         phase.scatter("x", "v", source=self.sources["steady"], size=8, marker="x", color=BLACK, line_width=2)
         self.belt = []
         for name in ("velocity", "phase"):
-            self.belt.append(Span(dimension="width", line_color=VERMILLION, line_dash="dashed", visible=False))
+            self.belt.append(models.Span(dimension="width", line_color=VERMILLION, line_dash="dashed", visible=False))
             plots[name].add_layout(self.belt[-1])
 
     def show(self, current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> None:
@@ -299,11 +284,11 @@ class Page:
         self.map, self.cell = MapFigure(), CellFigures()
         self.legend, self.status = words("legend"), words("status")
         self.cell_words, self.numbers = words("cell_words"), words("numbers", numbers_html({}))
-        self.reproduce, self.texts = words("reproduce"), ColumnDataSource({}, name="texts")
+        self.reproduce, self.texts = words("reproduce"), models.ColumnDataSource({}, name="texts")
         self.texts.tags = [{"command": "", "yaml": ""}]
 
     @property
-    def roots(self) -> list[UIElement]:
+    def roots(self) -> list[models.UIElement]:
         """The models that are embedded in the template, by their names."""
         return [self.map.plot, *self.cell.plots.values(), self.legend, self.status, self.cell_words, self.numbers]
 
@@ -333,7 +318,7 @@ class Page:
             "yaml", shown["yaml"]
         )
 
-    def fill(self, document: Document, roots: Sequence[UIElement], notes: Sequence[str]) -> None:
+    def fill(self, document: Document, roots: Sequence[models.UIElement], notes: Sequence[str]) -> None:
         """Give a document these roots, and what the template around them (`page.html`) has to know."""
         with document.models.freeze():  # each root would have all models counted again
             for root in roots:
@@ -349,6 +334,6 @@ class Page:
         )  # fmt: skip
 
 
-def words(name: str, text: str = "") -> Div:
+def words(name: str, text: str = "") -> models.Div:
     """A place for words. What stands between dollars in them is no formula: MathJax would make links of `\\href`."""
-    return Div(text=text, name=name, disable_math=True, sizing_mode="stretch_width", stylesheets=[STYLE])
+    return models.Div(text=text, name=name, disable_math=True, sizing_mode="stretch_width", stylesheets=[STYLE])

@@ -5,31 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from stickslip import pages
 from stickslip.config.studies import Regime, Table, study_of_result
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.yaml import section_in
 from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import MapAxis
 from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
-from stickslip.errors import ConfigError, PlotError
-from stickslip.pages import (
-    Cell,
-    Column,
-    Section,
-    configuration,
-    embedded,
-    page,
-    paragraph,
-    provenance,
-    table,
-    terms,
-    warning,
-)
+from stickslip.errors import PlotError
 from stickslip.plots import plot_map, plot_result, subject
 from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.options import PLAIN, Look
@@ -92,30 +80,35 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
     study, regimes = study_of_result(ds), summary(ds) if _is_of_cells(ds) else None
     sections = []
     if pictures:
-        shown = [paragraph(text) if plot is None else embedded(plot, text, caption=text) for text, plot in pictures]
-        sections.append(Section("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
+        shown = [
+            pages.paragraph(text) if plot is None else pages.embedded(plot, text, caption=text)
+            for text, plot in pictures
+        ]
+        sections.append(pages.Section("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
     if regimes is not None:
-        columns = Column("regime", is_text=True), Column("cells"), Column("share")
+        columns = pages.Column("regime", is_text=True), pages.Column("cells"), pages.Column("share")
         rows = [(_swatch(name), f"{share.cells:,}", f"{share.fraction:.2%}") for name, share in regimes.items()]
-        sections.append(Section("Shares of the regimes", table(columns, rows)))
-        sections.append(Section("Cells that are not decided", _undecided(ds, regimes)))
+        sections.append(pages.Section("Shares of the regimes", pages.table(columns, rows)))
+        sections.append(pages.Section("Cells that are not decided", _undecided(ds, regimes)))
     if study and (own_table := study.table(ds)):
-        sections.append(Section(own_table.title, _table_of(own_table)))
+        sections.append(pages.Section(own_table.title, _table_of(own_table)))
     if own := {name: value for name, value in ds.attrs.items() if name not in _COMMON and isinstance(value, str)}:
-        sections.append(Section("What was found", terms((_spoken(name), value) for name, value in own.items())))
+        sections.append(
+            pages.Section("What was found", pages.terms((_spoken(name), value) for name, value in own.items()))
+        )
     text = str(ds.attrs.get("configuration", "not known"))
     is_whole = study is None or f"\n{study.section.key}:" in text
     again = "; saved as a file, it gives the same result again" if is_whole else ""
-    origin = provenance(ds.attrs) + paragraph(f"The full configuration, in SI{again}:")
+    origin = pages.provenance(ds.attrs) + pages.paragraph(f"The full configuration, in SI{again}:")
     sections += [
-        Section("What varies, and what is held fixed", _quantities(ds)),
-        Section("What the words mean", _words(ds, regimes or {})),
-        Section("How exact the numbers are", terms(_accuracy(ds))),
-        Section("Where this comes from", origin + configuration(text)),
+        pages.Section("What varies, and what is held fixed", _quantities(ds)),
+        pages.Section("What the words mean", _words(ds, regimes or {})),
+        pages.Section("How exact the numbers are", pages.terms(_accuracy(ds))),
+        pages.Section("Where this comes from", origin + pages.configuration(text)),
     ]
     heading = str(ds.attrs.get("title", "")) if title is None else title
     summed = _summary(ds, regimes or {})
-    return page(heading, summed, sections, warnings=_warnings(ds, regimes or {}), style=_STYLE)
+    return pages.page(heading, summed, sections, warnings=_warnings(ds, regimes or {}), style=_STYLE)
 
 
 def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
@@ -130,8 +123,8 @@ def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     return f"{text} {parts}{'.' if parts else ''}".strip()
 
 
-def _swatch(regime: str) -> Cell:
-    return Cell(regime_label(regime), f"regime is-{regime}")
+def _swatch(regime: str) -> pages.Cell:
+    return pages.Cell(regime_label(regime), f"regime is-{regime}")
 
 
 def _spoken(name: str) -> str:
@@ -142,9 +135,9 @@ def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
     """Reasons why the result is not whole."""
     texts = []
     if missing := ds.attrs.get("incomplete"):
-        texts.append(warning(f"The result is incomplete: {missing}"))
+        texts.append(pages.warning(f"The result is incomplete: {missing}"))
     if bad := sum(regimes[name].cells for name in BAD_REGIMES if name in regimes):
-        texts.append(warning(f"{bad:,} cell{'s are' if bad > 1 else ' is'} not decided; the reasons are below"))
+        texts.append(pages.warning(f"{bad:,} cell{'s are' if bad > 1 else ' is'} not decided; the reasons are below"))
     return texts
 
 
@@ -152,9 +145,9 @@ def _table_of(given: Table) -> str:
     """The table of a study, as far as a page takes it."""
     rows = [[_swatch(cell) if isinstance(cell, Regime) else cell for cell in row]
             for row in islice(given.rows, _MOST_ROWS)]  # fmt: skip
-    columns = [*(Column(name, is_text=True) for name in given.words), *map(Column, given.numbers)]
-    short = paragraph(f"Only the first {len(rows)} are listed.") if len(rows) == _MOST_ROWS else ""
-    return table(columns, rows) + short
+    columns = [*(pages.Column(name, is_text=True) for name in given.words), *map(pages.Column, given.numbers)]
+    short = pages.paragraph(f"Only the first {len(rows)} are listed.") if len(rows) == _MOST_ROWS else ""
+    return pages.table(columns, rows) + short
 
 
 def _is_of_cells(ds: xr.Dataset) -> bool:
@@ -172,24 +165,24 @@ def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """Table of cells without a regime, by the reason."""
     bad = [REGIMES.index(name) for name in BAD_REGIMES if name in regimes]
     if not bad:
-        return paragraph("None: every cell has a regime.")
+        return pages.paragraph("None: every cell has a regime.")
     if "status" not in ds.data_vars:
-        return paragraph("The reasons were not stored (variable status).")
+        return pages.paragraph("The reasons were not stored (variable status).")
     counts = np.zeros(256, np.int64)
     for chunk in chunks(ds["regime"]):
         open_cells = np.isin(codes(ds["regime"].isel(chunk)), bad)
         counts += np.bincount(codes(ds["status"].isel(chunk))[open_cells], minlength=256)
     reasons = shares({STATUSES[code]: int(counts[code]) for code in range(len(STATUSES))})
     rows = [[_spoken(name), f"{share.cells:,}", STATUS_MESSAGES[name]] for name, share in reasons.items()]
-    columns = Column("reason", is_text=True), Column("cells"), Column("what it means", is_text=True)
-    return table(columns, rows)
+    columns = pages.Column("reason", is_text=True), pages.Column("cells"), pages.Column("what it means", is_text=True)
+    return pages.table(columns, rows)
 
 
 def _quantities(ds: xr.Dataset) -> str:
     """Axes with their ends, then what is equal in all cells, in the units in which the configuration was written."""
     axes = [MapAxis(ds, dim, plain=True) for dim in ds.dims if dim not in _own_dims(ds)]
     fixed = [(name, value.replace("$^{", "^").replace("}$", "")) for name, value in fixed_values(ds)]
-    return terms([*((axis.name, _range(axis)) for axis in axes), *fixed], "two")
+    return pages.terms([*((axis.name, _range(axis)) for axis in axes), *fixed], "two")
 
 
 def _range(axis: MapAxis) -> str:
@@ -214,7 +207,7 @@ def _words(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     rows += [(_spoken(name), _meaning(ds, name)) for name in (study.mapped(ds) if study else ())]
     if regimes and "damping_ratio" in ds.data_vars:
         rows.append(("borders (linear)", _LINEAR))
-    return terms(rows)
+    return pages.terms(rows)
 
 
 def _meaning(ds: xr.Dataset, name: str) -> str:
@@ -224,7 +217,7 @@ def _meaning(ds: xr.Dataset, name: str) -> str:
 
 
 def _accuracy(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
-    solver = _solver(ds)
+    solver = section_in(str(ds.attrs.get("configuration", "")), "solver")
     rtol, horizon = solver.get("rtol"), solver.get("horizon")
     if rtol is not None:
         meaning = "each step keeps its error below it, in units of the load over the stiffness"
@@ -237,13 +230,3 @@ def _accuracy(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
     if _is_of_cells(ds):
         meaning = "a border between regimes lies within the width of a cell"
         yield "edges", f"{meaning}; stickslip border and stickslip contours find it exactly"
-
-
-def _solver(ds: xr.Dataset) -> dict[str, Any]:
-    """The section solver of the configuration, as far as it can be read."""
-    try:
-        data = parse_yaml(str(ds.attrs.get("configuration", ""))).data
-    except ConfigError:
-        return {}
-    solver = data.get("solver") if isinstance(data, dict) else None
-    return solver if isinstance(solver, dict) else {}

@@ -11,9 +11,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.yaml import section_in
 from stickslip.dataset.display import MapAxis, unit_of
-from stickslip.errors import ConfigError, PlotError
+from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.layout import Figure, annotate, entitle
 from stickslip.plots.palette import BLACK, GREY, SKY, WHITE, regime_label
@@ -93,12 +93,7 @@ def _over_axes(ax: Axes, ds: xr.Dataset, values: xr.DataArray, dims: Sequence[An
 
 def _observed(ds: xr.Dataset, dims: Sequence[Any]) -> Iterator[tuple[float, float, bool]]:
     """Places of observations along two axes, and whether they vibrate; none of those that are elsewhere."""
-    try:
-        data = parse_yaml(str(ds.attrs.get("configuration", ""))).data
-    except ConfigError:
-        return
-    observed = data.get("explain", {}).get("observed", ()) if isinstance(data, dict) else ()
-    for one in observed:
+    for one in section_in(str(ds.attrs.get("configuration", "")), "explain").get("observed", ()):
         if all(str(dim) in one for dim in dims) and one.get("regime"):
             yield float(one[str(dims[0])]), float(one[str(dims[-1])]), bool({*one["regime"]} & {*VIBRATING})
 

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.yaml import section_in
 from stickslip.dataset.display import short_name, unit_of
 from stickslip.dataset.summary import summary
-from stickslip.errors import ConfigError
 from stickslip.plots.layout import NOTE_WIDTH, folded
 from stickslip.plots.palette import regime_label
 from stickslip.vocabulary.flags import REGIMES
@@ -57,12 +56,8 @@ def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
     names = tuple(STRIBECK.measured)
     if names[-1] not in text or len(text) > _LONGEST or any(ds.coords[a].dims for a in CURVE if a in ds.coords):
         return None
-    try:
-        data = parse_yaml(text).data
-    except ConfigError:
-        return None
-    friction = data.get("friction") if isinstance(data, dict) else None
-    start, least, speed = ((friction or {}).get(name) for name in names)
+    friction = section_in(text, "friction")
+    start, least, speed = (friction.get(name) for name in names)
     if not all(isinstance(one, int | float) for one in (start, least, speed)) or CURVE.decay not in ds.coords:
         return None
     if not np.isclose(float(STRIBECK.start_of(ds)), float(start)):  # type: ignore[arg-type]

@@ -13,19 +13,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stickslip import engine
+from stickslip import engine, errors
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import software
-from stickslip.errors import (
-    ConfigError,
-    DamagedBlockError,
-    DamagedManifestError,
-    ForeignBlockError,
-    StoreError,
-    UncomputedError,
-)
 from stickslip.files.locations import TEMPORARY, Folder, Location
 from stickslip.files.netcdf import PLAIN
 from stickslip.runs.work import Block, Work
@@ -103,10 +95,10 @@ class BlockStore:
         header, columns = opened(data)
         expected = _identity(self.manifest, number)
         if wrong := [name for name, value in expected.items() if header.get(name) != value]:
-            raise ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
+            raise errors.ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
         if not work.fits(number, types, [column.cells for column in columns.values()]):
-            raise ForeignBlockError("its columns are not those of this run")
+            raise errors.ForeignBlockError("its columns are not those of this run")
         return columns
 
     def drop(self, number: int) -> None:
@@ -116,7 +108,7 @@ class BlockStore:
 
     def note_failure(self, number: int, error: Exception) -> None:
         """Record why a block could not be computed, here or elsewhere."""
-        failure = error if isinstance(error, UncomputedError) else UncomputedError.of(error)
+        failure = error if isinstance(error, errors.UncomputedError) else errors.UncomputedError.of(error)
         record = {
             "run": self.manifest.fingerprint, "block": number, "message": failure.message,
             "traceback": failure.trace, "stickslip": __version__,
@@ -154,9 +146,9 @@ class BlockStore:
         try:
             text, source = self.manifest.configuration, f"{self.where}/{manifests.NAME}"
             return parse_config(text, source).shown_in(self.manifest.written_in)
-        except ConfigError as error:
+        except errors.ConfigError as error:
             message = f"{self.where}: made from a configuration that this version does not read\n{error}"
-            raise StoreError(message) from None
+            raise errors.StoreError(message) from None
 
     def delete(self) -> None:
         """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
@@ -212,7 +204,7 @@ def check_ours(folder: Folder) -> None:
     names = folder.names()
     ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
     if names and not any(ours) and not all(map(_is_temporary, names)):
-        raise StoreError(
+        raise errors.StoreError(
             f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
             hint="name another place with {store}",
         )
@@ -229,9 +221,9 @@ def find(folder: Folder) -> BlockStore:
         manifest = _read(folder)
     except FileNotFoundError:
         check_ours(folder)
-        raise StoreError(f"{folder.where}: no working store there") from None
-    except DamagedManifestError as damaged:
-        raise StoreError(
+        raise errors.StoreError(f"{folder.where}: no working store there") from None
+    except errors.DamagedManifestError as damaged:
+        raise errors.StoreError(
             f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
             hint="{run} with the configuration writes it again; {run} with {fresh} starts over",
         ) from None
@@ -246,7 +238,7 @@ def check_before(folder: Folder, work: Work, shard: bool) -> None:
     """
     try:
         manifest = _read(folder)
-    except (FileNotFoundError, DamagedManifestError):
+    except (FileNotFoundError, errors.DamagedManifestError):
         return
     _check_version(folder, manifest)
     check_same(BlockStore(folder, manifest), work, shard)
@@ -266,7 +258,7 @@ def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: st
         before = _read(folder)
     except FileNotFoundError:
         pass
-    except DamagedManifestError as error:
+    except errors.DamagedManifestError as error:
         damage = error
     if before is not None and (not fresh or goes_on_fresh(before, work)):
         _check_version(folder, before)
@@ -295,7 +287,7 @@ def manifest_of(work: Work, fresh: bool = False) -> Manifest:
     return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
 
 
-def _check_blocks(store: BlockStore, work: Work, damaged: DamagedManifestError) -> None:
+def _check_blocks(store: BlockStore, work: Work, damaged: errors.DamagedManifestError) -> None:
     """Raise StoreError if blocks beside a damaged manifest say that they belong to something else.
 
     A damaged block says nothing, and will be computed again.
@@ -307,13 +299,13 @@ def _check_blocks(store: BlockStore, work: Work, damaged: DamagedManifestError) 
         try:
             store.stored(number, work)
             looked_at += 1
-        except ForeignBlockError as other:
-            raise StoreError(
+        except errors.ForeignBlockError as other:
+            raise errors.StoreError(
                 f"{store.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
                 f"configuration: {other}",
                 hint="{fresh} starts over, or name another place with {store}",
             ) from None
-        except (DamagedBlockError, FileNotFoundError):
+        except (errors.DamagedBlockError, FileNotFoundError):
             continue
 
 
@@ -345,7 +337,7 @@ def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) ->
     differing = differences(there, here)
     keys = described(differing) or "  the number of its cells"
     hint = remedy.replace("{keys}", ", ".join(differing))
-    raise StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
+    raise errors.StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
 
 def same_major(version: str) -> bool:
@@ -360,7 +352,7 @@ def _read(folder: Folder) -> Manifest:
 
 def _check_version(folder: Folder, manifest: Manifest) -> None:
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
-        raise StoreError(
+        raise errors.StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
             hint="resume with that version, or start over: {run} with {fresh}",
         )

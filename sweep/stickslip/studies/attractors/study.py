@@ -18,20 +18,11 @@ from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, stud
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, Path, StoppedError
-from stickslip.studies.attractors import cycle, exact, sampled
+from stickslip.studies.attractors import cycle, exact, sampled, starts
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.plain import slips_on_curve
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
 from stickslip.studies.attractors.section import RANDOMISATIONS, VARIABLES, Attractors
-from stickslip.studies.attractors.starts import (
-    DISTURBANCE,
-    Work,
-    decided,
-    from_sliding,
-    settled,
-    steady_state,
-    unloaded,
-)
 from stickslip.studies.borders.lines import CellsOrConfig
 from stickslip.studies.report import MOST_ROWS, attributes, cells_over
 from stickslip.studies.study import joined
@@ -65,7 +56,7 @@ def find_attractors(
     The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
     Raises StoppedError once `stop` is raised.
     """
-    work = Work(replace(options, early_stop=True), stop, moved)
+    work = starts.Work(replace(options, early_stop=True), stop, moved)
     found = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
@@ -73,12 +64,12 @@ def find_attractors(
     return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
 
 
-def _attractors(cells: Parameters, box: Attractors, work: Work) -> Results:
+def _attractors(cells: Parameters, box: Attractors, work: starts.Work) -> Results:
     """The same of cells that are held together."""
-    n, steady = cells["mass"].size, steady_state(cells, work.options)
+    n, steady = cells["mass"].size, starts.steady_state(cells, work.options)
     found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
-    start = work.results(cells, *unloaded(cells))
-    stick, sliding = start["regime"], from_sliding(cells, steady, work)
+    start = work.results(cells, *starts.unloaded(cells))
+    stick, sliding = start["regime"], starts.from_sliding(cells, steady, work)
     found["damping_ratio"] = start["damping_ratio"]
     found["regime_from_stick"], found["regime_from_sliding"] = stick, sliding
     reached = np.arange(len(REGIMES)) == stick[:, np.newaxis]
@@ -103,15 +94,15 @@ def _attractors(cells: Parameters, box: Attractors, work: Work) -> Results:
 
 def _sample(
     cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Attractors,
-    work: Work, found: Results,
+    work: starts.Work, found: Results,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Fill in what sampling tells of some cells; the regimes their starting states reached."""
     shares = sampled_shares(cells, box, work)
     found["settling_share"][where], found["share_error"][where] = shares.share, shares.error
     found["settling_share_low"][where], found["settling_share_high"][where] = shares.low, shares.high
-    slides = settled(sliding)
+    slides = starts.settled(sliding)
     for name, values in critical_disturbances(taken(cells, slides), steady[slides], work).items():
-        found[f"critical_{name}"][where] = np.where(decided(sliding), 0.0, np.nan)
+        found[f"critical_{name}"][where] = np.where(starts.decided(sliding), 0.0, np.nan)
         found[f"critical_{name}"][where[slides]] = values
     return shares.reached
 
@@ -271,7 +262,7 @@ def _attributes(found: Results, box: Attractors, options: Options) -> dict[str, 
         "box_displacement": _range("displacement", box.displacement),
         "box_velocity": _range("velocity", box.velocity),
         "attractors_found": result,
-        "attractors_start": f"steady sliding: {DISTURBANCE:g} of the belt speed from it",
+        "attractors_start": f"steady sliding: {starts.DISTURBANCE:g} of the belt speed from it",
         "share_exact": f"by theorems of the plane; the unstable cycle at rtol {cycle.RTOL:g}, known to {cycle.CLOSED:g}"
         f" of the belt speed, its area to {exact.AREA_ERROR:g}",
         "share_sampled": f"{RANDOMISATIONS} randomisations of {box.points} scrambled Sobol points, seed "

@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Finished, Moved, Study, Table
-from stickslip.dataset.build import (
-    given_cells,
-    grid_coordinates,
-    of_parameter,
-    parameter_variable,
-    study_dataset,
-    text_index,
-)
+from stickslip.dataset import build
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
 from stickslip.studies.borders.lines import BESIDE, CellsOrConfig, fine_enough
@@ -73,7 +66,7 @@ class MarginStudy(Study):
         if isinstance(given, Config) and given.uncertain is not None:
             raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")
         options = fine_enough(section, options)
-        cells = build_grid(given) if isinstance(given, Config) else given_cells(given, options)
+        cells = build_grid(given) if isinstance(given, Config) else build.given_cells(given, options)
         return cls(cells, section.of_cells(cells[:]), options)
 
     @classmethod
@@ -112,21 +105,23 @@ class MarginStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The margins over the cells, and ``side``."""
-        whole, coordinates = joined(parts), grid_coordinates(self._cells)
+        whole, coordinates = joined(parts), build.grid_coordinates(self._cells)
         if self._measured:
             cells = self._parameters(0, self._cells.size)
-            coordinates |= {name: parameter_variable(name, self.dims, cells[name].reshape(self.shape))
+            coordinates |= {name: build.parameter_variable(name, self.dims, cells[name].reshape(self.shape))
                             for name in MEASURED}  # fmt: skip
         flags = {name: replace(row, name="regime", units="1") if row.units == "flag" else row
                  for name, row in VARIABLES.items()}  # fmt: skip
         rows = {"regime": CELL_VARIABLES["regime"]} | flags
-        rows |= {f"{name}_{p}": of_parameter(row, p) for name, row in flags.items() for p in self._section.reaches}
+        rows |= {
+            f"{name}_{p}": build.of_parameter(row, p) for name, row in flags.items() for p in self._section.reaches
+        }
         both = {f"{kind}_{p}": np.stack([whole[f"{kind}_{p}_{side}"] for side in SIDES], axis=-1)
                 for p in self._section.reaches for kind in ON_SIDES}  # fmt: skip
         values = {name: array for name, array in whole.items() if name in rows and name not in both} | both
-        coordinates["side"] = text_index("side", SIDES, "side of the value on which the border lies")
+        coordinates["side"] = build.text_index("side", SIDES, "side of the value on which the border lies")
         attributes = dict(attributes) | _attributes(self._section, whole, self.options)
-        return study_dataset("margins", rows, values, self.dims, self.shape, coordinates, attributes)
+        return build.study_dataset("margins", rows, values, self.dims, self.shape, coordinates, attributes)
 
 
 def _distances(ds: xr.Dataset, name: str) -> list[str]:
