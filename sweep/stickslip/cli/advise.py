@@ -14,6 +14,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_result
+from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.flags import REGIMES, flag_label
 from stickslip.vocabulary.models import model_with
 from stickslip.vocabulary.quantities import MEASURED
@@ -73,7 +74,7 @@ def advise(
     if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
         fail("--speed-range: got one and --at belt_speed, expected one of them")
     loaded = config_at(params.recipe_in(config), at if ends is None else (*at, f"belt_speed={ends[0]}"))
-    weights = _costs(costs)
+    weights = params.numbers("--cost", costs)
     with refuses_bad_input(config):
         home = REGIMES[_regime(loaded, cell_of(loaded), speeds)]
         if home not in VIBRATING + QUIET:
@@ -122,18 +123,6 @@ def _regime(config: Config, cell: Mapping[str, float], speeds: Sequence[float]) 
     return int(worst(result["regime"].values[None])[0])
 
 
-def _costs(texts: tuple[str, ...]) -> dict[str, float]:
-    """NAME=NUMBER texts as a mapping."""
-    costs = {}
-    for text in texts:
-        name, _, number = text.partition("=")
-        try:
-            costs[name.strip()] = float(number)
-        except ValueError:
-            fail(f"--cost: got {text!r}, expected NAME=NUMBER")
-    return costs
-
-
 # --- changes ----------------------------------------------------------------------------------------------------------
 
 
@@ -158,7 +147,7 @@ class Change:
 
     def words(self) -> str:
         """`belt speed above 0.83 m/s (+66 %)`; parameters without unit by name."""
-        text = f"{_spoken(self.name)} {self.side} {self.unit.text(self.border, _DIGITS)}"
+        text = f"{spoken(self.name)} {self.side} {self.unit.text(self.border, _DIGITS)}"
         return f"{text} ({_by(self.value, self.border, self.unit)})"
 
     def row(self) -> tuple[str, ...]:
@@ -186,7 +175,7 @@ class JointChange:
     def words(self) -> str:
         """`belt_speed 0.6 m/s (+20 %) and damping 0.1 N s/m`."""
         *texts, last = [
-            f"{_spoken(name)} {self.units[name].text(new, _DIGITS)} ({_by(old, new, self.units[name])})"
+            f"{spoken(name)} {self.units[name].text(new, _DIGITS)} ({_by(old, new, self.units[name])})"
             for name, (old, new) in self.values.items()
         ]
         return f"{', '.join(texts)} and {last}" if texts else last
@@ -288,11 +277,6 @@ def _show_table(ds: xr.Dataset, changes: Sequence[Change], within: float) -> Non
 
 def _cell(ds: xr.Dataset) -> xr.Dataset:
     return ds if "cell" not in ds.dims else ds.isel(cell=0)
-
-
-def _spoken(name: str) -> str:
-    """The name of a parameter in a sentence: `belt speed`, but `mu_stop`."""
-    return name if name.startswith(("mu_", "v_", "a")) else name.replace("_", " ")
 
 
 def _parameters(ds: xr.Dataset) -> list[str]:

@@ -127,7 +127,6 @@ def show(ds: xr.Dataset) -> Answer:
 
 
 def _show(ds: xr.Dataset) -> RankTable:
-    """Print a comparison, a table of ranks and remarks."""
     from stickslip.materials.table import RankTable
 
     ranking = RankTable(ds)

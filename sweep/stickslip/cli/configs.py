@@ -66,7 +66,6 @@ def _validated(path: Path) -> dict[str, Any]:
 
 
 def _problem(problem: Problem) -> dict[str, Any]:
-    """A problem for programs."""
     line, column, option = problem.place or (None, None, "")
     # what an option gave has no line
     where = {"line": line or None, "column": column or None, "option": option or None, "key": dotted(problem.path)}

@@ -76,7 +76,6 @@ def _log_on_screen() -> Iterator[None]:
 
 @contextmanager
 def _nowhere() -> Iterator[None]:
-    """Standard output goes nowhere."""
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
         yield
 

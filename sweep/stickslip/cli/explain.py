@@ -113,13 +113,7 @@ def next_command(
         for text in (*over, *more):
             name, equals, ends = text.partition("=")
             ranges[name.strip()] = ends_of(f"--over {name}", ends) if equals else None
-    measured = {}
-    for text in scatter:
-        name, _, percent = text.partition("=")
-        try:
-            measured[name.strip()] = float(percent.strip().removesuffix("%")) / 100.0
-        except ValueError:
-            fail(f"--scatter: got {text!r}, expected RESULT=PERCENT")
+    measured = {name: share / 100.0 for name, share in params.numbers("--scatter", scatter, unit="%").items()}
     with refuses_bad_input(file), screen.progress_bar("draws") as move:
         ds = next_measurement(str(file), ranges, scatter=measured or None, points=points, draws=draws, progress=move)
     show_result(ds)

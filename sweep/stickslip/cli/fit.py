@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
+from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
@@ -122,7 +122,6 @@ def fit(
 
 def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: str | None, plot: Path | None) -> Answer:
     """Contacts with memory, of each record."""
-    from stickslip.errors import ConfigError
     from stickslip.fit import fit_memory_file, report
     from stickslip.fit.columns import newtons
 
@@ -132,12 +131,8 @@ def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: st
     fits = {}
     for file in files:
         weight = None if load is None else newtons(load)
-        try:
+        with refuses_bad_input(file):
             fits[file.name] = fit_memory_file(params.points_file(file), law, load=weight, stiffness=spring)
-        except ConfigError:
-            raise
-        except ValueError as error:
-            fail(f"{file}: {error}")
     for name, each in fits.items():
         screen.echo(f"{report.describe_memory(name, each)}\n")
     if plot is not None:
@@ -188,7 +183,6 @@ def show_columns(fits: Sequence[MaterialFit]) -> None:
 
 
 def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:
-    """The fits for programs."""
     from stickslip.fit import rank, report
 
     answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}

@@ -137,8 +137,6 @@ def _scheduler(_context: click.Context, _option: click.Parameter, value: str | N
 
 
 class _Threads(click.IntRange):
-    """A number of threads, or auto."""
-
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """A number, or auto as it is."""
         return value if value == "auto" else super().convert(value, param, ctx)
@@ -253,6 +251,18 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
             fail(f"got {text!r}, expected NAME=VALUE")
     parts = (text.partition("=") for text in texts)
     return {name.strip(): value.strip() for name, _, value in parts}
+
+
+def numbers(option: str, texts: tuple[str, ...], unit: str = "") -> dict[str, float]:
+    """NAME=NUMBER texts as a mapping. unit : of the numbers, which may be left out."""
+    found = {}
+    for text in texts:
+        name, _, number = text.partition("=")
+        try:
+            found[name.strip()] = float(number.strip().removesuffix(unit))
+        except ValueError:
+            fail(f"{option}: got {text!r}, expected NAME=NUMBER")
+    return found
 
 
 def number_or_text(text: str) -> float | str:

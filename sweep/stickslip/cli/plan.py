@@ -131,7 +131,6 @@ def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
 
 
 def _answer(loaded: Config, whole: Estimate, shared: Nodes | None, lines: dict[str, str]) -> dict[str, Any]:
-    """The estimate for programs."""
     nodes = shared and lines | fields(
         shared, "nodes", "threads", "shards", "seconds",
         blocks_least="least", blocks_most="most", seconds_one_node="seconds_of_one", bytes_memory="memory",

@@ -266,7 +266,6 @@ def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
 
 
 def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
-    """The end of a run."""
     shard = str(request.shard) if request.shard else None
     return (
         study_answer(request.config.title, study, outcome.cells)

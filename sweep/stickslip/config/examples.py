@@ -64,7 +64,6 @@ def points_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _shipped() -> dict[str, Path]:
-    """The configurations that come with the package, by name."""
     if folder := next((folder for folder in _FOLDERS if folder.is_dir()), None):
         return {path.relative_to(folder).with_suffix("").as_posix(): path for path in folder.rglob("*.yaml")}
     folders = ", ".join(f"no {folder}" for folder in _FOLDERS)

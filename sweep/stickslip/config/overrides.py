@@ -82,7 +82,6 @@ def _around(document: Document, path: Path, given: Setting) -> Any:
 
 
 def _why_not(value: Any, path: Path, key: str | int) -> str:
-    """Why a value at `path` has no such key."""
     if isinstance(value, dict) and isinstance(key, str):
         return f"{dotted((*path, key))} is not there, so it cannot be removed"
     kind = "a list" if isinstance(value, list) else "a mapping" if isinstance(value, dict) else f"{value!r}"

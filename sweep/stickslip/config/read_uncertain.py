@@ -95,7 +95,6 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any, std: float | None)
 
 
 def _check_inside(problems: ProblemCollector, scatter: Scatter, path: Path) -> None:
-    """The distribution stays where the parameter may be."""
     from stickslip.theory.distributions import share_outside  # SciPy takes its time, and most have no use for it
 
     row = SEARCHABLE[str(path[-1])]

@@ -310,7 +310,6 @@ class _Reader(ProblemCollector):
 
 
 def _example_range(name: str) -> str:
-    """A range as it is written for a quantity."""
     declared = QUANTITIES[name]
     if declared.units == "1":
         return "{start: 0.1, stop: 0.5, num: 50}"

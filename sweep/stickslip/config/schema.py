@@ -46,7 +46,6 @@ def json_schema() -> Schema:
 
 
 def _uncertain() -> Schema:
-    """Quantities that scatter, and how they are drawn."""
     scatter, kinds = _section(Scatter), [name for name in Scatter.model_fields if name != "truncated"]
     uniform = scatter["properties"]["uniform"]
     scatter["properties"]["uniform"] = {"anyOf": [uniform, {**RANGE}]}

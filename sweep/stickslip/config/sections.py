@@ -197,7 +197,6 @@ POINTS_FILE, RESULT_FILE = file_name(".csv"), file_name(*OUTPUT_SUFFIXES)
 
 
 def _points(value: Any) -> Any:
-    """A file of measured points, or a list of them."""
     return tuple(map(POINTS_FILE.read, value)) if isinstance(value, list | tuple) and value else POINTS_FILE.read(value)
 
 

@@ -123,7 +123,6 @@ def _neighbours(path: FilePath) -> str | None:
 
 
 def _place_in(text: str, position: int) -> Place:
-    """Line and column of a character."""
     before = text[:position]
     return Place(before.count("\n") + 1, len(before) - before.rfind("\n"))
 
@@ -160,7 +159,6 @@ class _Builder:
             raise self._refused(event, "a second document starts here, expected one", "remove the line '---'")
 
     def _value(self, event: Any, path: Path) -> Any:
-        """The value that starts with `event`."""
         if isinstance(event, events.AliasEvent) or event.anchor is not None:
             sign = f"*{event.anchor}" if isinstance(event, events.AliasEvent) else f"&{event.anchor}"
             message = f"got the {'alias' if sign[0] == '*' else 'anchor'} {sign}, expected a value"

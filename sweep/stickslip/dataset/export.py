@@ -301,7 +301,6 @@ def _coordinates(ds: xr.Dataset, dims: tuple[str, ...]) -> Iterator[tuple[str, x
 
 
 def _named(ds: xr.Dataset, variables: Sequence[str]) -> list[str]:
-    """The variables of these names. Raises StoreError."""
     known = [str(name) for name in ds.data_vars]
     for name in variables:
         if name not in known:

@@ -243,7 +243,6 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _read(name: str, value: Any, coords: Mapping[str, Any]) -> float:
-    """A value that was given for a quantity of the dataset."""
     if name not in QUANTITIES or name not in {*coords, *PARAMETERS}:
         hint = f"; did you mean {near}?" if (near := nearest(name, coords)) else ""
         raise ValueError(f"{name}: unknown here, expected {listed(coords)}{hint}")

@@ -248,7 +248,6 @@ def _places(inside: NDArray[np.intp], chunk: Chunk) -> list[tuple[int, ...]]:
 
 
 def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> list[Cell]:
-    """The cells at some positions."""
     if not places:
         return []
     dims = [str(dim) for dim in ds["regime"].dims]

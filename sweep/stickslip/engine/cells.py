@@ -82,7 +82,6 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
 
 
 def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) -> Computed:
-    """`compute` in this thread alone."""
     rows, done = _run_block(part := cells[:], options, stop_flag())
     found = to_si(rows, part, options)
     if progress:

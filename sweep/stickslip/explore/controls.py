@@ -103,7 +103,6 @@ class Controls:
 
 
 def _slider(limits: SliderRange, label: str, value: float) -> Slider:
-    """A slider over the places of a quantity in its unit."""
     low, high, at = map(limits.place, (limits.low, limits.high, value))
     step = (high - low) / _STEPS
     return Slider(
@@ -113,7 +112,6 @@ def _slider(limits: SliderRange, label: str, value: float) -> Slider:
 
 
 def _si(limits: SliderRange, place: float) -> float:
-    """The value of a place on the slider."""
     span = limits.place(limits.high) - limits.place(limits.low)
     if not limits.is_log and abs(place) < _ROUNDING * span / _STEPS:
         return 0.0

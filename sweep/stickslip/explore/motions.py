@@ -112,7 +112,6 @@ def _results(one: Parameters, options: Options) -> dict[str, float]:
 
 
 def _from_sliding(one: Parameters, steady: Floats, options: Options, beside: float) -> Motion:
-    """From close to steady sliding."""
     near = one | {"displacement": steady, "velocity": one["belt_speed"] * DISTURBANCE}
     return _motion("from near sliding", near, _results(near, options), options, False, beside)
 

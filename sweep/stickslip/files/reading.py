@@ -331,7 +331,6 @@ def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
 
 
 def _count(folder: Path) -> int:
-    """The number of files below a folder."""
     return sum(len(names) for _, _, names in os.walk(folder))
 
 

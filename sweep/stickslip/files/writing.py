@@ -207,7 +207,6 @@ def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
-    """Tell whether a dimension has labels."""
     return dim in ds.coords and ds[dim].dtype.kind in "OTU"
 
 

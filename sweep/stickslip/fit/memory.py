@@ -231,7 +231,6 @@ def _name(column: Heading) -> str | None:
 
 
 def _record(**columns: ArrayLike) -> list[Floats]:
-    """Columns of a record as arrays. Raises ValueError."""
     arrays = [np.asarray(values, np.float64) for values in columns.values()]
     for name, one in zip(columns, arrays, strict=True):
         if one.ndim != 1 or one.size < _FEWEST or one.shape != arrays[0].shape:

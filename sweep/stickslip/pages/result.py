@@ -132,7 +132,6 @@ def _spoken(name: str) -> str:
 
 
 def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
-    """Reasons why the result is not whole."""
     texts = []
     if missing := ds.attrs.get("incomplete"):
         texts.append(pages.warning(f"The result is incomplete: {missing}"))
@@ -156,7 +155,6 @@ def _is_of_cells(ds: xr.Dataset) -> bool:
 
 
 def _own_dims(ds: xr.Dataset) -> set[str]:
-    """The dimensions beyond those of cells."""
     study = study_of_result(ds)
     return study.own_dims() if study else set()
 

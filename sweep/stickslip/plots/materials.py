@@ -130,7 +130,6 @@ def entries(names: Sequence[str]) -> list[Line2D]:
 
 
 def _fitted(one: MaterialFit) -> Drawn:
-    """A fitted curve as it is drawn."""
     assert one.curve is not None
     grid = speed_grid(*one.curve.speeds)
     low, high = one.curve.band(grid)
@@ -177,7 +176,6 @@ def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
 
 
 def _compared(ds: xr.Dataset, i: int) -> Drawn:
-    """A material as its curve is drawn."""
     name = str(ds["material"].values[i])
     own = ds["point_material"].values == name
     shown = np.isfinite(ds["friction"].values[i])

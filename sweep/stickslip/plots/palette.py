@@ -222,5 +222,4 @@ def regime_label(name: str) -> str:
 
 
 def _swatch(label: str, colour: str, hatch: str | None = None) -> Patch:
-    """A legend entry."""
     return Patch(facecolor=colour, edgecolor=ink(colour) if hatch else "black", hatch=hatch, linewidth=0.5, label=label)

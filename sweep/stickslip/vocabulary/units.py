@@ -167,7 +167,6 @@ def _in(units: str) -> str:
 
 
 def _from_text(text: str, units: str) -> float:
-    """The SI value of a text with a unit."""
     text = text.translate(AS_TYPED)
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:

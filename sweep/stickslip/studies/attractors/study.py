@@ -243,7 +243,6 @@ def _shock(cell: xr.Dataset) -> str:
 
 
 def _state_axes(config: Config) -> Iterator[Path]:
-    """The axes along which a starting state varies."""
     for axis in config.axes:
         for member in axis.members:
             if member.name in _STATE:

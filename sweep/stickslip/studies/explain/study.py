@@ -181,7 +181,6 @@ class ExplainStudy(Study):
         return Finished(joined(parts) if parts else self.blank(items))
 
     def _population(self, number: int, repetition: int, stop: StopFlag, moved: Moved | None) -> Results:
-        """The columns of one population."""
         experiment, dimensions = self._law(self.laws[number]), len(self.prior.names)
 
         def log_likelihood(points: Floats) -> Floats:
