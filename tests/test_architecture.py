@@ -42,7 +42,7 @@ INNER_FLOORS = {
     ),
     "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"}),
     "runs": (
-        {"blocks", "known_cells", "maps", "work", "memory"}, {"workdir"}, {"existing_output"},
+        {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},
         {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},
     ),
 }  # fmt: skip

@@ -21,7 +21,7 @@ from stickslip.engine import compiled
 from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.netcdf import NETCDF_LOCK
-from stickslip.runs import maps
+from stickslip.runs import work
 
 TESTS = Path(__file__).parents[1]
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
@@ -140,14 +140,14 @@ def test_an_open_dataset_goes_to_other_processes(tmp_path):
 def test_a_second_run_to_the_same_output_is_refused_in_another_thread(tmp_path, monkeypatch):
     config, output = write_config(tmp_path), tmp_path / "map.nc"
     computing, refused = threading.Event(), threading.Event()
-    compute_range = maps.compute_range
+    compute_range = work.compute_range
 
     def waiting(*arguments):
         computing.set()
         assert refused.wait(30)
         return compute_range(*arguments)
 
-    monkeypatch.setattr(maps, "compute_range", waiting)
+    monkeypatch.setattr(work, "compute_range", waiting)
     first = threading.Thread(target=lambda: stickslip.run(config, output).close(), daemon=True)
     first.start()
     assert computing.wait(30)

@@ -23,10 +23,9 @@ from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs import collecting, session
 from stickslip.runs.blocks import parse_shard
-from stickslip.runs.maps import MapStudy
 from stickslip.runs.memory import compute_study
 from stickslip.runs.session import OnError, Outcome, Request, request_for
-from stickslip.runs.work import study_of
+from stickslip.runs.work import MapStudy, study_of
 from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import suggest

@@ -27,18 +27,17 @@ from stickslip.config.examples import points_path
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Path, Place, Problem, QuantityError, UnitWarning
-from stickslip.vocabulary.explained import OF_PRIOR, SETTINGS, law_of
 from stickslip.vocabulary.models import CURVE, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
-from stickslip.vocabulary.settings import CURVE_COLUMNS
+from stickslip.vocabulary.settings import CURVE_COLUMNS, EXPLAIN, OF_PRIOR, law_of
 from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit
 
-OWN_WORDS = ("observed", "prior", "predict", *SETTINGS)  # at the top of a file of observations
+OWN_WORDS = ("observed", "prior", "predict", *EXPLAIN)  # at the top of a file of observations
 LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
 AXIS = "material"  # the axis of several fits, unless they are in a group (zip) that has a name
 FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
@@ -102,7 +101,7 @@ def _check_words(document: Document) -> None:
 
 def _moves(data: dict[str, Any]) -> Iterator[tuple[Path, Path]]:
     """Where things stand in a file of observations, and where in a configuration."""
-    for key in ("observed", *SETTINGS):
+    for key in ("observed", *EXPLAIN):
         if key in data:
             yield (key,), ("explain", key)
     for name, value in data["prior"].items():

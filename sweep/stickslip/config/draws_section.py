@@ -11,14 +11,14 @@ import numpy as np
 
 from stickslip.config.checks import varied_paths
 from stickslip.config.yaml import Document, parse_yaml
-from stickslip.errors import ConfigError, Problem
-from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.settings import law_of
 from stickslip.vocabulary.suggest import listed
 
 _MOST = 512  # rows, evenly chosen: more would say more than the explanation knows
 _DIGITS = 9
 _KEY = "explained"
+_PATH = ("uncertain", _KEY)
 
 
 def with_draws(document: Document) -> Document:
@@ -42,7 +42,7 @@ def with_draws(document: Document) -> Document:
     given |= {name for part in data.values() if isinstance(part, dict) for name in part}
     drawn = {name: {"drawn": values} for name, values in rows.items() if name not in given}
     if not drawn:
-        raise _refused(document, f"nothing is left to draw: {listed(rows, 'and')} are given here")
+        raise document.refused(_PATH, f"nothing is left to draw: {listed(rows, 'and')} are given here")
     friction = {name: value for name, value in known.items() if name not in given} | friction | {"law": law}
     section = {**uncertain, "quantities": {**quantities, **drawn}}
     return replace(document, data={**data, "friction": friction, "uncertain": section})
@@ -54,15 +54,15 @@ def _draws(document: Document, file: Path, law: Any) -> tuple[str, dict[str, Any
 
     with open(file) as ds:
         if "posterior_law" not in ds or "configuration" not in ds.attrs:
-            raise _refused(document, f"{file} holds no draws, expected what `stickslip explain` wrote")
+            raise document.refused(_PATH, f"{file} holds no draws, expected what `stickslip explain` wrote")
         names = [str(name) for name in ds["law"].values]
         likely = sorted(range(len(names)), key=lambda i: -float(ds["law_probability"][i]))
         alike = [i for i in likely if law in (None, law_of(names[i])[0])]
         if not alike:
-            raise _refused(document, f"{file} explains by {listed(names)}, and the law here is {law}")
+            raise document.refused(_PATH, f"{file} explains by {listed(names)}, and the law here is {law}")
         chosen = np.flatnonzero(ds["posterior_law"].values == alike[0])
         if chosen.size < 2:
-            raise _refused(document, f"{file} has no draws of {names[alike[0]]}, which explains too little")
+            raise document.refused(_PATH, f"{file} has no draws of {names[alike[0]]}, which explains too little")
         chosen = chosen[np.linspace(0, chosen.size - 1, min(_MOST, chosen.size)).astype(int)]
         values = {str(name): ds[f"posterior_{name}"].values[chosen] for name in ds["quantity"].values}
         own: Mapping[str, Any] = parse_yaml(str(ds.attrs["configuration"])).data
@@ -70,8 +70,3 @@ def _draws(document: Document, file: Path, law: Any) -> tuple[str, dict[str, Any
     known = {name: value for name, value in own.get("friction", {}).items() if name in QUANTITIES}
     rows = {name: [float(f"{value:.{_DIGITS}g}") for value in column] for name, column in values.items()}
     return law, known | fixed, rows
-
-
-def _refused(document: Document, message: str) -> ConfigError:
-    path = ("uncertain", _KEY)
-    return ConfigError(document.name, [Problem(path, message, document.values.get(path))])

@@ -13,11 +13,10 @@ from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Sect
 from stickslip.config.studies import section_class
 from stickslip.config.uncertain import Matrix, Sampling, Scatter, Subset, Uncertain
 from stickslip.vocabulary import units
-from stickslip.vocabulary.explained import OF_PRIOR
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.settings import AXIS, OF_PRIOR
 from stickslip.vocabulary.studies import EXPLAIN, STUDIES
 from stickslip.vocabulary.suggest import listed
 

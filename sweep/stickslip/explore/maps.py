@@ -23,7 +23,7 @@ from stickslip.engine import StopFlag, blocks, spread, warm_up
 from stickslip.explore.source import Source
 from stickslip.explore.view import FULL, Sides, View
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
-from stickslip.runs.maps import MapStudy
+from stickslip.runs.work import MapStudy
 from stickslip.studies import borders
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS

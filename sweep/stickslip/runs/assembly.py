@@ -21,8 +21,7 @@ from stickslip.files import writing
 from stickslip.files.chunks import Chunks
 from stickslip.files.locations import Check, Location
 from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of, extent, regions
-from stickslip.runs.maps import MapStudy
-from stickslip.runs.work import Work
+from stickslip.runs.work import MapStudy, Work
 from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.runs.workdir.encoding import Column, column
 from stickslip.runs.workdir.lock import Notice

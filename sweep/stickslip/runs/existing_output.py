@@ -19,8 +19,7 @@ from stickslip.errors import ConfigError, StoreError
 from stickslip.files import reading, targets
 from stickslip.files.locations import Location, Url
 from stickslip.runs.known_cells import KnownCells, points_of, rounded
-from stickslip.runs.maps import MapStudy
-from stickslip.runs.work import study_of
+from stickslip.runs.work import MapStudy, study_of
 from stickslip.runs.workdir.block_store import START_OVER, refuse, same_major
 from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.manifest import differences

@@ -4,7 +4,7 @@ import pytest
 
 import stickslip
 from helpers.configs import write_config
-from stickslip.runs import blocks, maps
+from stickslip.runs import blocks, work
 
 SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks of two rows
 
@@ -28,13 +28,13 @@ def output(tmp_path):
 def computed(monkeypatch):
     """Numbers of cells computed, one entry per call of the engine."""
     counts = []
-    compute_range = maps.compute_range
+    compute_range = work.compute_range
 
     def counting(cells, start, end, *rest):
         counts.append(end - start)
         return compute_range(cells, start, end, *rest)
 
-    monkeypatch.setattr(maps, "compute_range", counting)
+    monkeypatch.setattr(work, "compute_range", counting)
     return counts
 
 

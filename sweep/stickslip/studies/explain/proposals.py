@@ -29,10 +29,10 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.explain.likelihood import grid_of_predictions, log_shares, results_over
 from stickslip.studies.explain.section import METRICS, POINT, Explain
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.settings import law_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 Floats = NDArray[np.float64]

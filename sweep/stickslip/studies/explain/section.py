@@ -14,11 +14,11 @@ from pydantic import Field, create_model
 from stickslip.config.sections import Read, Section, StudySection, list_of, one_of, refused, with_rows
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.explained import EXPLAINING_LAWS, SETTINGS
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.settings import EXPLAIN, EXPLAINING_LAWS
 
 POINT = "friction_coefficient"  # of steady sliding at the speed of the belt, as a tribometer measures it
 METRICS = {
@@ -132,7 +132,7 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
         return f"{where or 'everywhere'}: {', '.join(filter(None, what))}"
 
 
-class Explain(with_rows(StudySection, SETTINGS)):  # type: ignore[misc]
+class Explain(with_rows(StudySection, EXPLAIN)):  # type: ignore[misc]
     """Observations, and the draws of the uncertain quantities that explain them."""
 
     key = "explain"

@@ -27,10 +27,10 @@ from stickslip.studies.explain.section import Explain
 from stickslip.studies.explain.smc import tempered
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, taken
-from stickslip.vocabulary.explained import law_of
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF
+from stickslip.vocabulary.settings import law_of
 
 _MOVES = 250  # of a population, about, for estimates of time
 _COLUMNS = ("score", "log_likelihood", "unsure", "contradicts", "log_evidence", "evaluations", "predicted")
