@@ -37,12 +37,12 @@ _WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "stylesheets": [WIDGETS
 class Controls:
     """The widgets beside the map, which are made anew where its sides change.
 
-    Calls `changed` with a quantity and its value in SI (NaN: absent), `picked` with a listed axis and a position,
-    `sided` with both sides, `varied` with a variable, `reset` with nothing.
+    Calls `changed` with a quantity and its value in SI (NaN: absent), `picked` with a listed axis and the text of a
+    position, `sided` with both sides, `varied` with a variable, `reset` with nothing.
     """
 
     def __init__(
-        self, source: Source, *, changed: Callable[[str, float], None], picked: Callable[[str, int], None],
+        self, source: Source, *, changed: Callable[[str, float], None], picked: Callable[[str, str], None],
         sided: Callable[[str, str], None], varied: Callable[[str], None], reset: Callable[[], None],
     ) -> None:  # fmt: skip
         self._source, self._changed, self._picked, self._sided = source, changed, picked, sided
@@ -59,7 +59,7 @@ class Controls:
         x = _select("to the right", offered, view.x, "side_x", lambda new: self._sided(view.y, new))
         pickers = [
             _select(spoken(name), [(str(i), label) for i, label in enumerate(labels_of(source, axis))],
-                    str(view.points.get(name, 0)), f"pick_{name}", partial(self._pick, name))
+                    str(view.points.get(name, 0)), f"pick_{name}", partial(self._picked, name))
             for name, axis in source.axes.items() if is_listed(axis) and name not in view.plane
         ]  # fmt: skip
         ranges = list(sliders_of(source, view.plane))
@@ -75,9 +75,6 @@ class Controls:
         """Offer the variables that can be drawn."""
         if variables != self.variable.options:
             self.variable.options = variables
-
-    def _pick(self, name: str, point: str) -> None:
-        self._picked(name, int(point))
 
     def _slider(self, limits: SliderRange, view: View) -> UIElement:
         """The slider of a quantity, with a box that switches it on where it may be absent."""

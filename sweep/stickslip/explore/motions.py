@@ -94,7 +94,10 @@ def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     stick = _motion("from stick" if sticking else "from the start", one, results, options, sticking)
     steady = steady_state(one, options)
     beside = float(stick.time[-1]) if stick.time.size else inf
-    slid = _from_sliding(one, steady, options, beside) if isfinite(steady[0]) else None
+    slid = None
+    if isfinite(steady[0]):
+        near = one | {"displacement": steady, "velocity": one["belt_speed"] * DISTURBANCE}
+        slid = _motion("from near sliding", near, _results(near, options), options, False, beside)
     cycle = unstable_cycle(one, int(results["regime"]), options) if sticking else None
     curve = _curve(one, [stick] if slid is None else [stick, slid], options)
     parameters = {name: float(values[0]) for name, values in one.items()}
@@ -109,11 +112,6 @@ def regime_of(cell: Mapping[str, float], options: Options) -> str:
 def _results(one: Parameters, options: Options) -> dict[str, float]:
     results = compute(Cells.of(one), options).results
     return {name: float(values[0]) for name, values in results.items()}
-
-
-def _from_sliding(one: Parameters, steady: Floats, options: Options, beside: float) -> Motion:
-    near = one | {"displacement": steady, "velocity": one["belt_speed"] * DISTURBANCE}
-    return _motion("from near sliding", near, _results(near, options), options, False, beside)
 
 
 def _motion(

@@ -117,9 +117,11 @@ class Session:
         self._state = State(first_view(source))
         self.page = Page(source)
         self.controls = Controls(
-            source, sided=self._sided, reset=self._reset,
+            source,
+            sided=lambda y, x: self._see_other_sides(with_plane(self._state.view, y, x)),
+            reset=lambda: self._see_other_sides(replace(first_view(source), variable=self._state.view.variable)),
             changed=lambda name, value: self._see(values={**self._state.view.values, name: value}),
-            picked=lambda name, point: self._see(points={**self._state.view.points, name: point}),
+            picked=lambda name, point: self._see(points={**self._state.view.points, name: int(point)}),
             varied=lambda variable: self._see(variable=variable),
         )  # fmt: skip
         self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
@@ -145,12 +147,6 @@ class Session:
         self._maps.ask(state.view)
         if state.at is not None and state.shown is not None:
             self._cells.ask((state.view, state.at, state.shown))
-
-    def _sided(self, y: str, x: str) -> None:
-        self._see_other_sides(with_plane(self._state.view, y, x))
-
-    def _reset(self) -> None:
-        self._see_other_sides(replace(first_view(self._source), variable=self._state.view.variable))
 
     def _see_other_sides(self, view: View) -> None:
         """Have a view drawn on whose map the cells that were seen have no place; pinned motions stay."""

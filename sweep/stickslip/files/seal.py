@@ -47,12 +47,14 @@ def digest(ds: xr.Dataset) -> str:
         hasher.update(_text(MARKED, ds.attrs[MARKED], ds.attrs.get("source", "")))
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
-        hasher.update(_text(name, *variable.dims, *variable.shape, _type(variable)))
+        is_number = variable.dtype.kind in "fiu"  # texts of any length are one type, in any kind of file
+        hasher.update(_text(name, *variable.dims, *variable.shape, variable.dtype.str if is_number else "text"))
         for attribute in _SEALED_ATTRIBUTES:
             if attribute in variable.attrs:
                 hasher.update(_text(attribute, *np.atleast_1d(variable.attrs[attribute])))
         if has_bare_values(variable):
-            hasher.update(_values(variable))
+            values = np.ascontiguousarray(variable.values)
+            hasher.update(values.tobytes() if is_number else _text(*values.ravel()))
     return hasher.hexdigest()
 
 
@@ -108,17 +110,6 @@ def is_unwritten(values: NDArray[Any]) -> bool:
     if fill is not None and bool((values == fill).any()):
         return True
     return values.dtype == np.float64 and bool((values.view(np.uint64) == NOBODY_WROTE.view(np.uint64)).any())
-
-
-def _type(variable: xr.Variable) -> str:
-    """The type as it is in any kind of file: texts of any length are one type."""
-    return variable.dtype.str if variable.dtype.kind in "fiu" else "text"
-
-
-def _values(variable: xr.Variable) -> bytes:
-    if variable.dtype.kind in "fiu":
-        return np.ascontiguousarray(variable.values).tobytes()
-    return _text(*variable.values.ravel())
 
 
 def _text(*parts: Any) -> bytes:

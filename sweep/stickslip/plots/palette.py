@@ -189,7 +189,7 @@ def _flag_paint(variable: str, drawn: set[int], present: set[int]) -> Paint:
     """The colours of a flag, those of mixed pixels after the others."""
     names = list(FLAGS[variable])
     pure = [FLAG_COLOURS[variable][name] for name in names]
-    pale = [_pale(colour) for colour in pure]
+    pale = [_PALE_WHITE if colour == WHITE else _blend(colour, WHITE, _PALENESS) for colour in pure]
     shown = {code % len(names) for code in drawn}
     return Paint(
         ListedColormap(pure + pale),
@@ -198,11 +198,6 @@ def _flag_paint(variable: str, drawn: set[int], present: set[int]) -> Paint:
         hidden={names[code] for code in present - shown},
         mixed=tuple(pale[code % len(names)] for code in sorted(drawn) if code >= len(names)),
     )
-
-
-def _pale(colour: str) -> str:
-    """A tint, which no pure colour of the palette looks like."""
-    return _PALE_WHITE if colour == WHITE else _blend(colour, WHITE, _PALENESS)
 
 
 def ink(colour: str) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -216,19 +217,18 @@ class ExplainStudy(Study):
 
     def blank(self, items: range) -> Results:
         """Populations of which nothing is known."""
+        return {name: np.full(len(items) * prod(self._shape_of(name)), np.nan) for name in self.columns}
+
+    def _shape_of(self, column: str) -> tuple[int, ...]:
         n, d, o = int(self.request.particles), len(self.prior.names), len(self.request.observed)
-        each = {"score": n * d, "log_likelihood": n * o, "unsure": n, "contradicts": n * o,
-                "predicted": self.grid_size * len(DECIDED)}  # fmt: skip
-        return {name: np.full(len(items) * each.get(name, 1), np.nan) for name in self.columns}
+        shapes = {"score": (n, d), "log_likelihood": (n, o), "unsure": (n,), "contradicts": (n, o),
+                  "predicted": (self.grid_size, len(DECIDED))}  # fmt: skip
+        return shapes.get(column, ())
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The draws, and what they say."""
         columns = joined(parts)
-        laws, repetitions = self.shape
-        n, d, o = int(self.request.particles), len(self.prior.names), len(self.request.observed)
-        shapes = {"score": (n, d), "log_likelihood": (n, o), "unsure": (n,), "contradicts": (n, o),
-                  "predicted": (self.grid_size, len(DECIDED))}  # fmt: skip
-        whole = {name: column.reshape(laws, repetitions, *shapes.get(name, ())) for name, column in columns.items()}
+        whole = {name: column.reshape(*self.shape, *self._shape_of(name)) for name, column in columns.items()}
         return summary.dataset(self._context, whole, attributes)
 
     @cached_property

@@ -66,8 +66,12 @@ def parameters_of(cells: Parameters) -> tuple[str, ...]:
 
 def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) -> Reach:
     """Return how far a parameter may be changed: within a factor or a range, and within what is possible."""
-    value = _value(name, cells)
-    scale = np.broadcast_to(_scale(name, cells), value.shape).astype(np.float64)
+    model, by = model_with(cells), Scales(cells)
+    value = np.where(np.isinf(cells[name]), np.nan, cells[name].astype(np.float64))
+    if name == model.static:  # where it is not given it is that at break-away
+        value = np.where(np.isnan(value), model.start_of(cells), value)
+    scale = 2.0 * by.impedance if name == "damping" else model.change_scale(name, cells, by)
+    scale = np.broadcast_to(scale, value.shape).astype(np.float64)
     by_factor = (value != 0) & ~np.isnan(value) & (name not in _SIGNED)
     if isinstance(within, tuple):
         low, high = (np.full_like(value, end) for end in within)
@@ -80,18 +84,6 @@ def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) 
     least, most = _bounds(name, cells)
     return Reach(name, value, np.minimum(np.maximum(low, least), value), np.maximum(np.minimum(high, most), value),
                  by_factor, scale)  # fmt: skip
-
-
-def _value(name: str, cells: Parameters) -> Floats:
-    """The value a parameter has; static friction that is not given is that at break-away."""
-    value, model = np.where(np.isinf(cells[name]), np.nan, cells[name].astype(np.float64)), model_with(cells)
-    return np.where(np.isnan(value), model.start_of(cells), value) if name == model.static else value
-
-
-def _scale(name: str, cells: Parameters) -> Floats:
-    """Return what a change of a parameter that may be 0 is compared with."""
-    by = Scales(cells)
-    return 2.0 * by.impedance if name == "damping" else model_with(cells).change_scale(name, cells, by)
 
 
 def _bounds(name: str, cells: Parameters) -> tuple[Floats, Floats]:
