@@ -196,9 +196,6 @@ class PaceStudy(Study):
         speed = computed.results["slip_speed_max"] * self.pace.factor
         return Finished({"pace": speed**2 if self.pace.squared else speed}, computed.complete)
 
-    def blank(self, items):
-        return {"pace": np.full(len(items), np.nan)}
-
     def dataset(self, parts, attributes):
         coordinates = grid_coordinates(self.cells)
         return study_dataset("pace", self.variables, joined(parts), self.dims, self.shape, coordinates, attributes)

@@ -15,6 +15,7 @@ from importlib import import_module
 from math import prod
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+import numpy as np
 from pydantic import ValidationError
 
 from stickslip.config.model import Config
@@ -28,7 +29,6 @@ from stickslip.vocabulary.studies import STUDIES, kind_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
     from stickslip.engine import Options, Results, StopFlag
@@ -189,9 +189,10 @@ class Study(ABC):
         stop : once it is raised, computing ends within milliseconds. moved : called with cells computed, now and then.
         """
 
-    @abstractmethod
     def blank(self, items: range) -> Results:
-        """Return what stands for a range of items that is not computed."""
+        """Return what stands for a range of items that is not computed: NaN, and 0 for codes and counts."""
+        return {name: np.full(len(items), np.nan if kind.kind == "f" else 0, kind)
+                for name, kind in self.columns.items()}  # fmt: skip
 
     @abstractmethod
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:

@@ -17,7 +17,7 @@ from stickslip.config.model import Config
 from stickslip.config.options import map_options_of, options_of
 from stickslip.config.studies import Finished, Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
-from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range, kernels_for, stop_flag
+from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag
 from stickslip.files.locations import Location
 from stickslip.files.netcdf import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
@@ -170,10 +170,6 @@ class MapStudy(Study):
         cells = self.grid.pick(items.start + np.flatnonzero(chosen))
         computed = compute_range(cells, 0, cells.size, self.options, stop, moved)
         return Finished(computed.results, computed.complete)
-
-    def blank(self, items: range) -> Results:
-        """Cells that are "not computed"."""
-        return blank_results(len(items), self.options)
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The map, in memory."""

@@ -217,10 +217,6 @@ class LevelStudy(Study):
                 moved(level.size)
         return Finished(joined(parts))
 
-    def blank(self, items: range) -> Results:
-        """Cells of which nothing is known."""
-        return {name: np.full(len(items), np.nan) for name in self.columns}
-
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The levels with the dimensions of the cells."""
         whole = joined(parts)

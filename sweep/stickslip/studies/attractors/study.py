@@ -195,14 +195,6 @@ class AttractorStudy(Study):
         except StoppedError:
             return Finished({}, False)
 
-    def blank(self, items: range) -> Results:
-        """Cells that are "not computed"."""
-        size = len(items)
-        return {
-            name: np.full(size, np.nan) if kind == np.float64 else np.zeros(size, kind)
-            for name, kind in COLUMNS.items()
-        }
-
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The attractors with the dimensions of the cells."""
         whole = joined(parts)

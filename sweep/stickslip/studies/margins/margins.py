@@ -98,11 +98,6 @@ class MarginStudy(Study):
         cells = self._cells[start:stop]
         return model_of(self.options.law).with_measured(cells) if self._measured else cells
 
-    def blank(self, items: range) -> Results:
-        """Cells of which nothing is known."""
-        return {name: np.full(len(items), 0 if dtype == np.int8 else np.nan, dtype)
-                for name, dtype in self.columns.items()}  # fmt: skip
-
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The margins over the cells, and ``side``."""
         whole, coordinates = joined(parts), build.grid_coordinates(self._cells)

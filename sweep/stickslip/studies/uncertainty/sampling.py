@@ -13,7 +13,7 @@ import xarray as xr
 from stickslip.config.model import Config
 from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.config.uncertain import Uncertain
-from stickslip.engine import Options, Results, StopFlag, blank_results, columns
+from stickslip.engine import Options, Results, StopFlag, columns
 from stickslip.studies.report import attributes
 from stickslip.studies.uncertainty.design import Design
 from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
@@ -117,11 +117,6 @@ class SampleStudy(Study):
         place = self.design.place(items.start, items.stop)
         computed = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
         return Finished({name: computed.results[name] for name in self.columns}, computed.complete)
-
-    def blank(self, items: range) -> Results:
-        """Draws that are "not computed", which the bounds of probabilities carry like others that are not decided."""
-        blank = blank_results(len(items), self.options)
-        return {name: blank[name] for name in self.columns}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
