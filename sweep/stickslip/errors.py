@@ -81,6 +81,13 @@ class ConfigError(_InInput, ValueError):
         self.problems = tuple(sorted(problems, key=lambda p: p.place or (0, 0)))
         super().__init__(source, self.problems)  # these are what pickling calls __init__ with
 
+    @classmethod
+    def of(
+        cls, source: object, message: str, hint: str | None = None, *, place: Place | None = None, path: Path = ()
+    ) -> ConfigError:
+        """The error of a single problem."""
+        return cls(str(source), [Problem(path, message, place, hint)])
+
     def __str__(self) -> str:
         return "\n".join(problem.text(self.source) for problem in self.problems)
 

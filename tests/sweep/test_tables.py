@@ -104,7 +104,7 @@ def test_a_workbook_is_read_from_its_first_sheet(tmp_path):
     assert list(found) == ["dry", "oil; new"] and found["dry"]["speed"].tolist() == [0.0005, 0.001, 0.02]
     assert found["oil; new"]["mu"].tolist() == [0.1, 0.09]
     (tmp_path / "broken.xlsx").write_bytes((tmp_path / "points.xlsx").read_bytes()[:500])
-    with pytest.raises(ConfigError, match=r"broken\.xlsx: this is an Excel workbook that cannot be read"):
+    with pytest.raises(ConfigError, match=r"broken\.xlsx: an Excel workbook that cannot be read"):
         read_materials(tmp_path / "broken.xlsx", CURVE_COLUMNS)
 
 

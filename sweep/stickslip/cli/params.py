@@ -274,7 +274,7 @@ def number_or_text(text: str) -> float | str:
 
 def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
     """A quantity above 0 with or without its unit, in SI. Raises ConfigError, which says what is `expected`."""
-    from stickslip.errors import ConfigError, Problem, QuantityError
+    from stickslip.errors import ConfigError, QuantityError
     from stickslip.vocabulary import units
 
     try:
@@ -282,5 +282,5 @@ def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool 
         if value < 0 or (value == 0 and not or_zero):
             raise QuantityError(expected)
     except QuantityError as error:
-        raise ConfigError(option, [Problem((), f"got {text!r}, {error}")]) from None
+        raise ConfigError.of(option, f"got {text!r}, {error}") from None
     return value

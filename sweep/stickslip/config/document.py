@@ -26,7 +26,7 @@ from stickslip.config.checks import varied_paths
 from stickslip.config.examples import points_path
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document
-from stickslip.errors import ConfigError, FitWarning, Path, Place, Problem, QuantityError, UnitWarning
+from stickslip.errors import ConfigError, FitWarning, Path, Place, QuantityError, UnitWarning
 from stickslip.vocabulary.models import CURVE, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
@@ -196,7 +196,7 @@ def _of_file(path: FilePath, name: str, monotone: bool) -> Table:
         number, message = fault
         place = None if number is None else Place(points.lines[number], 1)
         hint = "a table is taken as it is: put the points in order and average those at one speed, or fit a curve"
-        raise ConfigError(str(path), [Problem((), message, place, hint)])
+        raise ConfigError.of(path, message, hint, place=place)
     return Table(points["speed"], points["mu"], monotone)
 
 

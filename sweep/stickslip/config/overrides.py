@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from stickslip.config.yaml import Document, parse_yaml
-from stickslip.errors import ConfigError, Path, Place, Problem, dotted
+from stickslip.errors import ConfigError, Path, Place, dotted
 
 _KEY = re.compile(r"[^.\[\]\s]+(?:\[\d+\])*(?:\.[^.\[\]\s]+(?:\[\d+\])*)*")
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
@@ -54,7 +54,7 @@ def overridden(document: Document, settings: Iterable[Setting]) -> Document:
         except ConfigError as error:
             problems = list(error.problems)
         for problem in problems:
-            raise ConfigError(document.name, [Problem(path, problem.message, given.place, problem.hint)])
+            raise ConfigError.of(document.name, problem.message, problem.hint, place=given.place, path=path)
         around[path[-1]] = fragment.data
         document.keys |= {path: given.place} | {(*path, *inner): given.place for inner in fragment.keys}
         document.values |= {(*path, *inner): given.place for inner in fragment.values}
@@ -75,7 +75,7 @@ def _around(document: Document, path: Path, given: Setting) -> Any:
                 document.keys[path[: i + 1]] = document.values[path[: i + 1]] = given.place
         if not there:
             hint = None if isinstance(value, dict) else f"--set {dotted(path[:i])}=... replaces all of it"
-            raise ConfigError(document.name, [Problem(path, _why_not(value, path[:i], key), given.place, hint)])
+            raise ConfigError.of(document.name, _why_not(value, path[:i], key), hint, place=given.place, path=path)
         if i < len(path) - 1:
             value = value[key]
     return value

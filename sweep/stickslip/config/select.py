@@ -60,7 +60,7 @@ def config_at(recipe: Recipe, settings: Iterable[str], option: str = "--at", in_
         else:
             known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
             message = f"unknown quantity, expected {listed(known)}"
-            raise ConfigError(option, [Problem((name,), message, hint=did_you_mean(name, known))])
+            raise ConfigError.of(option, message, did_you_mean(name, known), path=(name,))
         for quantity, value in values.items():
             data[QUANTITIES[quantity].section][quantity] = value
     left = {name: axis for name, axis in axes.items()
@@ -79,7 +79,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     settings : of a command line, which are put into it.
     """
     if "regime" not in ds.data_vars:
-        raise ConfigError(name, [Problem((), "holds no regimes, expected a map or a list of cells")])
+        raise ConfigError.of(name, "holds no regimes, expected a map or a list of cells")
     text, source = str(ds.attrs.get("configuration", "")), f"{name} (configuration)"
     settings = tuple(settings)
     shared = with_table(overridden(parse_yaml(text, source), settings)).data
@@ -120,7 +120,7 @@ def value_of(name: str, text: str, option: str) -> float:
     """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
     if name not in PARAMETERS:
         hint = did_you_mean(name, PARAMETERS) or f"known are {', '.join(PARAMETERS)}"
-        raise ConfigError(option, [Problem((), f"{name!r} is not a parameter of a cell", hint=hint)])
+        raise ConfigError.of(option, f"{name!r} is not a parameter of a cell", hint)
     return in_si(PARAMETERS[name], text, option, name)
 
 
@@ -129,7 +129,7 @@ def in_si(row: Parameter, text: str, option: str, *path: str) -> float:
     try:
         return row.read(_number_or_text(text))
     except QuantityError as error:
-        raise ConfigError(option, [Problem(path, f"got {text!r}, {error}")]) from None
+        raise ConfigError.of(option, f"got {text!r}, {error}", path=path) from None
 
 
 def _sections(recipe: Recipe) -> dict[str, Any]:
@@ -152,7 +152,7 @@ def point_text(axis: Axis, i: int) -> str:
 def _split(setting: str, option: str) -> tuple[str, str]:
     name, equals, value = setting.partition("=")
     if not equals:
-        raise ConfigError(option, [Problem((), f"got {setting!r}, expected NAME=VALUE")])
+        raise ConfigError.of(option, f"got {setting!r}, expected NAME=VALUE")
     return name.strip(), value.strip()
 
 
@@ -171,7 +171,7 @@ def _position(group: Group, text: str, option: str) -> int:
     if text.isdecimal() and int(text) < group.size:
         return int(text)
     expected = listed([*labels, f"a position from 0 to {group.size - 1}"])
-    raise ConfigError(option, [Problem((group.name,), f"got {text!r}, expected {expected}")])
+    raise ConfigError.of(option, f"got {text!r}, expected {expected}", path=(group.name,))
 
 
 def _missing(axis: Axis, option: str) -> Problem:

@@ -50,31 +50,29 @@ class Document:
 
     def refused(self, path: Path, message: str, hint: str | None = None) -> ConfigError:
         """The error about the value at a path."""
-        return ConfigError(self.name, [Problem(path, message, self.values.get(path), hint)])
+        return ConfigError.of(self.name, message, hint, place=self.values.get(path), path=path)
 
 
 def read_yaml(path: FilePath) -> Document:
     """The document in a file. Raises ConfigError if the file cannot be read or is not YAML."""
     name = str(path)
     if kind := wrong_file_type(path, CONFIGURATIONS):
-        message = f"this is {kind.name}, expected a configuration in YAML"
-        raise ConfigError(name, [Problem((), message, hint=kind.hint)])
+        raise ConfigError.of(name, f"this is {kind.name}, expected a configuration in YAML", kind.hint)
     try:
         with path.open("rb") as file:
             raw = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        raise ConfigError(name, [Problem((), "no such file", hint=_neighbours(path))]) from None
+        raise ConfigError.of(name, "no such file", _neighbours(path)) from None
     except OSError as error:
-        raise ConfigError(name, [Problem((), f"cannot be read: {error.strerror or error}")]) from None
+        raise ConfigError.of(name, f"cannot be read: {error.strerror or error}") from None
     if len(raw) > _LARGEST:
-        message = f"larger than {_LARGEST // 1_000_000} MB, expected a configuration in YAML"
-        raise ConfigError(name, [Problem((), message)])
+        raise ConfigError.of(name, f"larger than {_LARGEST // 1_000_000} MB, expected a configuration in YAML")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         place = _place_in(raw[: error.start].decode("utf-8-sig"), error.start)
         message = f"byte 0x{raw[error.start]:02x} is not UTF-8 text"
-        raise ConfigError(name, [Problem((), message, place, "save the file as UTF-8")]) from None
+        raise ConfigError.of(name, message, "save the file as UTF-8", place=place) from None
     return parse_yaml(text, name)
 
 
@@ -86,11 +84,11 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
     except ReaderError as error:
         place = _place_in(text, error.position)
         message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
-        raise ConfigError(name, [Problem((), message, place, "a configuration is a text file")]) from None
+        raise ConfigError.of(name, message, "a configuration is a text file", place=place) from None
     except MarkedYAMLError as error:
         raise ConfigError(name, [_syntax_problem(error, text)]) from None
     except YAMLError as error:
-        raise ConfigError(name, [Problem((), f"not YAML: {error}")]) from None
+        raise ConfigError.of(name, f"not YAML: {error}") from None
     return document
 
 
@@ -151,7 +149,7 @@ class _Builder:
         next(self._events)  # the stream starts
         if isinstance(next(self._events), events.StreamEndEvent):
             hint = "`stickslip init` writes a configuration to start from"
-            raise ConfigError(self._document.name, [Problem((), "the file is empty", hint=hint)])
+            raise ConfigError.of(self._document.name, "the file is empty", hint)
         self._document.data = self._value(next(self._events), ())
         next(self._events)  # the document ends
         event = next(self._events)
@@ -220,7 +218,7 @@ class _Builder:
             raise ConfigError(self._document.name, self._document.problems)
 
     def _refused(self, event: Any, message: str, hint: str | None, path: Path = ()) -> ConfigError:
-        return ConfigError(self._document.name, [Problem(path, message, _place(event), hint)])
+        return ConfigError.of(self._document.name, message, hint, place=_place(event), path=path)
 
 
 def _place(event: Any) -> Place:

@@ -19,12 +19,12 @@ from stickslip.config.reader import parse_config
 from stickslip.config.select import Recipe, settings_at
 from stickslip.config.unit_warnings import one_regime_question
 from stickslip.dataset.coarse import Chunk, chunks
-from stickslip.errors import ConfigError, Problem
+from stickslip.errors import ConfigError
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
-from stickslip.vocabulary.suggest import listed, nearest
+from stickslip.vocabulary.suggest import did_you_mean, listed
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 NOT_KEPT = "not kept"  # in place of a status
@@ -202,11 +202,11 @@ def survey(
     chosen_regimes = _chosen("regime", regimes or (() if statuses else BAD_REGIMES))
     chosen_statuses = _chosen("status", statuses)
     if "regime" not in ds.data_vars:
-        raise ConfigError("inspect", [Problem((), "no regime, expected a map")])
+        raise ConfigError.of("inspect", "no regime, expected a map")
     has_status = "status" in ds.data_vars
     if statuses and not has_status:
         reason, _, hint = str(why_absent(ds, "status")).partition("\nhint: ")
-        raise ConfigError("--status", [Problem((), f"the map {reason}", hint=hint)])
+        raise ConfigError.of("--status", f"the map {reason}", hint)
     counts = np.zeros(_CODES * _CODES, np.int64)
     places: list[tuple[int, ...]] = []
     for chunk in chunks(ds["regime"]):
@@ -228,9 +228,7 @@ def _chosen(flag: str, names: Collection[str]) -> NDArray[np.bool_]:
     chosen = np.full(_CODES, not names)
     for name in names:
         if name not in known:
-            near = nearest(name, known)
-            hint = f"did you mean {near}?" if near else None
-            raise ConfigError(f"--{flag}", [Problem((), f"got {name!r}, expected {listed(known)}", hint=hint)])
+            raise ConfigError.of(f"--{flag}", f"got {name!r}, expected {listed(known)}", did_you_mean(name, known))
         chosen[known.index(name)] = True
     return chosen
 

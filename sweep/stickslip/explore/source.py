@@ -18,7 +18,7 @@ from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
 from stickslip.config.select import recipe_of
 from stickslip.engine import Options
-from stickslip.errors import ConfigError, Problem
+from stickslip.errors import ConfigError
 from stickslip.files import reading
 from stickslip.files.locations import location
 from stickslip.vocabulary.display_units import quantity, units_shown
@@ -86,10 +86,10 @@ def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
         return _of_config(name, load_config(path, settings))
     ds = reading.look_into(where)
     if "direction" in ds.dims:
-        raise _no_map(name, "a ramp, up and down, and no map", f"`stickslip plot {name}` draws it")
+        raise ConfigError.of(name, "a ramp, up and down, and no map", f"`stickslip plot {name}` draws it")
     recipe = recipe_of(ds, name, settings)
     if not isinstance(recipe, Config):
-        raise _no_map(name, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
+        raise ConfigError.of(name, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
     source = _of_config(name, recipe)
     if recipe.uncertain is not None or settings:  # its cells are draws, or those of another configuration
         return source
@@ -99,7 +99,7 @@ def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
 def _of_config(file: str, config: Config) -> Source:
     """The map behind a configuration; studies of it are left out."""
     if config.drive is not None or config.sensor is not None:
-        raise _no_map(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
+        raise ConfigError.of(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
     notes, medians = [], dict[str, float]()
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
@@ -115,7 +115,3 @@ def _of_config(file: str, config: Config) -> Source:
     if config.study is not None:
         notes.append(f"not shown here: what the section {config.study.key} asks for")
     return Source(file, config.plain_map(), tuple(notes), assumed=medians)
-
-
-def _no_map(name: str, message: str, hint: str) -> ConfigError:
-    return ConfigError(name, [Problem((), message, hint=hint)])

@@ -109,7 +109,7 @@ def cell_of_view(source: Source, view: View, at: At) -> dict[str, float]:
     try:
         cells = as_cells({name: values.item() for name, values in cell.items()}, source.options.law)
     except ValueError as error:
-        raise ConfigError("this cell", [Problem((), str(error))]) from None
+        raise ConfigError.of("this cell", str(error)) from None
     return {name: values.item() for name, values in cells.items()}
 
 
@@ -162,7 +162,7 @@ def _side(source: Source, name: str, most: int) -> Axis:
         return axis.model_copy(update={"num": min(axis.num, most)})
     if axis.size > FULL[0]:
         message = f"{axis.size} listed points; at most {FULL[0]} fit on a side of the map"
-        raise ConfigError(source.name, [Problem(("axes", name), message, hint="give the axis start, stop and num")])
+        raise ConfigError.of(source.name, message, "give the axis start, stop and num", path=("axes", name))
     return axis
 
 

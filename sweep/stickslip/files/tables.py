@@ -80,7 +80,7 @@ def read_table(
     rows = [(number, line) for number, line in numbered if not _is_remark(line)]
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
-        raise ConfigError(name, [Problem((), "no line names the columns", hint=hint)])
+        raise ConfigError.of(name, "no line names the columns", hint)
     at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
     heading = _cells(name, number, line, separator)
@@ -88,7 +88,7 @@ def read_table(
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
     if not lines and not below:
-        raise ConfigError(name, [Problem((), f"no {rows_are}, only the names of columns", Place(number, 1))])
+        raise ConfigError.of(name, f"no {rows_are}, only the names of columns", place=Place(number, 1))
     check_columns(path, number, len(heading))
     begins = len(text.splitlines()) + 1
     remarks += tuple(_remarks(below, begins))
@@ -294,10 +294,10 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
         try:
             (read,) = csv.reader([line], delimiter=separator, strict=True, skipinitialspace=True)
         except (csv.Error, ValueError) as error:
-            raise ConfigError(name, [Problem((), f"not CSV: {error}", Place(number, 1))]) from None
+            raise ConfigError.of(name, f"not CSV: {error}", place=Place(number, 1)) from None
         if len(read) != len(parts):
             place = Place(number, line.index('"') + 1)
-            raise ConfigError(name, [Problem((), "not CSV: a quotation mark inside a cell", place)])
+            raise ConfigError.of(name, "not CSV: a quotation mark inside a cell", place=place)
         texts = [text.strip() for text in read]
     texts = [as_written(text) for text in texts]
     starts = [begin + len(line[begin:end]) - len(line[begin:end].lstrip()) + 1 for begin, end in parts]

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import ConfigError, Place, Problem, reason
+from stickslip.errors import ConfigError, Place, reason
 from stickslip.files.sniff import TABLES, neighbours, wrong_file_type
 
 LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and takes three times as much
@@ -59,15 +59,15 @@ def read_text(path: Path) -> tuple[str, bytes]:
     if _is_workbook(path):
         return first_sheet(path), b""
     if kind := wrong_file_type(path, TABLES):
-        raise _refused(path, f"this is {kind.name}, expected a CSV file", kind.hint)
+        raise ConfigError.of(path, f"this is {kind.name}, expected a CSV file", kind.hint)
     try:
         return _halves(path, path.read_bytes())
     except FileNotFoundError:
-        raise _refused(path, "no such file", neighbours(path, TABLES)) from None
+        raise ConfigError.of(path, "no such file", neighbours(path, TABLES)) from None
     except OSError as error:
-        raise _refused(path, f"cannot be read: {error.strerror or error}", None) from None
+        raise ConfigError.of(path, f"cannot be read: {error.strerror or error}") from None
     except UnicodeError:
-        raise _refused(path, "this is no text, expected a CSV file", "save the table as CSV") from None
+        raise ConfigError.of(path, "this is no text, expected a CSV file", "save the table as CSV") from None
 
 
 def _is_workbook(path: Path) -> bool:
@@ -175,7 +175,7 @@ def first_sheet(path: Path) -> str:
         raise
     except ImportError:
         hint = 'pip install "stickslip[excel]", or save the sheet as CSV'
-        raise _refused(path, "this is an Excel workbook, which needs openpyxl", hint) from None
+        raise ConfigError.of(path, "this is an Excel workbook, which needs openpyxl", hint) from None
     except Exception as error:  # a damaged archive can make these libraries raise whatever there is
         raise _damaged_workbook(path, error) from None
     return text.getvalue()
@@ -208,10 +208,10 @@ def check_file(path: Path, largest: int) -> None:
         return
     is_file = stat.S_ISREG(known.st_mode)
     if not is_file and not stat.S_ISDIR(known.st_mode):  # a pipe waits for ever, a device never ends
-        raise _refused(path, "this is a pipe or a device, expected a file", "write what comes out of it to a file")
+        raise ConfigError.of(path, "this is a pipe or a device, expected a file", "write its output to a file")
     if known.st_size > largest and is_file:
         hint = "cut the record, or leave out columns"
-        raise _refused(path, f"{known.st_size / 1e6:,.0f} MB, expected at most {largest / 1e6:,.0f} MB", hint)
+        raise ConfigError.of(path, f"{known.st_size / 1e6:,.0f} MB, expected at most {largest / 1e6:,.0f} MB", hint)
 
 
 def check_lines(path: Path, data: bytes) -> None:
@@ -222,7 +222,7 @@ def check_lines(path: Path, data: bytes) -> None:
         if end < 0:
             line = data.count(b"\n", 0, begins) + 1
             message = f"a line of more than {LONGEST_LINE:,} characters, expected one line for each row of the table"
-            raise _refused(path, message, "save the table as CSV", Place(line, 1))
+            raise ConfigError.of(path, message, "save the table as CSV", place=Place(line, 1))
         begins = end + 1
 
 
@@ -230,14 +230,14 @@ def check_columns(path: Path, line: int, columns: int) -> None:
     """Raises ConfigError for more columns than a table may have."""
     if columns > MOST_COLUMNS:
         message = f"{columns:,} columns, expected at most {MOST_COLUMNS:,}"
-        raise _refused(path, message, "leave out the columns that are no measurement", Place(line, 1))
+        raise ConfigError.of(path, message, "leave out the columns that are no measurement", place=Place(line, 1))
 
 
 def check_points(name: str, rows: int) -> None:
     """Raises ConfigError for more points than are fitted."""
     if rows > MOST_POINTS:
         message = f"more than {MOST_POINTS:,} points, expected fewer"
-        raise _refused(Path(name), message, "`stickslip points` averages the steps of a record to points")
+        raise ConfigError.of(name, message, "`stickslip points` averages the steps of a record to points")
 
 
 def check_parts(path: Path) -> None:
@@ -254,15 +254,11 @@ def check_parts(path: Path) -> None:
     if unpacked > LARGEST_UNPACKED or unpacked > max(MOST_PACKED * packed, 10_000_000):
         message = f"a workbook of {unpacked / 1e6:,.0f} MB, packed into {packed / 1e6:,.2f} MB"
         limits = f"at most {LARGEST_UNPACKED / 1e6:,.0f} MB, packed to no less than a {MOST_PACKED}th"
-        raise _refused(path, f"{message}, expected {limits}", "save the sheet as CSV")
+        raise ConfigError.of(path, f"{message}, expected {limits}", "save the sheet as CSV")
 
 
 def _damaged_workbook(path: Path, error: Exception) -> ConfigError:
-    return _refused(path, f"this is an Excel workbook that cannot be read ({reason(error)})", "save the sheet as CSV")
-
-
-def _refused(path: Path, message: str, hint: str | None, place: Place | None = None) -> ConfigError:
-    return ConfigError(str(path), [Problem((), message, place, hint)])
+    return ConfigError.of(path, f"an Excel workbook that cannot be read ({reason(error)})", "save the sheet as CSV")
 
 
 # --- formulas ---------------------------------------------------------------------------------------------------------

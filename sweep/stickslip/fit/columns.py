@@ -64,7 +64,7 @@ class HeadedTable:
     def error(self, message: str, hint: str | None = None, *, at_heading: bool = True) -> ConfigError:
         """An error at the line of the heading, or about the table as a whole."""
         place = Place(self.table.heading[0].place.line, 1) if at_heading else None
-        return ConfigError(self.table.name, [Problem((), message, place, hint)])
+        return ConfigError.of(self.table.name, message, hint, place=place)
 
     def refused(self, i: int, expected: str, hint: str | None = None) -> ConfigError:
         """An error at the heading of a column."""
@@ -136,12 +136,11 @@ def stated(
             si = row.read(f"{number} {column_unit(unit.strip(' []()') or title.unit, row.units)}")
         except QuantityError:
             message = f"got {' '.join(words)!r}, expected a {kind} such as '{units.example(row.units)}'"
-            raise ConfigError(table.name, [Problem((), message, line[0].place)]) from None
+            raise ConfigError.of(table.name, message, place=line[0].place) from None
         known.append((si, line[0].place.line))
     if len({si for si, _ in known}) > 1:
         values = listed([f"{si:g} {units.spelled(row.units)}" for si, _ in known], "and")
-        message = f"got the {kind}s {values}, expected one"
-        raise ConfigError(table.name, [Problem((), message, Place(known[1][1], 1))])
+        raise ConfigError.of(table.name, f"got the {kind}s {values}, expected one", place=Place(known[1][1], 1))
     return known[0] if known else None
 
 
@@ -150,5 +149,4 @@ def newtons(load: float | str) -> float:
     try:
         return PARAMETERS["normal_load"].read(float(load) if NUMBER.fullmatch(str(load)) else load)
     except QuantityError as error:
-        message = f"got {load!r}, expected {error.expected}"
-        raise ConfigError("--load", [Problem((), message, hint=error.hint)]) from None
+        raise ConfigError.of("--load", f"got {load!r}, expected {error.expected}", error.hint) from None

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.errors import ConfigError, Problem
+from stickslip.errors import ConfigError
 from stickslip.fit.ageing import AgeingFit, fit_ageing
 from stickslip.fit.curve import CurveFit
 from stickslip.fit.fitting import fit_curve, fit_repeats
@@ -159,7 +159,7 @@ def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[Mater
         if len(group) < 2 or taken & {*group}:
             matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
             message = f"matches {matched or 'none'}, expected two or more of {', '.join(one.name for one in fits)}"
-            raise ConfigError(f"same {pattern!r}", [Problem((), message)])
+            raise ConfigError.of(f"same {pattern!r}", message)
         taken |= {*group}
         joined[group[0]] = _joined(pattern, [fits[i] for i in group])
     materials = [joined.get(i, one) for i, one in enumerate(fits) if i in joined or i not in taken]
@@ -180,7 +180,7 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
         speeds, mus = ([one[name] for one in points] for name in ("speed", "mu"))
         curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"))
     except ValueError as error:
-        raise ConfigError(f"same {pattern!r}", [Problem((), str(error))]) from None
+        raise ConfigError.of(f"same {pattern!r}", str(error)) from None
     name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"
     return MaterialFit(name, group[0].path, whole, _cautious(curve, whole), repeats=tuple(group))
 
@@ -193,7 +193,7 @@ def _fitted(path: Path, label: str, points: Columns, fit: Callable[..., Fit]) ->
     try:
         return _cautious(fit(**points), points)
     except ValueError as error:
-        raise ConfigError(str(path), [Problem((label,) if label else (), str(error))]) from None
+        raise ConfigError.of(path, str(error), path=(label,) if label else ()) from None
 
 
 def _cautious(fit: Fit, points: Columns) -> Fit:

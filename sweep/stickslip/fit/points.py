@@ -95,7 +95,7 @@ def only(path: Path, materials: dict[str, Columns]) -> Columns:
     """The points of a table of one material. Raises ConfigError for one of several."""
     if len(materials) > 1:
         message = f"got {len(materials)} materials ({', '.join(materials)}), expected one"
-        raise ConfigError(str(path), [Problem((), message, hint="name the column to take, or compare them")])
+        raise ConfigError.of(path, message, "name the column to take, or compare them")
     return next(iter(materials.values()))
 
 
@@ -179,7 +179,7 @@ def _check_units_above(table: Table, column: Parameter) -> None:
     for cell in (cell for line in table.above for cell in line if is_column_unit(cell.text, column.units)):
         message = f"got the unit {cell.text!r} above the heading, expected it behind {column.name}"
         hint = f"write '{column.name} [{cell.text}]', or say --unit {cell.text}"
-        raise ConfigError(table.name, [Problem((), message, cell.place, hint)])
+        raise ConfigError.of(table.name, message, hint, place=cell.place)
 
 
 def _ask_about_load(table: Table, wanted: Wanted) -> None:
@@ -199,7 +199,7 @@ def _check_friction(headed: HeadedTable, role: Role, materials: dict[str, Column
         cell = headed.table.heading[role.position]
         message = f"got {cell.text!r} up to {most:.4g}, expected friction coefficients"
         hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
-        raise ConfigError(headed.table.name, [Problem((MU,), message, cell.place, hint)])
+        raise ConfigError.of(headed.table.name, message, hint, place=cell.place, path=(MU,))
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
