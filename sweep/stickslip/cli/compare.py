@@ -177,10 +177,7 @@ def _save(
             save_table(ds, output, decimal_comma=decimal_comma)
         else:
             save_result(ds, output)
-    if plot is not None:
-        from stickslip import plots
-
-        save_plot(plots.plot_materials(ds), plot)
+    save_plot(lambda plots: plots.plot_materials(ds), plot)
     if report is not None:
         save_page(ds, report)
     files = {output.suffix[1:].lower(): output for output in outputs} | {"plot": plot, "report": report}

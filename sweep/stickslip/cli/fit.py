@@ -113,10 +113,7 @@ def fit(
         screen.echo(report.describe_ranking(ageing, seconds(at)))
     if len(ageing) < len(fits):
         screen.echo(f"to paste into a configuration\n{report.as_yaml(fits)}")
-    if plot is not None:
-        from stickslip import plots
-
-        save_plot(plots.plot_fits(fits), plot)
+    save_plot(lambda plots: plots.plot_fits(fits), plot)
     return lambda: _answer(fits, ageing, seconds(at), plot)
 
 
@@ -135,10 +132,7 @@ def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: st
             fits[file.name] = fit_memory_file(params.points_file(file), law, load=weight, stiffness=spring)
     for name, each in fits.items():
         screen.echo(f"{report.describe_memory(name, each)}\n")
-    if plot is not None:
-        from stickslip import plots
-
-        save_plot(plots.plot_memory_fits(fits), plot)
+    save_plot(lambda plots: plots.plot_memory_fits(fits), plot)
     plain = [{"name": name, "law": one.law, "values": one.values, "interval": one.interval,
               "residual_rms": one.residual_rms, "good": one.good, "quality": one.quality}
              for name, one in fits.items()]  # fmt: skip

@@ -106,11 +106,8 @@ def listen(
         made.save(output, floating)
         bits = "32-bit floating" if floating else "16 bit"
         show_file("sound", output, f"{made.seconds:.3g} s, {bits}, full scale {made.full_scale:g} m/s2")
-    if plot is not None:
-        with refuses_bad_input(plot):
-            from stickslip import plots
-
-            save_plot(plots.plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
+    with refuses_bad_input(plot):
+        save_plot(lambda plots: plots.plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
     if output is None and plot is None:
         screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
     answer = fields(made, *_ANSWER, acceleration_max="peak") | {"acceleration_level_a": cell_level}

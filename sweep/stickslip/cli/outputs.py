@@ -5,10 +5,11 @@ Their names were checked when the options were read (`params.Target`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stickslip.cli import screen
 from stickslip.cli.exits import drawing
@@ -41,11 +42,16 @@ def save_result(ds: xr.Dataset, target: Location | None, kind: str = "written", 
     save_table(ds, requested_table())
 
 
-def save_plot(figure: Figure, target: Path, note: str = "") -> None:
-    """Write a plot. Raises PlotError, StoreError."""
+def save_plot(figure: Figure | Callable[[Any], Figure], target: Path | None, note: str = "") -> None:
+    """Write a plot, if it has a place. Raises PlotError, StoreError.
+
+    figure : or what makes it of the module `plots`, which is imported once there is something to draw.
+    """
+    if target is None:
+        return
     from stickslip import plots
 
-    plots.save(figure, target)
+    plots.save(figure(plots) if callable(figure) else figure, target)
     screen.row("plot", f"{target}{f' ({note})' if note else ''}")
 
 

@@ -89,10 +89,8 @@ def simulate(
     ds = shown_as_written(ds, loaded.written_in)
     over = ", ".join(filter(None, [quantity(span.duration, "s"), span.why]))
     save_result(ds, output, "trajectory", over)
-    if plot is not None:
-        from stickslip import plots
-
-        save_plot(plots.plot_trace(ds, title=cell_title(loaded.title, at)), plot, note=over if output is None else "")
+    title, note = cell_title(loaded.title, at), over if output is None else ""
+    save_plot(lambda plots: plots.plot_trace(ds, title=title), plot, note)
     return answer | {"duration": span.duration, "output": output, "plot": plot}
 
 
