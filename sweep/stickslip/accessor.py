@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from stickslip.vocabulary.suggest import did_you_mean, listed
+from stickslip.vocabulary.suggest import listed, or_meant
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -62,9 +62,8 @@ class StickslipAccessor:
         """
         meanings = self._ds[flag].attrs.get("flag_meanings", "").split()
         if unknown := [name for name in names if name not in meanings]:
-            near = did_you_mean(unknown[0].replace("-", "_"), meanings)
-            expected = listed(meanings) if meanings else "a flag"
-            raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}{f'; {near}' if near else ''}")
+            expected = (listed(meanings) if meanings else "a flag") + or_meant(unknown[0].replace("-", "_"), meanings)
+            raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}")
         return self._ds[flag].isin([meanings.index(name) for name in names])
 
     # --- pictures -----------------------------------------------------------------------------------------------------

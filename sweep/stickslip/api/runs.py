@@ -28,7 +28,7 @@ from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.work import MapStudy, study_of
 from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.studies import STUDIES
-from stickslip.vocabulary.suggest import suggest
+from stickslip.vocabulary.suggest import or_meant
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -129,8 +129,7 @@ def sweep(
         "execution": execution, "output": output if isinstance(output, Mapping) else None,
     } | {key: how.pop(key, None) for key in STUDIES}  # fmt: skip
     if unknown := [name for name in how if name not in _HOW]:
-        near = suggest(unknown[0], [*sections, *_HOW])
-        hint = f"; did you mean {near}?" if near else f"; sections are {', '.join(sections)}"
+        hint = or_meant(unknown[0], [*sections, *_HOW], otherwise=f"; sections are {', '.join(sections)}")
         raise TypeError(f"sweep() got an unexpected keyword argument {unknown[0]!r}{hint}")
     file = output.get("file") if isinstance(output, Mapping) else output
     return run({name: given for name, given in sections.items() if given is not None}, file, **how)

@@ -29,7 +29,7 @@ from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.models import FITTED
-from stickslip.vocabulary.suggest import listed, nearest
+from stickslip.vocabulary.suggest import listed, or_meant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -304,9 +304,8 @@ def _named(ds: xr.Dataset, variables: Sequence[str]) -> list[str]:
     known = [str(name) for name in ds.data_vars]
     for name in variables:
         if name not in known:
-            near = nearest(name, known)
-            hint = f"\nhint: did you mean {near}?" if near else ""
-            raise StoreError(f"no variable is called {name!r}, expected {listed(known)}{hint}")
+            meant = or_meant(name, known, "\nhint: ")
+            raise StoreError(f"no variable is called {name!r}, expected {listed(known)}{meant}")
     return list(dict.fromkeys(variables))
 
 

@@ -22,7 +22,7 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.suggest import listed, nearest, suggest
+from stickslip.vocabulary.suggest import listed, or_meant
 
 MAX_PANELS = 16
 _NO_PANELS = ("state",)  # one of it is drawn
@@ -75,8 +75,7 @@ def _dimension(ds: xr.Dataset, name: str) -> Hashable:
 
 def _unknown(what: str, name: str, kind: str, known: Sequence[str]) -> PlotError:
     """The error of a dimension or label that there is not."""
-    hint = f"; did you mean {near}?" if (near := suggest(name, known)) else ""
-    return PlotError(f"cannot select {what}; {kind} are {', '.join(known)}{hint}")
+    return PlotError(f"cannot select {what}; {kind} are {', '.join(known)}{or_meant(name, known)}")
 
 
 def _position(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
@@ -244,8 +243,7 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
 
 def _read(name: str, value: Any, coords: Mapping[str, Any]) -> float:
     if name not in QUANTITIES or name not in {*coords, *PARAMETERS}:
-        hint = f"; did you mean {near}?" if (near := nearest(name, coords)) else ""
-        raise ValueError(f"{name}: unknown here, expected {listed(coords)}{hint}")
+        raise ValueError(f"{name}: unknown here, expected {listed(coords)}{or_meant(name, coords)}")
     row = QUANTITIES[name]
     try:
         return row.read(value.item() if isinstance(value, np.generic | np.ndarray | xr.DataArray) else value)

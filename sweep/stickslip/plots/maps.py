@@ -29,7 +29,7 @@ from stickslip.plots.marks import BORDERS, border_handles, draw_borders, levels_
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.painting import hatch, painted, patterns
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, Entry, ink
-from stickslip.vocabulary.suggest import nearest
+from stickslip.vocabulary.suggest import or_meant
 
 _MAX_PANEL_COLUMNS = 4
 _BAR_WIDTH = 45  # letters along a colour bar
@@ -60,10 +60,9 @@ def plot_map(
     a file turns out to be damaged.
     """
     if variable not in ds.data_vars:
-        absent = why_absent(ds, variable)
-        near = nearest(variable, map(str, ds.data_vars))
-        hint = f"; did you mean {near}?" if near else ""
-        raise PlotError(absent or f"no variable {variable!r}; there are {', '.join(map(str, ds.data_vars))}{hint}")
+        known = [str(name) for name in ds.data_vars]
+        unknown = f"no variable {variable!r}; there are {', '.join(known)}{or_meant(variable, known)}"
+        raise PlotError(why_absent(ds, variable) or unknown)
     whole = ds
     ds, places = selected(ds, select or {})
     ds, look = look.part(ds), look.within_limits()

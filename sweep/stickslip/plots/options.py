@@ -19,7 +19,7 @@ from stickslip.dataset.selection import span, unit_suggestion, within
 from stickslip.errors import PlotError, QuantityError
 from stickslip.files import tables
 from stickslip.vocabulary import units
-from stickslip.vocabulary.suggest import suggest
+from stickslip.vocabulary.suggest import or_meant
 
 _RANGE = ".."
 _LABELS = ("label", "name", "point")  # headings of the column of a table that names operating points
@@ -204,9 +204,8 @@ def _places(ds: xr.Dataset, values: Iterable[tuple[str, str]]) -> dict[str, Any]
     at: dict[str, Any] = {}
     for name, value in values:
         if name not in ds.dims:
-            near = suggest(name, map(str, ds.dims))
-            hint = f"; did you mean {near}?" if near else ""
-            raise PlotError(f"--mark: {name!r} is no axis of this map; axes are {_listed(ds.dims)}{hint}")
+            known = f"axes are {_listed(ds.dims)}{or_meant(name, map(str, ds.dims))}"
+            raise PlotError(f"--mark: {name!r} is no axis of this map; {known}")
         at[name] = _place(ds, name, value)
     return at
 

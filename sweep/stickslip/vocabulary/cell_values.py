@@ -19,7 +19,7 @@ from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import LAWS, Rule, coefficients_of, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PARAMETERS_OF
-from stickslip.vocabulary.suggest import listed, suggest
+from stickslip.vocabulary.suggest import listed, or_meant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,13 +120,12 @@ def check_names(named: Iterable[str], known: Mapping[str, Parameter] = PARAMETER
     """Raises TypeError for a name of no parameter."""
     for name in named:
         if name not in known:
-            near = suggest(str(name), known)
             if sentence := beyond_the_model(str(name)):
                 raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
             if len(laws := laws_with(str(name))) < len(laws_with("mass")):
                 shipped = [law for law in laws if law in LAWS]
                 raise TypeError(f"{name!r} is not a parameter of cells of this law, but of {listed(shipped)}")
-            hint = f"; did you mean {near!r}?" if near else f"; known are {', '.join(known)}"
+            hint = or_meant(str(name), known, otherwise=f"; known are {', '.join(known)}")
             raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
 
 

@@ -55,6 +55,12 @@ def did_you_mean(word: str, among: Iterable[str]) -> str | None:
     return f"did you mean {near}?" if near else None
 
 
+def or_meant(word: str, among: Iterable[str], before: str = "; ", otherwise: str = "") -> str:
+    """The end of a message about such a word: `; did you mean mass?`, or `otherwise`."""
+    question = did_you_mean(word, among)
+    return f"{before}{question}" if question else otherwise
+
+
 def synonym_of(word: str, among: Iterable[str]) -> str | None:
     """Our word for what somebody else calls `word`, if it is `among` those that are possible."""
     known, spelled = set(among), word.strip().lower().replace("-", "_").replace(" ", "_")

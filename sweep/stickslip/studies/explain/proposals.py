@@ -33,7 +33,7 @@ from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.settings import law_of
-from stickslip.vocabulary.suggest import did_you_mean, listed
+from stickslip.vocabulary.suggest import listed, or_meant
 
 Floats = NDArray[np.float64]
 
@@ -137,8 +137,7 @@ def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
     section, row = config.study, PARAMETERS.get(name)
     assert isinstance(section, Explain) and config.uncertain is not None
     if row is None or name in config.uncertain.names:
-        hint = did_you_mean(name, PARAMETERS)
-        expected = "a parameter that an observation may differ in" + (f"; {hint}" if hint else "")
+        expected = f"a parameter that an observation may differ in{or_meant(name, PARAMETERS)}"
         raise ArgumentError("over", f"got {name}, expected {expected}")
     if points < 2:
         raise ArgumentError("points", f"got {points}, expected 2 at least")
