@@ -45,3 +45,10 @@ def run_lanes(m, stop):
             if contacts.handle_event(m, as_index(i)) == DONE:
                 following = next_cell(m, as_index(i), following)
                 busy ^= (m.s[at.CELL + i] < 0.0) << i
+
+
+@compiled
+def run(m, stop):
+    """`run_lanes`, and once more by another contact for the cells that this one leaves."""
+    run_lanes(m, stop)
+    contacts.run_rest(m, stop)

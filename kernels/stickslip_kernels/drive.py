@@ -65,6 +65,12 @@ def steady_load(m, i):
     return m.s[at.SIGMA + i] * m.s[at.XI_STAR + i]
 
 
+@by_drive
+def keeps_direction(m, c):
+    """Return whether the belt of cell c neither rests nor turns round."""
+    return m.cells[at.BELT, c] != 0.0
+
+
 @open_drive.of(Segments)
 def _open_segments(m, i, c):
     first, last, fastest = int(m.drive.spans[c, 0]), int(m.drive.spans[c, 1]), 0.0
@@ -72,6 +78,18 @@ def _open_segments(m, i, c):
         fastest = max(fastest, abs(m.drive.table[n, at.SEGMENT_BELT]))
     m.s[at.FLOOR + i], m.s[at.TAU_END + i] = 1e-3 * fastest + SMALLEST_SPEED, 0.0
     open_segment(m, i, first)
+
+
+@keeps_direction.of(Segments)
+def _keeps_direction_in_segments(m, c):
+    first, last = int(m.drive.spans[c, 0]), int(m.drive.spans[c, 1])
+    at_first = m.drive.table[first, at.SEGMENT_BELT]
+    for n in range(first, last):
+        b = m.drive.table[n, at.SEGMENT_BELT]
+        b_end = b + m.drive.table[n, at.SEGMENT_ALPHA] * m.drive.table[n, at.SEGMENT_TIME]
+        if not (b * at_first > 0.0 and b_end * at_first > 0.0):
+            return False
+    return True
 
 
 @next_segment.of(Segments)

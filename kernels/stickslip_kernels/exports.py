@@ -13,7 +13,7 @@ from numba.np.arrayobj import populate_array
 
 from . import contacts, runtime
 from . import layout as at
-from .block import run_lanes
+from .block import run
 from .contacts.stribeck.laws import with_stations
 from .contacts.stribeck.outside import add_functions
 from .drive import STEADY_BELT, Segments
@@ -45,7 +45,7 @@ def _regimes_of(contact, tag, regimes):
         law = with_stations(tag, array_at(stations, (at.STATION_ROWS, at.STATIONS)))
         observer = regimes(array_at(results, (at.RESULT_ROWS, room)), until)
         columns, s = array_at(cells, (at.CELL_ROWS, n)), array_at(lanes, (at.LANE_NUMBERS,))
-        run_lanes(Machine(contact, law, STEADY_BELT, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
+        run(Machine(contact, law, STEADY_BELT, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
         return 0
 
     def friction(stations, cells, n, speeds, found):
@@ -72,7 +72,7 @@ def _signals_of(contact, tag):
         )
         drive = Segments(array_at(table, (pieces, at.SEGMENT_COLUMNS)), array_at(spans, (n, 2)))
         columns, s = array_at(cells, (at.CELL_ROWS, n)), array_at(lanes, (at.LANE_NUMBERS,))
-        run_lanes(Machine(contact, law, drive, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
+        run(Machine(contact, law, drive, observer, s, columns, rtol, max_steps), array_at(stop, (1,)))
         return 0
 
     return {"run_signals": run_signals}

@@ -28,7 +28,7 @@ from ..dense import horner, load_and_speed, speed
 from ..jit import by_type
 from ..roots import FOR_A_VALUE, crossing
 
-_NAMES = ("stribeck.modes", "rate_and_state", "lugre")  # files of this folder
+_NAMES = ("stribeck.modes", "regularised", "lugre")  # files of this folder
 
 _of_machine = by_type(lambda m, *_: m.types[m.fields.index("contact")])
 _inline = by_type(lambda m, *_: m.types[m.fields.index("contact")], inline=True)
@@ -61,6 +61,11 @@ def handle_event(m, i):
 def steady_friction(contact, law, cells, c, w):
     """Friction coefficient of cell c in steady sliding at slip speed w >= 0."""
     raise NotImplementedError
+
+
+@_of_machine
+def run_rest(m, stop):
+    """Run the cells that this contact leaves, by the one that takes them; `observers.is_left` tells which."""
 
 
 @by_type(lambda contact, *_: contact, inline=True)

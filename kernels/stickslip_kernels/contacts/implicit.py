@@ -1,8 +1,8 @@
 """Linearly implicit steps, for contacts with an inner state that follows the slip at rates far above those of the mass.
 
-Such a contact moves in y, v and z, v being the slip speed w or a function of it, and each is coupled to its neighbours
-only: y' = B - w is one of v, v' of all, z' of v and z. What `rates` and `slopes` say of a contact is all that a step
-needs; y, w and z are in rows Y, W and WEAK. `kind` is the pair of tags of the contact and of its law.
+Such a contact moves in y, v and z, v being the slip speed w or a function of it, and only v' is one of all of them:
+y' = B - w and z' are of v and z. What `rates` and `slopes` say of a contact is all that a step needs; y, w and z are in
+rows Y, W and WEAK. `kind` is the pair of tags of the contact and of its law.
 """
 
 from math import inf, pi
@@ -14,8 +14,8 @@ from ..jit import by_type, compiled, in_turn
 from ..rosenbrock import RODAS_5P
 
 STAGES, STATES = len(RODAS_5P.matrix), 3
-(V_START, PER_H, DIAGONAL, W_01, L_10, U_11, W_12, L_21, U_22) = range(
-    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 9) * at.WIDTH, at.WIDTH
+(V_START, PER_H, DIAGONAL, W_01, W_02, L_10, U_11, W_12, L_21, U_22) = range(
+    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 10) * at.WIDTH, at.WIDTH
 )
 NODES, TIME_WEIGHTS = RODAS_5P.nodes_and_time_weights()
 EXPONENT = 0.5 / RODAS_5P.order
@@ -51,7 +51,7 @@ def rates(kind, s, i, y, v, z):
 
 @_contact
 def slopes(kind, s, i, y, v, z):
-    """Derivatives of w by v; of v' by y, v and z; of z' by v and z."""
+    """Derivatives of w by v and z; of v' by y, v and z; of z' by v and z."""
     raise NotImplementedError
 
 
@@ -64,17 +64,17 @@ def factorise(kind, s):
         s[at.STEP + i] = min(s[at.STEP + i], select(near, s[at.LONGEST + i], inf))
         h = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
         v = variable(kind, s, i)
-        w_v, v_y, v_v, v_z, z_v, z_z = slopes(kind, s, i, s[at.Y + i], v, s[at.WEAK + i])
+        w_v, w_z, v_y, v_v, v_z, z_v, z_z = slopes(kind, s, i, s[at.Y + i], v, s[at.WEAK + i])
         diagonal = 1.0 / (RODAS_5P.gamma * h)
         per_d = 1.0 / diagonal
         l_10 = -v_y * per_d
         per_u11 = 1.0 / (diagonal - v_v - l_10 * w_v)
-        l_21 = -z_v * per_u11
+        l_21, w_12 = -z_v * per_u11, -v_z - l_10 * w_z
         s[at.TAKEN + i], s[V_START + i], s[PER_H + i] = h, v, 1.0 / h
-        s[DIAGONAL + i], s[W_01 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
-            per_d, w_v, l_10, per_u11, -v_z, l_21
+        s[DIAGONAL + i], s[W_01 + i], s[W_02 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
+            per_d, w_v, w_z, l_10, per_u11, w_12, l_21
         )  # fmt: skip
-        s[U_22 + i] = 1.0 / (diagonal - z_z + l_21 * v_z)
+        s[U_22 + i] = 1.0 / (diagonal - z_z - l_21 * w_12)
 
 
 def stage_loop(n):
@@ -100,7 +100,8 @@ def stage_loop(n):
             b_2 = of_z + r_2 * per_h - s[L_21 + i] * b_1
             k_2 = b_2 * s[U_22 + i]
             k_1 = (b_1 - s[W_12 + i] * k_2) * s[U_11 + i]
-            s[own[0] + i], s[own[1] + i], s[own[2] + i] = (b_0 - s[W_01 + i] * k_1) * s[DIAGONAL + i], k_1, k_2
+            k_0 = (b_0 - s[W_01 + i] * k_1 - s[W_02 + i] * k_2) * s[DIAGONAL + i]
+            s[own[0] + i], s[own[1] + i], s[own[2] + i] = k_0, k_1, k_2
 
     return loop
 

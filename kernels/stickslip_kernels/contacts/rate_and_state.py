@@ -15,10 +15,10 @@ WEAK has psi.
 from math import isnan, log
 from typing import NamedTuple
 
-from .. import contacts, observers
+from .. import contacts
 from .. import layout as at
 from ..dense import speed, work_by_ends
-from ..drive import SMALLEST_SPEED
+from ..drive import SMALLEST_SPEED, belt_in_lane, keeps_direction
 from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
@@ -64,7 +64,7 @@ LAWS, REGIMES = {"rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0)}, Re
 # rows of cells
 MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
 # rows of a lane: a, b, mu_V, V, V/D
-A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
+ROWS = A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
 P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
 SPENT = 1.0  # of the tolerance that one step may spend
 CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
@@ -142,27 +142,34 @@ def put_motion(s, i, row, w, slope, bend):
 
 @compiled
 def begin_cell(m, i, c):
-    """Put cell c into lane i; DONE if it cannot be computed."""
+    """Put cell c into lane i; DONE if it cannot be computed, or if slip need not keep its direction."""
     cells, belt = m.cells, m.cells[at.BELT, c]
-    if smooth.open_cell(m, i, c) == DONE:
+    if not keeps_direction(m, c) or smooth.open_cell(m, i, c) == DONE:
         return DONE
     s = m.s
     speed = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt, or its largest
-    s[V + i], s[A + i], s[B_STATE + i] = speed, cells[DIRECT, c], cells[EVOLUTION, c]
-    s[MU_V + i], s[RATE + i] = contacts.steady_friction(m.contact, m.law, cells, c, speed), speed / cells[DISTANCE, c]
-    if isnan(cells[at.ETA_START, c]):
-        s[at.W + i] = START * speed
-        smooth.place(m, i, cells[at.XI_START, c])
-    if not s[at.W + i] > 0.0:
-        observers.reject_cell(m, c, at.NOT_FINITE)
+    way = 1.0 if belt_in_lane(m, i, 0.0) > 0.0 else -1.0
+    s[V + i], s[A + i], s[B_STATE + i] = way * speed, way * cells[DIRECT, c], way * cells[EVOLUTION, c]
+    s[MU_V + i] = way * contacts.steady_friction(m.contact, m.law, cells, c, speed)
+    s[RATE + i] = speed / cells[DISTANCE, c]
+    start_slip(m, i, c)
+    if not way * s[at.W + i] > 0.0:
         return DONE
-    contact = cells[at.CONTACT_START, c]
-    s[at.WEAK + i] = log(contact * s[RATE + i]) if contact > 0.0 else 0.0
     s[at.STEP + i] = 1e-3 * min(1.0, s[at.W + i] / s[A + i], 1.0 / s[RATE + i])
     at_once = s[at.G + i] + s[A + i] / belt
-    judge_steady_sliding(s, i, at_once, at_once - s[B_STATE + i] / belt, belt / cells[DISTANCE, c])
+    judge_steady_sliding(s, i, at_once, at_once - s[B_STATE + i] / belt, abs(belt) / cells[DISTANCE, c])
     derive(m, i)
     return RUNNING
+
+
+@compiled
+def start_slip(m, i, c):
+    """The slip speed, and the state, that cell c begins with."""
+    s, contact = m.s, m.cells[at.CONTACT_START, c]
+    if isnan(m.cells[at.ETA_START, c]):
+        s[at.W + i] = START * belt_in_lane(m, i, 0.0)
+        smooth.place(m, i, m.cells[at.XI_START, c])
+    s[at.WEAK + i] = log(contact * s[RATE + i]) if contact > 0.0 else 0.0
 
 
 @compiled(inline=True)
@@ -187,7 +194,7 @@ def handle_event(m, i):
 def deviation(m, i):
     """Of ln w, of ln theta, and of friction over a."""
     s = m.s
-    return max(abs(ln(s[at.W + i] / s[V + i])), abs(s[at.WEAK + i]), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
+    return max(abs(ln(s[at.W + i] / s[V + i])), abs(s[at.WEAK + i]), abs((s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i]))
 
 
 def inner_load(m, i, t, y, w):
@@ -208,6 +215,12 @@ def smallest_step(contact):
 
 def steady_friction(contact, law, cells, c, w):
     """mu_0 + (a - b) ln(w/v_0)."""
+    return in_logarithms(cells, c, w)
+
+
+@compiled
+def in_logarithms(cells, c, w):
+    """Friction in steady sliding."""
     return cells[MU_0, c] + (cells[DIRECT, c] - cells[EVOLUTION, c]) * log(w / cells[V_0, c])
 
 
@@ -241,7 +254,7 @@ def _slopes(kind, s, i, y, phi, psi):
     per_w, (_, g_phi, g_psi) = 1.0 / w, growth(kind[1], w / s[V + i], phi, psi)
     slope = force(s, i, y, w, phi, psi) * per_w
     at_once = -s[at.G + i] - s[A + i] * per_w - slope
-    return w, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
+    return w, 0.0, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
 @compiled(inline=True)
@@ -288,12 +301,7 @@ def expand(m):
         h, w, w_new = s[at.TAKEN + i], s[at.W + i], s[at.W_NEW + i]
         slope, slope_new = s[at.DW + i] / w, s[at.DW_NEW + i] / w_new
         bend, bend_new = s[at.JERK + i] / w - slope * slope, s[at.JERK_NEW + i] / w_new - slope_new * slope_new
-        rise = ln(w_new / w) - h * (slope + 0.5 * h * bend)
-        change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
-        s[P_1 + i], s[P_2 + i] = h * slope, h * h * bend
-        s[P_3 + i] = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
-        s[P_4 + i] = 4.0 * (-15.0 * rise + 7.0 * change - turn)
-        s[P_5 + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
+        put_powers(s, i, 0, h, ln(w_new / w), slope, slope_new, bend, bend_new)
         s[at.SERIES + i] = w
     terms(m.law, s)
     for i in range(at.WIDTH):
@@ -304,23 +312,42 @@ def expand(m):
             s[row] = select(scale < LARGEST, s[row] * scale, 0.0)
 
 
-def term_loop(n):
-    """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
-    count = min(n, len(P))
+@compiled(inline=True)
+def put_powers(s, i, off, h, rise, slope, slope_new, bend, bend_new):
+    """The quintic Hermite polynomial of ln w into rows P, or those `off` beyond them.
 
-    @compiled
-    def loop(law, s):
-        widest_vectors()
-        for i in range(at.WIDTH):
-            total = 0.0
-            for k in range(count):
-                total += s[P[k] + i] * s[at.SERIES + (n - 1 - k) * at.WIDTH + i]
-            s[at.SERIES + n * at.WIDTH + i] = total * (1.0 / n)
-
-    return loop
+    rise : of ln w over the step. slope, bend : its first and second derivatives, at both ends.
+    """
+    rise -= h * (slope + 0.5 * h * bend)
+    change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
+    s[P_1 + off + i], s[P_2 + off + i] = h * slope, h * h * bend
+    s[P_3 + off + i] = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
+    s[P_4 + off + i] = 4.0 * (-15.0 * rise + 7.0 * change - turn)
+    s[P_5 + off + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
 
 
-terms = in_turn(term_loop, 1, at.ORDER + 1)
+def terms_of(off, series):
+    """What fills rows `series` from the polynomial in rows P + off, one coefficient after the other."""
+
+    def term_loop(n):
+        """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
+        count = min(n, len(P))
+
+        @compiled
+        def loop(law, s):
+            widest_vectors()
+            for i in range(at.WIDTH):
+                total = 0.0
+                for k in range(count):
+                    total += s[P[k] + off + i] * s[series + (n - 1 - k) * at.WIDTH + i]
+                s[series + n * at.WIDTH + i] = total * (1.0 / n)
+
+        return loop
+
+    return in_turn(term_loop, 1, at.ORDER + 1)
+
+
+terms = terms_of(0, at.SERIES)
 
 
 contacts.register(RateAndState, globals())

@@ -21,6 +21,12 @@ def begin_cell(m, i, c):
 
 
 @hook
+def is_left(m, c):
+    """Return whether cell c has not been computed, or not to its end by a contact that leaves it to another."""
+    return True
+
+
+@hook
 def reject_cell(m, c, status):
     """Cell c cannot be computed."""
 

@@ -94,6 +94,16 @@ def forget(s, i):
     s[at.DW_TOP + i] = 0.0
 
 
+def is_left(m, c):
+    results, status = m.observer.results, m.observer.results[at.STATUS, c]
+    if status != at.NOT_RUN and status != at.STEP_UNDERFLOW and status != at.NOT_FINITE:
+        return False
+    for row in range(at.RESULT_ROWS):
+        results[row, c] = nan
+    results[at.REGIME, c], results[at.STATUS, c], results[at.STEPS, c] = at.NOT_COMPUTED, at.NOT_RUN, 0.0
+    return True
+
+
 def reject_cell(m, c, status):
     m.observer.results[at.REGIME, c], m.observer.results[at.STATUS, c] = at.FAILED, status
 

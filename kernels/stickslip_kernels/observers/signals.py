@@ -43,6 +43,11 @@ def begin_cell(m, i, c):
     m.s[at.SAMPLE + i] = 0.0
 
 
+def is_left(m, c):
+    status = m.observer.results[at.RIG_STATUS, c]
+    return status == at.NOT_RUN or status == at.STEP_UNDERFLOW or status == at.NOT_FINITE
+
+
 def reject_cell(m, c, status):
     m.observer.results[at.RIG_STATUS, c] = status
 

@@ -1,0 +1,336 @@
+"""Rate-and-state friction where slip may rest and turn round: the regularised form of `rate_and_state.py`.
+
+    mu = a chi,      w = 2 v_0 sinh(chi) exp(-(mu_0 + b ln(v_0 theta/D))/a),      theta' with |w|
+
+which friction of thermally activated jumps both ways is (J. R. Rice, N. Lapusta, K. Ranjith, J. Mech. Phys. Solids 49
+(2001) 1865). Where chi is above 20, the two forms agree to rounding. With psi as there, r = b/a, and
+c = mu_V/a + r psi, beside y of `layout.py`:
+
+    y' = B - w,      chi' = (w' + r psi' w)/s,  w' = y - gamma w - a chi,      w = V (e^(chi - c) - e^(-chi - c))
+
+where s = V (e^(chi - c) + e^(-chi - c)) is how w spreads over chi. w is some 1e-30 while the load passes through zero;
+chi just follows the load then, which is why it is the state. Row WEAK has psi, row CHI chi, and t is w/s, tanh chi.
+
+This contact computes what `rate_and_state.py` leaves: cells and rigs whose belt or slip rests or turns round at the
+start or in the drive, and cells whose slip comes to a rest that ln w cannot say.
+"""
+
+from math import exp as exp_of
+from math import log
+from typing import NamedTuple
+
+from .. import contacts, observers
+from .. import layout as at
+from ..block import run_lanes
+from ..dense import work_by_ends
+from ..drive import SMALLEST_SPEED
+from ..exponential import exp
+from ..exponential import log as ln
+from ..intrinsics import select, widest_vectors
+from ..jit import compiled
+from ..machine import DONE, RUNNING, Machine
+from . import rate_and_state, smooth
+from .implicit import (
+    end_of_step,
+    errors,
+    factorise,
+    judge_steady_sliding,
+    rates,
+    slopes,
+    stages,
+    step_factor,
+    variable,
+)
+from .rate_and_state import (
+    HELD,
+    LARGEST,
+    LONGEST_RISE,
+    SPENT,
+    STEEPEST,
+    TINIEST_STEP,
+    RateAndState,
+    growth,
+    in_logarithms,
+    put_powers,
+    start_slip,
+    terms,
+    terms_of,
+    weight,
+)
+
+
+class Regularised(NamedTuple):
+    """Tag of this contact."""
+
+    code: int
+
+
+REGULARISED = Regularised(0)
+TAG, LAWS, REGIMES = rate_and_state.TAG, rate_and_state.LAWS, rate_and_state.REGIMES  # which leaves the rest to this
+A, B_STATE, MU_V, V, RATE = rate_and_state.ROWS
+
+CHI, CHI_NEW = at.ERROR_LOG, at.ERROR_LOG_NEW  # committed with the step, and no implicit step needs them
+RATIO, LEVEL_0 = at.K_2, at.K_3  # b/a, mu_V/a
+BACK = at.K_4 - at.W_2  # rows P of what slips backwards, beyond those of what slips forwards
+BACK_SERIES = at.SERIES_DW  # rows of its series: those of stages, which the step no longer needs
+LOWEST = -600.0  # exponent of w, so that 1/w is finite
+NOTHING = 1e-300
+ONE_WAY = 20.0  # chi from which on slip backwards is below rounding
+EXACT = 30.0  # mu/a from which on the steady friction of both forms is the same
+
+
+# --- the equations ----------------------------------------------------------------------------------------------------
+
+
+@compiled(inline=True)
+def spread(s, i, chi, psi):
+    """w, and its derivative by chi."""
+    c = s[LEVEL_0 + i] + s[RATIO + i] * psi
+    ahead, back = exp(max(chi - c, LOWEST)), exp(max(-chi - c, LOWEST))
+    return s[V + i] * (ahead - back), s[V + i] * (ahead + back)
+
+
+@compiled(inline=True)
+def follow(law, s, i, w, w_chi, psi):
+    """psi', and its derivatives by chi and by psi."""
+    per_v, rate = 1.0 / s[V + i], s[RATE + i]
+    e = max(abs(w) * per_v, NOTHING)
+    g, g_phi, g_psi = growth(law, e, ln(e), psi)
+    by_chi = g_phi / e * (w_chi * per_v)
+    return rate * g, rate * select(w < 0.0, -by_chi, by_chi), rate * (g_psi - s[RATIO + i] * g_phi)
+
+
+@compiled(inline=True)
+def force(s, i, y, w, chi):
+    """w'."""
+    return y - s[at.G + i] * w - s[A + i] * chi
+
+
+class Motion(NamedTuple):
+    """w and its derivative by chi; w' and w'' over that; chi', chi'', and the same of c."""
+
+    w: float
+    w_chi: float
+    slope: float
+    jerk: float
+    chi_1: float
+    chi_2: float
+    c_1: float
+    c_2: float
+
+
+@compiled(inline=True)
+def motion(law, s, i, t, h, y, chi, psi):
+    """The motion at t after the start of a step of length h; where w' follows the load as in `rate_and_state.py`."""
+    a, b, gamma, r = s[A + i], s[B_STATE + i], s[at.G + i], s[RATIO + i]
+    w, w_chi = spread(s, i, chi, psi)
+    per = 1.0 / w_chi
+    tanh = w * per
+    even = 1.0 - tanh * tanh
+    z, z_chi, z_psi = follow(law, s, i, w, w_chi, psi)
+    held, firm = (a * per + gamma) * h > HELD, 1.0 / (a + gamma * w_chi)
+    load, alpha = s[at.B + i] + t * s[at.ALPHA + i] - w - b * tanh * z, s[at.ALPHA + i]
+    slope = load * firm
+    jerk = held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm)
+    slope = select(held, (load - w_chi * jerk) * firm, force(s, i, y, w, chi) * per)
+    slope = min(max(slope, -STEEPEST), STEEPEST)
+    jerk = select(
+        held,
+        held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm),
+        (load - (gamma * w_chi + a) * slope) * per,
+    )
+    jerk = min(max(jerk, -STEEPEST * STEEPEST), STEEPEST * STEEPEST)
+    chi_1, turn = slope + r * tanh * z, tanh * slope - r * z * even
+    z_1 = z_chi * chi_1 + z_psi * z
+    chi_2 = jerk - slope * turn + r * (even * chi_1 * z + tanh * z_1)
+    return Motion(w, w_chi, slope, jerk, chi_1, chi_2, r * z, r * z_1)
+
+
+@compiled(inline=True)
+def held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm):
+    """w'' over the derivative of w by chi where w' follows the load, and is `slope` times that derivative."""
+    chi_1, turn = slope + r * tanh * z, tanh * slope - r * z * even
+    z_1 = z_chi * chi_1 + z_psi * z
+    return (alpha - w_chi * slope - b * (even * chi_1 * z + tanh * z_1) - gamma * w_chi * turn * slope) * firm + (
+        slope * turn
+    )
+
+
+# --- cells ------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def begin_cell(m, i, c):
+    """Put cell c into lane i, if it is left; DONE if it is not, or cannot be computed."""
+    if not observers.is_left(m, c) or smooth.open_cell(m, i, c) == DONE:
+        return DONE
+    s, cells, belt = m.s, m.cells, abs(m.cells[at.BELT, c])
+    speed = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt, or its largest
+    speed = speed if speed > 0.0 else cells[rate_and_state.V_0, c]
+    s[V + i], s[A + i], s[B_STATE + i], s[RATE + i] = (
+        speed,
+        cells[rate_and_state.DIRECT, c],
+        cells[rate_and_state.EVOLUTION, c],
+        0.0,
+    )
+    s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, speed), speed / cells[rate_and_state.DISTANCE, c]
+    s[RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
+    start_slip(m, i, c)
+    s[CHI + i] = friction_over_a(s, i, s[at.W + i], s[at.WEAK + i])
+    at_rest = abs(s[at.W + i]) if s[at.W + i] != 0.0 else s[A + i]
+    s[at.STEP + i] = 1e-3 * min(1.0, at_rest / s[A + i], 1.0 / s[RATE + i])
+    if belt > 0.0:
+        half = 0.5 * exp_of(min(in_logarithms(cells, c, belt) / s[A + i], EXACT))
+        tanh = half / (1.0 + half * half) ** 0.5
+        at_once, later = tanh * s[A + i] / belt, tanh * s[B_STATE + i] / belt
+        judge_steady_sliding(
+            s, i, s[at.G + i] + at_once, s[at.G + i] + at_once - later, belt / cells[rate_and_state.DISTANCE, c]
+        )
+    derive(m, i)
+    return RUNNING
+
+
+@compiled
+def friction_over_a(s, i, w, psi):
+    """chi at a slip speed and a state."""
+    c, over = s[LEVEL_0 + i] + s[RATIO + i] * psi, abs(w) / s[V + i]
+    if over == 0.0:
+        return 0.0
+    chi = max(log(0.5 * (over + (over * over + 4.0 * exp_of(-2.0 * c)) ** 0.5)) + c, 0.0)
+    return chi if w > 0.0 else -chi
+
+
+@compiled(inline=True)
+def derive(m, i):
+    """w' and w'' of lane i at its present state."""
+    s = m.s
+    now = motion(m.law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], s[CHI + i], s[at.WEAK + i])
+    s[at.DW + i], s[at.JERK + i] = now.w_chi * now.slope, now.w_chi * now.jerk
+
+
+@compiled
+def handle_event(m, i):
+    """Look at lane i, whose step was flagged."""
+    if smooth.commit(m, i) == DONE:
+        return DONE
+    derive(m, i)  # the belt may accelerate otherwise from here on
+    return RUNNING
+
+
+@compiled
+def deviation(m, i):
+    """Of friction and load over a, and of ln theta."""
+    s = m.s
+    y, psi, chi = s[at.Y_STAR + i] - s[at.G + i] * s[at.B + i], s[at.WEAK + i], s[CHI + i]
+    return max(abs(chi - y / s[A + i]), abs(psi), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
+
+
+def smallest_step(contact):
+    """That of the other form."""
+    return TINIEST_STEP
+
+
+def steady_friction(contact, law, cells, c, w):
+    """a asinh(e^((mu_0 + (a - b) ln(w/v_0))/a)/2)."""
+    over = in_logarithms(cells, c, max(w, NOTHING)) / cells[rate_and_state.DIRECT, c]
+    half = 0.5 * exp_of(min(over, EXACT))
+    return cells[rate_and_state.DIRECT, c] * (over if over > EXACT else log(half + (1.0 + half * half) ** 0.5))
+
+
+# --- a step -----------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def try_step(m):
+    """A step of the size STEP in every lane; nothing is committed."""
+    kind = (m.contact, m.law)
+    factorise(kind, m.s)
+    stages(kind, m.s)
+    control_step(m.law, m.s, m.rtol)
+
+
+@variable.of(Regularised)
+def _variable(kind, s, i):
+    return s[CHI + i]
+
+
+@rates.of(Regularised)
+def _rates(kind, s, i, y, chi, psi):
+    w, w_chi = spread(s, i, chi, psi)
+    z, _, _ = follow(kind[1], s, i, w, w_chi, psi)
+    return w, (force(s, i, y, w, chi) + s[RATIO + i] * z * w) / w_chi, z
+
+
+@slopes.of(Regularised)
+def _slopes(kind, s, i, y, chi, psi):
+    gamma, r = s[at.G + i], s[RATIO + i]
+    w, w_chi = spread(s, i, chi, psi)
+    per = 1.0 / w_chi
+    tanh, pull = w * per, force(s, i, y, w, chi) * per
+    z, z_chi, z_psi = follow(kind[1], s, i, w, w_chi, psi)
+    by_chi = -gamma - s[A + i] * per - pull * tanh + r * (z_chi * tanh + z * (1.0 - tanh * tanh))
+    return w_chi, -r * w, per, by_chi, r * (gamma * tanh + pull + tanh * z_psi), z_chi, z_psi
+
+
+@compiled
+def control_step(law, s, rtol):
+    """End of the step, its error, and the size of the next; errors as in `rate_and_state.py`."""
+    widest_vectors()
+    tolerance2 = 1.0 / (SPENT * rtol) ** 2
+    for i in range(at.WIDTH):
+        (y, chi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
+        h, chi_0, psi_0 = s[at.TAKEN + i], s[CHI + i], s[at.WEAK + i]
+        end, w_chi_0 = motion(law, s, i, h, h, y, chi, psi), spread(s, i, chi_0, psi_0)[1]
+        e_0 /= s[A + i]
+        e_1 = (e_1 - s[RATIO + i] * end.w / end.w_chi * e_2) * weight(s, i, max(w_chi_0, end.w_chi))
+        error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
+        good, factor = error2 <= 1.0, step_factor(error2)
+        s[at.Y_NEW + i], s[at.W_NEW + i], s[at.WEAK_NEW + i], s[CHI_NEW + i] = y, end.w, psi, chi
+        s[at.DW_NEW + i], s[at.JERK_NEW + i] = end.w_chi * end.slope, end.w_chi * end.jerk
+        rise, fall = chi - chi_0, s[RATIO + i] * (psi - psi_0)
+        ahead = select(max(chi, chi_0) > -ONE_WAY, abs(rise - fall), 0.0)
+        back = select(min(chi, chi_0) < ONE_WAY, abs(rise + fall), 0.0)
+        short = max(h * max(abs(end.slope), abs(s[at.DW + i] / w_chi_0)), ahead, back) < LONGEST_RISE
+        s[at.GOOD + i] = select(good & short, 1.0, 0.0)
+        s[at.STEP + i] = select(short, factor, min(factor, 0.5)) * s[at.STEP + i]
+        s[at.WORK + i] = work_by_ends(s, i, h)
+
+
+back_terms = terms_of(BACK, BACK_SERIES)
+
+
+@compiled(inline=True)
+def expand(m):
+    """Series of w over the step: of what slips forwards, less what slips backwards, each as in `rate_and_state.py`."""
+    s = m.s
+    widest_vectors()
+    for i in range(at.WIDTH):
+        h, chi, chi_new, psi, psi_new = (
+            s[at.TAKEN + i], s[CHI + i], s[CHI_NEW + i], s[at.WEAK + i], s[at.WEAK_NEW + i]
+        )  # fmt: skip
+        p, q = (
+            motion(m.law, s, i, 0.0, h, s[at.Y + i], chi, psi),
+            motion(m.law, s, i, h, h, s[at.Y_NEW + i], chi_new, psi_new),
+        )
+        rise, fall = chi_new - chi, s[RATIO + i] * (psi_new - psi)
+        put_powers(s, i, 0, h, rise - fall, p.chi_1 - p.c_1, q.chi_1 - q.c_1, p.chi_2 - p.c_2, q.chi_2 - q.c_2)
+        put_powers(s, i, BACK, h, -rise - fall, -p.chi_1 - p.c_1, -q.chi_1 - q.c_1, -p.chi_2 - p.c_2, -q.chi_2 - q.c_2)
+        forwards, backwards = 0.5 * (p.w_chi + p.w), 0.5 * (p.w_chi - p.w)
+        s[at.SERIES + i] = select(max(chi, chi_new) > -ONE_WAY, forwards, 0.0)
+        s[BACK_SERIES + i] = select(min(chi, chi_new) < ONE_WAY, backwards, 0.0)
+    terms(m.law, s)
+    back_terms(m.law, s)
+    for i in range(at.WIDTH):
+        per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
+        for n in range(at.ORDER + 1):
+            row, back = at.SERIES + n * at.WIDTH + i, BACK_SERIES + n * at.WIDTH + i
+            s[row] = select(scale < LARGEST, (s[row] - s[back]) * scale, 0.0)
+            scale *= per_h
+
+
+contacts.register(Regularised, globals())
+
+
+@contacts.run_rest.of(RateAndState)
+def _run_rest(m, stop):
+    run_lanes(Machine(REGULARISED, m.law, m.drive, m.observer, m.s, m.cells, m.rtol, m.max_steps), stop)
