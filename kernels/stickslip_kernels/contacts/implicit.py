@@ -51,8 +51,20 @@ def rates(kind, s, i, y, v, z):
 
 @_contact
 def slopes(kind, s, i, y, v, z):
-    """Derivatives of w by v and z; of v' by y, v and z; of z' by v and z."""
+    """Derivatives of w by v; of v' by y, v and z; of z' by v and z."""
     raise NotImplementedError
+
+
+@_contact
+def couple(kind, s, i, l_10, v_z):
+    """Entry (1, 2) of the triangular factors; row W_02 has the derivative of w by z of contacts where w is one of z."""
+    return -v_z
+
+
+@_contact
+def coupled(kind, s, i, k_2):
+    """What k of z adds to that of w, in such contacts."""
+    return 0.0
 
 
 @compiled
@@ -64,15 +76,15 @@ def factorise(kind, s):
         s[at.STEP + i] = min(s[at.STEP + i], select(near, s[at.LONGEST + i], inf))
         h = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
         v = variable(kind, s, i)
-        w_v, w_z, v_y, v_v, v_z, z_v, z_z = slopes(kind, s, i, s[at.Y + i], v, s[at.WEAK + i])
+        w_v, v_y, v_v, v_z, z_v, z_z = slopes(kind, s, i, s[at.Y + i], v, s[at.WEAK + i])
         diagonal = 1.0 / (RODAS_5P.gamma * h)
         per_d = 1.0 / diagonal
         l_10 = -v_y * per_d
         per_u11 = 1.0 / (diagonal - v_v - l_10 * w_v)
-        l_21, w_12 = -z_v * per_u11, -v_z - l_10 * w_z
+        l_21, w_12 = -z_v * per_u11, couple(kind, s, i, l_10, v_z)
         s[at.TAKEN + i], s[V_START + i], s[PER_H + i] = h, v, 1.0 / h
-        s[DIAGONAL + i], s[W_01 + i], s[W_02 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
-            per_d, w_v, w_z, l_10, per_u11, w_12, l_21
+        s[DIAGONAL + i], s[W_01 + i], s[L_10 + i], s[U_11 + i], s[W_12 + i], s[L_21 + i] = (
+            per_d, w_v, l_10, per_u11, w_12, l_21
         )  # fmt: skip
         s[U_22 + i] = 1.0 / (diagonal - z_z - l_21 * w_12)
 
@@ -100,7 +112,7 @@ def stage_loop(n):
             b_2 = of_z + r_2 * per_h - s[L_21 + i] * b_1
             k_2 = b_2 * s[U_22 + i]
             k_1 = (b_1 - s[W_12 + i] * k_2) * s[U_11 + i]
-            k_0 = (b_0 - s[W_01 + i] * k_1 - s[W_02 + i] * k_2) * s[DIAGONAL + i]
+            k_0 = (b_0 - s[W_01 + i] * k_1 - coupled(kind, s, i, k_2)) * s[DIAGONAL + i]
             s[own[0] + i], s[own[1] + i], s[own[2] + i] = k_0, k_1, k_2
 
     return loop

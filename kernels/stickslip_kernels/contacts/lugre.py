@@ -106,7 +106,7 @@ def _rates(kind, s, i, y, w, f):
 def _slopes(kind, s, i, y, w, f):
     give, by_w, by_f, s_1, s_1_slope, _, _ = bristles(kind[1], s, i, w, f)
     damping = s[at.G + i] + s[at.SLOPE + i] + s_1 * by_w + s_1_slope * give
-    return 1.0, 0.0, 1.0, -damping, -1.0 - s_1 * by_f, s[S_0 + i] * by_w, s[S_0 + i] * by_f
+    return 1.0, 1.0, -damping, -1.0 - s_1 * by_f, s[S_0 + i] * by_w, s[S_0 + i] * by_f
 
 
 @compiled(inline=True)

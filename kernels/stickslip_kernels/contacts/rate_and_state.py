@@ -152,7 +152,7 @@ def begin_cell(m, i, c):
     s[V + i], s[A + i], s[B_STATE + i] = way * speed, way * cells[DIRECT, c], way * cells[EVOLUTION, c]
     s[MU_V + i] = way * contacts.steady_friction(m.contact, m.law, cells, c, speed)
     s[RATE + i] = speed / cells[DISTANCE, c]
-    start_slip(m, i, c)
+    start_slip(m, i, c, START * s[V + i])
     if not way * s[at.W + i] > 0.0:
         return DONE
     s[at.STEP + i] = 1e-3 * min(1.0, s[at.W + i] / s[A + i], 1.0 / s[RATE + i])
@@ -163,11 +163,11 @@ def begin_cell(m, i, c):
 
 
 @compiled
-def start_slip(m, i, c):
-    """The slip speed, and the state, that cell c begins with."""
+def start_slip(m, i, c, w):
+    """The slip speed, w unless it is given, and the state that cell c begins with."""
     s, contact = m.s, m.cells[at.CONTACT_START, c]
     if isnan(m.cells[at.ETA_START, c]):
-        s[at.W + i] = START * belt_in_lane(m, i, 0.0)
+        s[at.W + i] = w
         smooth.place(m, i, m.cells[at.XI_START, c])
     s[at.WEAK + i] = log(contact * s[RATE + i]) if contact > 0.0 else 0.0
 
@@ -254,7 +254,7 @@ def _slopes(kind, s, i, y, phi, psi):
     per_w, (_, g_phi, g_psi) = 1.0 / w, growth(kind[1], w / s[V + i], phi, psi)
     slope = force(s, i, y, w, phi, psi) * per_w
     at_once = -s[at.G + i] - s[A + i] * per_w - slope
-    return w, 0.0, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
+    return w, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
 @compiled(inline=True)

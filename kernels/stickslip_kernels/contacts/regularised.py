@@ -23,7 +23,7 @@ from .. import contacts, observers
 from .. import layout as at
 from ..block import run_lanes
 from ..dense import work_by_ends
-from ..drive import SMALLEST_SPEED
+from ..drive import SMALLEST_SPEED, belt_in_lane
 from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
@@ -31,6 +31,9 @@ from ..jit import compiled
 from ..machine import DONE, RUNNING, Machine
 from . import rate_and_state, smooth
 from .implicit import (
+    W_02,
+    couple,
+    coupled,
     end_of_step,
     errors,
     factorise,
@@ -46,6 +49,7 @@ from .rate_and_state import (
     LARGEST,
     LONGEST_RISE,
     SPENT,
+    START,
     STEEPEST,
     TINIEST_STEP,
     RateAndState,
@@ -175,7 +179,7 @@ def begin_cell(m, i, c):
     )
     s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, speed), speed / cells[rate_and_state.DISTANCE, c]
     s[RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
-    start_slip(m, i, c)
+    start_slip(m, i, c, START * belt_in_lane(m, i, 0.0))
     s[CHI + i] = friction_over_a(s, i, s[at.W + i], s[at.WEAK + i])
     at_rest = abs(s[at.W + i]) if s[at.W + i] != 0.0 else s[A + i]
     s[at.STEP + i] = 1e-3 * min(1.0, at_rest / s[A + i], 1.0 / s[RATE + i])
@@ -269,7 +273,19 @@ def _slopes(kind, s, i, y, chi, psi):
     tanh, pull = w * per, force(s, i, y, w, chi) * per
     z, z_chi, z_psi = follow(kind[1], s, i, w, w_chi, psi)
     by_chi = -gamma - s[A + i] * per - pull * tanh + r * (z_chi * tanh + z * (1.0 - tanh * tanh))
-    return w_chi, -r * w, per, by_chi, r * (gamma * tanh + pull + tanh * z_psi), z_chi, z_psi
+    return w_chi, per, by_chi, r * (gamma * tanh + pull + tanh * z_psi), z_chi, z_psi
+
+
+@couple.of(Regularised)
+def _couple(kind, s, i, l_10, v_z):
+    by_z = -s[RATIO + i] * s[at.W + i]
+    s[W_02 + i] = by_z
+    return -v_z - l_10 * by_z
+
+
+@coupled.of(Regularised)
+def _coupled(kind, s, i, k_2):
+    return s[W_02 + i] * k_2
 
 
 @compiled
