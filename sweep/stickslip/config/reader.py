@@ -27,7 +27,7 @@ from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_ya
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.models import MODELS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
+from stickslip.vocabulary.models import WRITTEN_LAWS, law_of_contact, laws_with, model_of
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
@@ -277,11 +277,6 @@ class _Reader(ProblemCollector):
     def _check_contact(self, friction: Any, given: Mapping[str, list[Path]]) -> None:
         """Check that the contact is given in one form of its model, completely, and with nothing of other laws."""
         law, model = friction.law, model_of(friction.law)
-        if self._rig and model.one_way:
-            both = listed([name for of in MODELS if not of.one_way for name in of.laws])
-            self.refuse(
-                ("friction", "law"), f"a law of slip in both directions, {both}: the drive of a rig turns round"
-            )
         measured = [name for name in model.measured if name in given]
         replaced = [name for name in model.replaced if name in given]
         forms = ", or ".join(map(", ".join, model.forms))

@@ -86,7 +86,6 @@ class Model:
     own_kernels : of laws some of whose cells have kernels of their own; those of all others have the name of the law.
     to_si : by name of a result, how it is found, in SI, from the rows of the kernels.
     absent : by name, what a quantity of all cells comes to where it is left out, if that differs in this model.
-    one_way : whether there is slip in one direction only, so that no drive may turn round.
     implied : whether nobody names its laws: they follow from those of another model and a quantity that is given.
     """
 
@@ -102,7 +101,6 @@ class Model:
     of_laws: dict[str, tuple[str, ...]] = field(default_factory=dict)
     own_kernels: Mapping[str, OwnKernels] = field(default_factory=dict)
     absent: Mapping[str, str] = field(default_factory=dict)
-    one_way: bool = False
     implied: bool = False
 
     @cached_property

@@ -1,7 +1,8 @@
 """Contacts with a state: rate-and-state friction, mu_0 + a ln(w/v_0) + b ln(v_0 theta/D_c) of the slip speed w.
 
 The state theta, a time, follows over the slip distance D_c: by the ageing law also at rest, by the slip law only while
-there is slip. The slip speed never vanishes, and the belt moves forwards.
+there is slip. Where slip rests or turns round, friction has its regularised form, a asinh(w/(2 v_0) exp((mu_0 +
+b ln(v_0 theta/D_c))/a)), which is the same wherever it is much above a.
 """
 
 from __future__ import annotations
@@ -30,18 +31,16 @@ _PARAMETERS = table(
     Parameter("D_c", "m", "slip distance over which the state follows", "friction", above=0, plausible=(1e-2, 1.0)),
 )
 _RULES = (
-    Rule("belt_speed", {"belt_speed": -1}, lambda p: p["belt_speed"], lambda p: "above 0 m/s",
-         "rate-and-state friction is one of slip in one direction", strict=True),
-    Rule("velocity", {"velocity": 1, "belt_speed": -1}, lambda p: p["belt_speed"] - p["velocity"],
-         lambda p: f"below the belt speed, {p['belt_speed']:.6g} m/s",
-         "rate-and-state friction is one of slip in one direction", strict=True),
+    Rule("belt_speed", {"belt_speed": 0}, lambda p: abs(p["belt_speed"]), lambda p: "other than 0 m/s",
+         "on a belt at rest, slip slows down for ever", strict=True),
 )  # fmt: skip
 
 
 def _slopes(cells: Values) -> Slopes:
     from stickslip.theory.memory import rate_state_slopes
 
-    return rate_state_slopes(*(cells[name] for name in ("damping", "normal_load", "belt_speed", "a", "b", "D_c")))
+    damping, load, belt = cells["damping"], cells["normal_load"], abs(cells["belt_speed"])
+    return rate_state_slopes(damping, load, belt, cells["a"], cells["b"], cells["D_c"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,5 +77,4 @@ RATE_STATE = _RateState(
     to_si=results_to_si(_slopes),
     levels=("mu_0",),
     absent={"velocity": "slip at a tenth of the speed of the belt", "contact_time": "the state of steady sliding"},
-    one_way=True,
 )
