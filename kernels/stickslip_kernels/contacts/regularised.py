@@ -179,7 +179,8 @@ def begin_cell(m, i, c):
     )
     s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, speed), speed / cells[rate_and_state.DISTANCE, c]
     s[RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
-    start_slip(m, i, c, START * belt_in_lane(m, i, 0.0))
+    at_start = belt_in_lane(m, i, 0.0)
+    start_slip(m, i, c, START * at_start if abs(at_start) > s[at.FLOOR + i] else 0.0)  # at rest, but for rounding
     s[CHI + i] = friction_over_a(s, i, s[at.W + i], s[at.WEAK + i])
     at_rest = abs(s[at.W + i]) if s[at.W + i] != 0.0 else s[A + i]
     s[at.STEP + i] = 1e-3 * min(1.0, at_rest / s[A + i], 1.0 / s[RATE + i])
