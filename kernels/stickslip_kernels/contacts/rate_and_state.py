@@ -279,7 +279,7 @@ def control_step(law, s, rtol):
         (y, phi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
         e_0 /= s[A + i]
         w_new = s[V + i] * exp(phi)
-        e_1 *= weight(s, i, max(s[at.W + i], w_new))
+        e_1 *= weight(s, i, max(abs(s[at.W + i]), abs(w_new)))
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
         good, factor = error2 <= 1.0, step_factor(error2)
         h = s[at.TAKEN + i]

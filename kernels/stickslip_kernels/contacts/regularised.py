@@ -22,7 +22,7 @@ from typing import NamedTuple
 from .. import contacts, observers
 from .. import layout as at
 from ..block import run_lanes
-from ..dense import work_by_ends
+from ..dense import speed, work_by_ends
 from ..drive import SMALLEST_SPEED, belt_in_lane
 from ..exponential import exp
 from ..exponential import log as ln
@@ -101,7 +101,8 @@ def follow(law, s, i, w, w_chi, psi):
     e = max(abs(w) * per_v, NOTHING)
     g, g_phi, g_psi = growth(law, e, ln(e), psi)
     by_chi = g_phi / e * (w_chi * per_v)
-    return rate * g, rate * select(w < 0.0, -by_chi, by_chi), rate * (g_psi - s[RATIO + i] * g_phi)
+    sign = select(w > 0.0, 1.0, select(w < 0.0, -1.0, 0.0))
+    return rate * g, rate * sign * by_chi, rate * (g_psi - s[RATIO + i] * g_phi)
 
 
 @compiled(inline=True)
@@ -169,15 +170,10 @@ def begin_cell(m, i, c):
     if not observers.is_left(m, c) or smooth.open_cell(m, i, c) == DONE:
         return DONE
     s, cells, belt = m.s, m.cells, abs(m.cells[at.BELT, c])
-    speed = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt, or its largest
-    speed = speed if speed > 0.0 else cells[rate_and_state.V_0, c]
-    s[V + i], s[A + i], s[B_STATE + i], s[RATE + i] = (
-        speed,
-        cells[rate_and_state.DIRECT, c],
-        cells[rate_and_state.EVOLUTION, c],
-        0.0,
-    )
-    s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, speed), speed / cells[rate_and_state.DISTANCE, c]
+    fastest = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt
+    s[V + i] = fastest if fastest > 0.0 else cells[rate_and_state.V_0, c]
+    s[A + i], s[B_STATE + i] = cells[rate_and_state.DIRECT, c], cells[rate_and_state.EVOLUTION, c]
+    s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, s[V + i]), s[V + i] / cells[rate_and_state.DISTANCE, c]
     s[RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
     at_start = belt_in_lane(m, i, 0.0)
     start_slip(m, i, c, START * at_start if abs(at_start) > s[at.FLOOR + i] else 0.0)  # at rest, but for rounding
@@ -193,6 +189,20 @@ def begin_cell(m, i, c):
         )
     derive(m, i)
     return RUNNING
+
+
+def inner_load(m, i, t, y, w):
+    """b psi: what is left of the load, in the direction of the belt."""
+    s, way = m.s, 1.0 if m.s[at.B + i] > 0.0 else -1.0
+    chi = way * (y - s[at.G + i] * w - speed(s, i, t)[1]) / s[A + i]
+    return way * (s[A + i] * (chi + log((1.0 - exp_of(-2.0 * chi)) * s[V + i] / abs(w))) - s[MU_V + i])
+
+
+def put(m, i, y, w, load):
+    """Put lane i there."""
+    s, way = m.s, 1.0 if w > 0.0 else -1.0
+    s[at.Y + i], s[at.W + i], s[at.WEAK + i] = y, w, way * load / s[B_STATE + i]
+    s[CHI + i] = friction_over_a(s, i, w, s[at.WEAK + i])
 
 
 @compiled
@@ -300,6 +310,7 @@ def control_step(law, s, rtol):
         end, w_chi_0 = motion(law, s, i, h, h, y, chi, psi), spread(s, i, chi_0, psi_0)[1]
         e_0 /= s[A + i]
         e_1 = (e_1 - s[RATIO + i] * end.w / end.w_chi * e_2) * weight(s, i, max(w_chi_0, end.w_chi))
+        e_1 *= max(end.w_chi / max(abs(end.w), s[V + i]), 1.0)  # of w, where friction is far below a
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
         good, factor = error2 <= 1.0, step_factor(error2)
         s[at.Y_NEW + i], s[at.W_NEW + i], s[at.WEAK_NEW + i], s[CHI_NEW + i] = y, end.w, psi, chi

@@ -131,12 +131,14 @@ def before_commit(m):
     s = m.s
     for i in range(at.WIDTH):
         b, w, dw = s[at.B + i], s[at.W_NEW + i], s[at.DW_NEW + i]
-        turns = (s[at.W + i] > b) != (w > b)
-        peaks = (s[at.DW + i] > 0.0) != (dw > 0.0)
+        way = select(b < 0.0, -1.0, 1.0)  # zeros count alike for belts both ways
         dw_0, bend_0, bend = s[at.DW + i], s[at.JERK + i], s[at.JERK_NEW + i]
+        turns = (way * s[at.W + i] > way * b) != (way * w > way * b)
+        peaks = (way * dw_0 > 0.0) != (way * dw > 0.0)
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(dw_0))
         beyond = s[at.TAKEN + i] * min(abs(bend_0), abs(bend))
-        peaks = peaks | (((bend_0 > 0.0) != (bend > 0.0)) & (max(abs(dw_0), abs(dw)) + beyond > s[at.DW_TOP + i]))
+        bends = (way * bend_0 > 0.0) != (way * bend > 0.0)
+        peaks = peaks | (bends & (max(abs(dw_0), abs(dw)) + beyond > s[at.DW_TOP + i]))
         settled = distance_from_steady(s, i, s[at.Y_NEW + i], w) <= BAND * s[at.AMPLITUDE + i]
         s[at.SIDE_LAST_NEW + i], s[at.CROSSED_NEW + i] = s[at.SIDE_LAST + i], s[at.CROSSED + i]
         s[at.LOOK + i], s[at.TURNING + i] = select(turns | peaks | settled, 1.0, 0.0), select(turns, 1.0, 0.0)
@@ -169,7 +171,8 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
     if s[at.JERK + i] * jerk < 0.0:
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(contacts.extreme_slope(m, i, h, at_end)))
     start, outside = 0.0, is_outside(s, i, s[at.Y + i], s[at.W + i])
-    if (s[at.W + i] > b) != (w > b):
+    is_beyond = w < b if b < 0.0 else w > b
+    if (s[at.W + i] < b if b < 0.0 else s[at.W + i] > b) != is_beyond:
         s[TURNED + i] += 1.0
         t, rise, so_far = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         u = s[at.Y + i] + rise - s[at.G + i] * b
@@ -179,7 +182,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
         if off > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
             start, outside = t, True
-        if (w > b) == (b > 0.0):
+        if is_beyond:
             look_back(m, i, t, u, s[at.HEAT + i] + so_far)
     if outside and not is_outside(s, i, y, w):
         note_entry(s, i, start, h)
@@ -271,7 +274,8 @@ def recurs(m, i, loops):
     if abs(change) <= noise and abs(previous) <= noise:
         left = noise
     as_long = abs(s[TIME + i] - s[TIME + row]) <= AS_LONG * s[TIME + i]
-    moved = abs(s[HIGH + i] - s[HIGH + row])
+    top = HIGH if s[at.B + i] > 0.0 else LOW
+    moved = abs(s[top + i] - s[top + row])
     as_long = as_long and moved <= DRIFT * span  # else it rings on its way
     is_alike = as_long and moved <= SPIRAL * tolerance and max(left, noise / firmness) <= ALIKE * tolerance
     s[ALIKE_BEFORE + row] = s[ALIKE_BEFORE + row] + 1.0 if is_alike else 0.0
