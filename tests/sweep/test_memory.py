@@ -135,11 +135,10 @@ def test_work_and_heat_balance_in_a_cycle():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"belt_speed: [1 um/s, 10 mm/s]": "belt_speed: [-1 um/s, 10 mm/s]"}, "above 0 m/s"),
+        ({"belt_speed: [1 um/s, 10 mm/s]": "belt_speed: [0, 10 mm/s]"}, "other than 0 m/s"),
         ({"a: 0.010": "a: 0"}, "friction.a: got 0, expected a number above 0"),
         ({"D_c: 1 um": "D_c: 1 um, mu_stop: 0.3"}, "got mu_stop with the law rate_state_ageing, expected none"),
         ({"D_c: 1 um": "a4: 1 mm/s"}, "friction.D_c: missing"),
-        ({"\naxes": "\ndrive: {stroke: 5 mm}\naxes"}, "expected a law of slip in both directions"),
     ],
 )
 def test_what_such_a_contact_cannot_do_is_said(changes, message):
