@@ -42,8 +42,8 @@ def test_cells_from_rest_on_the_belt_come_to_the_cycles_of_the_logarithms(law):
         np.testing.assert_allclose(from_rest[row, same], found[row, same], rtol=off)
     rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP)) & (found[at.XI_SETTLED] > 20.0 * p["a"])
     assert np.isin(from_rest[at.REGIME, rests], (at.DAMPED, at.CREEP)).mean() > 0.9
-    np.testing.assert_allclose(from_rest[at.XI_SETTLED, rests & np.isfinite(from_rest[at.XI_SETTLED])],
-                               found[at.XI_SETTLED, rests & np.isfinite(from_rest[at.XI_SETTLED])], rtol=1e-12)  # fmt: skip
+    both = rests & np.isfinite(from_rest[at.XI_SETTLED])
+    np.testing.assert_allclose(from_rest[at.XI_SETTLED, both], found[at.XI_SETTLED, both], rtol=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS)
