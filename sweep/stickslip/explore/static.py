@@ -21,21 +21,10 @@ from stickslip import pages
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
 from stickslip.engine import stop_flag
-from stickslip.explore import maps
+from stickslip.explore import maps, page
 from stickslip.explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
 from stickslip.explore.maps import Picture, border_lines
 from stickslip.explore.motions import Motion, motions_by_line, motions_of
-from stickslip.explore.page import (
-    WIDGETS,
-    Page,
-    calling,
-    cell_data,
-    columns_of,
-    lines_of,
-    meta_of,
-    regions_of,
-    words,
-)
 from stickslip.explore.source import Source
 from stickslip.explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
 from stickslip.vocabulary.display_units import spoken
@@ -61,18 +50,18 @@ def write_page(source: Source, target: Path) -> Path:
 
 def page_html(source: Source) -> str:
     """The page as one HTML document, scripts included."""
-    page, (title, points) = Page(source), _points(source)
+    whole, (title, points) = page.Page(source), _points(source)
     sheets = [_sheet(source, view, len(points)) for _, view in points]
     pictures, data = sheets[0]
     first = pictures["regime"]
-    page.show_map(first)
-    page.map.lines.data = data["lines"]
+    whole.show_map(first)
+    whole.map.lines.data = data["lines"]
     about = part("about", __version__, len(sheets), " x ".join(map(str, first.shades.shape)), len(data["cells"]),
                  source.name)  # fmt: skip
-    below = words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
+    below = page.words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
     document = Document()
-    controls = _controls(page, title, [label for label, _ in points], pictures, [data for _, data in sheets])
-    page.fill(document, [controls, *page.roots, below], (*source.notes, *left_out(source)))
+    controls = _controls(whole, title, [label for label, _ in points], pictures, [data for _, data in sheets])
+    whole.fill(document, [controls, *whole.roots, below], (*source.notes, *left_out(source)))
     return str(
         file_html(document, INLINE, document.title, template=document.template,
                   template_variables=document.template_variables)
@@ -132,11 +121,12 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, Picture], 
     first = pictures["regime"]
     return pictures, {
         "pictures": {
-            name: {"shades": one.shades, "legend": legend_html(one), "palette": one.palette, "regions": regions_of(one)}
+            name: {"shades": one.shades, "legend": legend_html(one), "palette": one.palette,
+                   "regions": page.regions_of(one)}
             for name, one in pictures.items()
         },
-        "columns": columns_of(first), "meta": meta_of(first),
-        "lines": lines_of(border_lines(config, first, stop_flag()) or []),
+        "columns": page.columns_of(first), "meta": page.meta_of(first),
+        "lines": page.lines_of(border_lines(config, first, stop_flag()) or []),
         "cells": [_cell(source, view, first, i, j) for i, j in _places(first, cells)],
     }  # fmt: skip
 
@@ -161,7 +151,7 @@ def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[st
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
     motions = motions_of(cell_of_view(source, view, at), source.options)
     by_line = motions_by_line(motions, {})
-    drawn = cell_data(motions, {line: _thinned(motion) for line, motion in by_line.items()})
+    drawn = page.cell_data(motions, {line: _thinned(motion) for line, motion in by_line.items()})
     light = {name: {key: np.asarray(v, np.float32) for key, v in drawn["data"][name].items()} for name in _SOURCES}
     command = part("command", simulate_command(source, view, at, motions))
     return drawn | {
@@ -210,23 +200,23 @@ def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, in
 
 
 def _controls(
-    page: Page, title: str, labels: list[str], pictures: dict[str, Picture], sheets: list[dict[str, Any]]
+    whole: page.Page, title: str, labels: list[str], pictures: dict[str, Picture], sheets: list[dict[str, Any]]
 ) -> Column:
     """The choice of the variable, and of the point; and the clicks, which draw the nearest cell that has a motion."""
-    wide: dict[str, Any] = {"stylesheets": [WIDGETS], "sizing_mode": "stretch_width"}
+    wide: dict[str, Any] = {"stylesheets": [page.WIDGETS], "sizing_mode": "stretch_width"}
     variable = Select(title="colours show", options=[(name, one.title) for name, one in pictures.items()],
                       value="regime", name="variable", **wide)  # fmt: skip
     point = Select(title=title, options=[(str(i), label) for i, label in enumerate(labels)], value="0", name="point",
                    visible=len(labels) > 1, **wide)  # fmt: skip
     given = {
         "sheets": ColumnDataSource({}, name="sheets", tags=sheets),
-        "variable": variable, "point": point, "mapper": page.map.mapper, "cells": page.map.cells,
-        "regions": page.map.regions, "legend": page.legend, "lines": page.map.lines, "columns": page.map.columns,
-        "marks": page.map.marks, "belt": page.cell.belt, "plots": page.cell.plots,
-        "sources": {name: page.cell.sources[name] for name in _SOURCES},
-        "cell_words": page.cell_words, "numbers": page.numbers,
+        "variable": variable, "point": point, "mapper": whole.map.mapper, "cells": whole.map.cells,
+        "regions": whole.map.regions, "legend": whole.legend, "lines": whole.map.lines, "columns": whole.map.columns,
+        "marks": whole.map.marks, "belt": whole.cell.belt, "plots": whole.cell.plots,
+        "sources": {name: whole.cell.sources[name] for name in _SOURCES},
+        "cell_words": whole.cell_words, "numbers": whole.numbers,
     }  # fmt: skip
-    variable.js_on_change("value", calling("paint", **given))
-    point.js_on_change("value", calling("turn", **given))
-    page.map.plot.js_on_event(Tap, calling("click", **given))
+    variable.js_on_change("value", page.calling("paint", **given))
+    point.js_on_change("value", page.calling("turn", **given))
+    whole.map.plot.js_on_event(Tap, page.calling("click", **given))
     return Column(children=[point, variable], name="controls", sizing_mode="stretch_width")
