@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine.compiled import warm_up
 from stickslip.engine.dispatch import has_own_kernels, run_regimes
-from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns, whole_numbers
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns
 from stickslip.engine.scales import to_kernel, to_si
 from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.errors import StoppedError
@@ -86,8 +86,9 @@ def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) 
     found = to_si(rows, part, options)
     if progress:
         progress(done, cells.size)
-    for name, kind in whole_numbers(options).items():
-        found[name] = found[name].astype(kind)
+    for name, kind in columns(options).items():
+        if kind.kind != "f":  # the kernels give floating-point numbers
+            found[name] = found[name].astype(kind)
     return Computed(found, done)
 
 

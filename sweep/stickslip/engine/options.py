@@ -147,18 +147,8 @@ def columns(options: Options) -> Mapping[str, np.dtype[Any]]:
     return _columns(model_of(options.law), options.early_stop, options.variables)
 
 
-def whole_numbers(options: Options) -> Mapping[str, np.dtype[Any]]:
-    """Those among them that are not floating-point numbers, which is what the kernels give."""
-    return _whole_numbers(model_of(options.law), options.early_stop, options.variables)
-
-
 @lru_cache
 def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     names = [v.name for v in variables_of_model(model).values() if v.when != "full" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}
-
-
-@lru_cache
-def _whole_numbers(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
-    return {name: kind for name, kind in _columns(model, early_stop, chosen).items() if kind.kind != "f"}
