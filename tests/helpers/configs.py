@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.config.reader import parse_config
+from stickslip.config.select import cell_of, config_at
 from stickslip.errors import ConfigError
 
 TEXT = """\
@@ -22,6 +23,11 @@ def write_config(folder: Path, num: int = 12, block: int = 4096, more: str = "",
     path = folder / name
     path.write_text(TEXT.format(num=num, block=block) + more)
     return path
+
+
+def cell_at(recipe, settings) -> dict[str, float]:
+    """Parameters of one cell of a configuration or a result, in SI."""
+    return cell_of(config_at(recipe, settings))
 
 
 GOOD = """\

@@ -5,11 +5,10 @@ import warnings
 import pytest
 from click.testing import CliRunner
 
-from helpers.configs import TEXT
+from helpers.configs import TEXT, cell_at
 from stickslip.cli import main
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.select import cell_at
 from stickslip.errors import UnitWarning
 from stickslip.rig import load_rig
 

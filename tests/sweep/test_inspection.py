@@ -5,10 +5,11 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
+from helpers.configs import cell_at
 from stickslip.cli import main
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import parse_config
-from stickslip.config.select import cell_at, recipe_of
+from stickslip.config.select import recipe_of
 from stickslip.dataset.build import map_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.dataset.summary import remark, summary, survey

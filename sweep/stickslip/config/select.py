@@ -20,17 +20,12 @@ from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import DRIVE, PARAMETERS, QUANTITIES
+from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
-
-
-def cell_at(recipe: Recipe, settings: Iterable[str]) -> dict[str, float]:
-    """Parameters of one cell, in SI, by names of `PARAMETERS`; `settings` as in `config_at`. Raises ConfigError."""
-    return cell_of(config_at(recipe, settings))
 
 
 def cell_of(config: Config) -> dict[str, float]:
@@ -114,14 +109,6 @@ def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> 
 def seconds(text: str, option: str = "--duration") -> float:
     """A time on the command line: a number of seconds, or a text with a unit. Raises ConfigError."""
     return in_si(SOLVER["horizon"], text, option)
-
-
-def value_of(name: str, text: str, option: str) -> float:
-    """A value of a parameter of a cell on the command line, in SI. Raises ConfigError."""
-    if name not in PARAMETERS:
-        hint = did_you_mean(name, PARAMETERS) or f"known are {', '.join(PARAMETERS)}"
-        raise ConfigError.of(option, f"{name!r} is not a parameter of a cell", hint)
-    return in_si(PARAMETERS[name], text, option, name)
 
 
 def in_si(row: Parameter, text: str, option: str, *path: str) -> float:

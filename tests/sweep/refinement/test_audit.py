@@ -67,7 +67,7 @@ def test_points_fall_on_every_cell_alike_and_only_on_cells_of_the_tile():
     for number in range(tiles.count):
         tile = tiles.tile(number)
         places = drawn(tile, 0.02)
-        assert tile.owns(places).all()
+        assert (tiles.owners(tile.cells(places)) == number).all()
         assert places.size == pytest.approx(0.02 * tile.size, abs=5 * np.sqrt(0.02 * tile.size))
         counts.append(places.size)
         rows = np.unravel_index(places, tile.shape)[0] - tile.own[0].start

@@ -28,7 +28,7 @@ def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, 
         boxes = Boxes(tile.shape, depth)
         boxes.learn(done.places, flat[tile.cells(done.places)])
         assert boxes.wanted().size == 0
-        own = np.flatnonzero(tile.owns(np.arange(boxes.known.size)))
+        own = np.flatnonzero(tiles.owners(tile.cells(np.arange(boxes.known.size))) == number)
         cells = tile.cells(own)
         assert (whole[cells] == 99).all()  # tiles do not overlap
         assert (tiles.owners(cells) == number).all()

@@ -56,13 +56,6 @@ class Tile:
         points = np.unravel_index(cells, self.grid)
         return np.ravel_multi_index([points[i] - self.starts[i] for i in self.refined], self.shape)
 
-    def owns(self, places: Indices) -> NDArray[np.bool_]:
-        """Return whether places of the window are cells of this tile."""
-        points = np.unravel_index(places, self.shape)
-        inside = [(side.start <= at) & (at < side.stop) for side, at in zip(self.own, points, strict=True)]
-        owned: NDArray[np.bool_] = np.logical_and.reduce(inside)
-        return owned
-
 
 @dataclass(frozen=True)
 class Tiles:
