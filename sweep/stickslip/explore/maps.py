@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import prod
 
 import numpy as np
@@ -113,11 +112,6 @@ class Picture:
     columns: tuple[Column, ...]
     cells: xr.Dataset
     regions: tuple[tuple[str, float, float], ...] = ()
-
-    @cached_property
-    def by_name(self) -> dict[str, Column]:
-        """The columns by the names of their variables."""
-        return {column.name: column for column in self.columns}
 
     @property
     def units(self) -> dict[str, Unit]:

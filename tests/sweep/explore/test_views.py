@@ -49,7 +49,7 @@ def at_pixel(shown, i, j):
 
 
 def regimes(shown):
-    return shown.by_name["regime"].values
+    return next(one for one in shown.columns if one.name == "regime").values
 
 
 @pytest.fixture(params=SHIPPED)
@@ -81,7 +81,7 @@ def test_a_pixel_is_the_cell_that_a_click_computes(source):
         cell = cell_of_view(source, view, at_pixel(shown, i, j))
         known = stickslip.evaluate(cell, law=source.options.law, rtol=source.options.rtol)
         assert int(known["regime"][0]) == regimes(shown)[i, j]
-        force = shown.by_name["spring_force_max"]
+        force = next(one for one in shown.columns if one.name == "spring_force_max")
         assert np.isclose(float(known["spring_force_max"][0]), force.values[i, j] * force.unit.size, rtol=1e-5)
 
 

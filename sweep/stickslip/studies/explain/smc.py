@@ -36,13 +36,12 @@ class Population:
     """Draws from a posterior, all of the same weight.
 
     points : (n, dimensions), standard normal deviates. log_likelihood : of these. log_evidence : -inf where no point of
-    the prior has a likelihood. powers : that were passed. evaluations : of the likelihood of one point.
+    the prior has a likelihood. evaluations : of the likelihood of one point.
     """
 
     points: Floats
     log_likelihood: Floats
     log_evidence: float
-    powers: int
     evaluations: int
 
 
@@ -53,20 +52,20 @@ def tempered(log_likelihood: LogLikelihood, dimensions: int, size: int, rng: np.
     """
     points = rng.standard_normal((size, dimensions))
     values = log_likelihood(points)
-    power, log_evidence, powers, evaluations, reach = 0.0, 0.0, 0, size, 2.38 / np.sqrt(dimensions)
+    power, log_evidence, evaluations, reach = 0.0, 0.0, size, 2.38 / np.sqrt(dimensions)
     while power < 1.0:
         weights, step = _reweighted(values, 1.0 - power)
         mean = float(weights.mean())
         if mean == 0.0:
-            return Population(points, values, -np.inf, powers, evaluations)
+            return Population(points, values, -np.inf, evaluations)
         best = float(np.max(values))
         log_evidence += np.log(mean) + step * best
-        power, powers = power + step if step < 1.0 - power else 1.0, powers + 1
+        power = power + step if step < 1.0 - power else 1.0
         chosen = _resampled(weights, rng)
         points, values = points[chosen], values[chosen]
         points, values, moves, reach = _moved(log_likelihood, points, values, power, reach, rng)
         evaluations += moves * size
-    return Population(points, values, float(log_evidence), powers, evaluations)
+    return Population(points, values, float(log_evidence), evaluations)
 
 
 def _reweighted(values: Floats, left: float) -> tuple[Floats, float]:
