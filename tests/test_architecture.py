@@ -40,7 +40,8 @@ INNER_FLOORS = {
         {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"}, {"plots"},
         {"report"},
     ),
-    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"}),
+    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"},
+                {"goal"}),
     "runs": (
         {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},
         {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},

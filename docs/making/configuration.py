@@ -37,9 +37,9 @@ A list may hold the words that its quantity allows, such as `none`.
 """
 _MORE = {  # pages that tell what a section does
     "friction": "model.md", "start": "model.md#the-start", "drive": "rig.md", "sensor": "rig.md", "features": "rig.md",
-    "risk": "rig.md", "border": "borders.md", "contours": "borders.md", "margins": "advise.md", "attractors":
-    "attractors.md", "refine": "refine.md", "uncertain": "uncertainty.md", "explain": "explain.md", "execution":
-    "runs.md", "output": "runs.md", "solver": "accuracy.md",
+    "risk": "rig.md", "border": "borders.md", "contours": "borders.md", "margins": "advise.md", "goal": "explain.md",
+    "attractors": "attractors.md", "refine": "refine.md", "uncertain": "uncertainty.md", "explain": "explain.md",
+    "execution": "runs.md", "output": "runs.md", "solver": "accuracy.md",
 }  # fmt: skip
 _LISTS = {  # long lists of names, and what they are
     tuple(QUANTITIES): "quantities",

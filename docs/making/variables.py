@@ -32,6 +32,11 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
         "what `advise` and `margins` give ([advise.md](advise.md)), most once per parameter: `margin_stiffness`",
         _of("margins"),
     ),
+    "Of goals": (
+        "what `goal` gives ([explain.md](explain.md#what-should-friction-be-like-goals-backwards)); `here`, `alone` "
+        "and `together` once per parameter of the plane: `alone_mu_start`",
+        _of("goal"),
+    ),
     "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", _of("attractors")),
     "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", _of("ramp")),
     "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", results.LEVEL_VARIABLES),
@@ -49,6 +54,7 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
 _FLAGS = {
     "regime": "Regimes", "status": "Status: how the integration of a cell ended", "mode": "Contact modes",
     "method": "How a border was found", "share_method": "How a share was found",
+    "verdict": "Verdicts on a goal",
 }  # fmt: skip
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .api.cells import evaluate, simulate
     from .api.explained import explain, next_measurement
     from .api.runs import collect, retry_failed, run, run_shard, status, sweep
-    from .api.studies import attractors, border, contours, margins, ramp
+    from .api.studies import attractors, border, contours, goal, margins, ramp
     from .config.model import Config
     from .config.reader import load_config
     from .engine import Options
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options", "Table",
-    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "load_config",
-    "margins", "next_measurement", "open", "ramp", "register_law", "retry_failed", "run", "run_shard", "simulate",
-    "status", "sweep",
+    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "goal",
+    "load_config", "margins", "next_measurement", "open", "ramp", "register_law", "retry_failed", "run", "run_shard",
+    "simulate", "status", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
@@ -41,7 +41,7 @@ _HOMES = {
     "collect": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs", "status": "api.runs",
     "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
-    "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
+    "goal": "api.studies", "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
     "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "sound", "theory")

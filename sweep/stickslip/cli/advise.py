@@ -65,8 +65,8 @@ def advise(
     from stickslip.api.studies import margins
     from stickslip.config.select import cell_of, config_at
     from stickslip.config.studies import section_of_call
-    from stickslip.materials.system import ends_of
     from stickslip.studies.margins import Margins
+    from stickslip.vocabulary.units import ends_of
 
     with refuses_bad_input(""):
         ends = None if speed_range is None else ends_of("--speed-range", speed_range)

@@ -106,7 +106,7 @@ def next_command(
     three places are named, with what each would narrow.
     """
     from stickslip.api.explained import next_measurement
-    from stickslip.materials.system import ends_of
+    from stickslip.vocabulary.units import ends_of
 
     with refuses_bad_input(""):
         ranges = {}

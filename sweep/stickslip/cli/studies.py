@@ -90,7 +90,7 @@ def _options(model: type[StudySection]) -> Iterator[Callable[[params.Command], p
         row, about = model.rows.get(name), f"{str(field.description)[:1].upper()}{str(field.description)[1:]}."
         if row is not None:
             default = "" if row.default is None else f"  [default: {row.default:g}]"
-            how: dict[str, Any] = {"type": int if row.whole else float, "help": about + default}
+            how: dict[str, Any] = {"type": int if row.whole else _Number(), "help": about + default}
         else:
             form = _form(field_schema(model, name))
             how = _FORMS[form] | {"help": f"{about} SI, or with units." if form.startswith("range") else about}
@@ -99,12 +99,23 @@ def _options(model: type[StudySection]) -> Iterator[Callable[[params.Command], p
         yield click.option(_flag(model, name), name, **how)
 
 
+class _Number(click.types.FloatParamType):
+    """A number, also in percent."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number."""
+        share = isinstance(value, str) and value.strip().endswith("%")
+        number: float = super().convert(value.strip().removesuffix("%") if share else value, param, ctx)
+        return number / 100.0 if share else number
+
+
 _FORMS: dict[str, dict[str, Any]] = {  # by what a field holds
     "flag": {"is_flag": True, "default": None},
     "word": {"metavar": "NAME"},
     "words": {"metavar": "Y X", "nargs": 2},
     "range": {"metavar": "LOW HIGH", "nargs": 2},
     "ranges": {"metavar": "NAME LOW HIGH", "nargs": 3, "multiple": True},
+    "spans": {"metavar": "NAME=LOW..HIGH", "multiple": True},
 }
 
 
@@ -113,7 +124,7 @@ def _form(schema: Mapping[str, Any]) -> str:
     if schema.get("type") == "boolean":
         return "flag"
     if schema.get("type") == "object":
-        return "ranges"
+        return "spans" if "anyOf" in schema["additionalProperties"] else "ranges"
     return "word" if "enum" in schema else "words" if "enum" in schema["items"] else "range"
 
 
@@ -125,6 +136,8 @@ def _given(value: Any) -> Any:
     """The value of an option as a section reads it: numbers in SI, texts with units, ranges by name."""
     if isinstance(value, str):
         return params.number_or_text(value)
+    if isinstance(value, tuple) and isinstance(value[0], str) and "=" in value[0]:
+        return dict(params.pairs(value))
     if isinstance(value, tuple) and isinstance(value[0], tuple):
         return {name: _given(tuple(ends)) for name, *ends in value}
     return tuple(map(_given, value)) if isinstance(value, tuple) else value

@@ -31,7 +31,7 @@ from stickslip.vocabulary.models import WRITTEN_LAWS, law_of_contact, laws_with,
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
-from stickslip.vocabulary.studies import EXPLAIN, STUDIES
+from stickslip.vocabulary.studies import EXPLAIN, STUDIES, WITH_UNCERTAIN
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -155,10 +155,11 @@ class _Reader(ProblemCollector):
     # --- something else than a map ------------------------------------------------------------------------------------
 
     def _studies(self, data: Mapping[str, Any], solver: Solver) -> dict[str, Any]:
-        """The section that asks for something else than a map, if there is one; there cannot be two, but that the
-        quantities that an explanation is about are uncertain."""
+        """The section that asks for something else than a map, if there is one; there cannot be two, but that what
+        explanations and goals are about may be uncertain."""
         keys = [key for key in data if key in STUDIES]
-        for key in keys[1:] if {*keys} != {EXPLAIN, "uncertain"} else ():
+        several = len(keys) > 1 and not (len(keys) == 2 and "uncertain" in keys and {*keys} & {*WITH_UNCERTAIN})
+        for key in keys[1:] if several else ():
             self.add((key,), f"got {key} besides {keys[0]}{self.line((keys[0],))}, expected one of them", at_key=True)
         studies: dict[str, Any] = {}
         for key in keys:
@@ -167,6 +168,8 @@ class _Reader(ProblemCollector):
                 continue
             if (section := self.read(section_class(key), (key,), data[key])) is not None:
                 studies["study"] = section
+        if "goal" in keys and studies.get("uncertain"):
+            studies["uncertain"] = studies["uncertain"].model_copy(update={"indices": False})  # of no use to a goal
         return studies
 
     # --- keys, sections -----------------------------------------------------------------------------------------------

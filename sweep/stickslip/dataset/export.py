@@ -312,6 +312,8 @@ def _named(ds: xr.Dataset, variables: Sequence[str]) -> list[str]:
 def _usual(ds: xr.Dataset) -> list[str]:
     """The variables that are written unless others are named: of materials compared, what is known of each."""
     names = [str(name) for name in ds.data_vars if ds[name].dtype.kind != "S"]
+    if CONTAINER in ds:
+        return [name for name in names if {*ds[name].dims} <= {"node"}]
     if "quiet_above" in ds:  # of several belt speeds a row each
         return [name for name in names if ds[name].dims[:1] == ("material",) and {*ds[name].dims[1:]} <= {"belt_speed"}]
     return names

@@ -41,7 +41,8 @@ def polylines(ds: xr.Dataset, chosen: NDArray[np.bool_] | None = None) -> Iterat
     """The lines of contours, or those of them that `chosen` (lines,) marks."""
     x, y = (ds[name].values for name in plane_names(ds))
     stops = np.cumsum(ds["node_count"].values)
-    columns = [ds[name].values for name in ("node_count", "regime_left", "regime_right", "closed")]
+    what = "regime" if "regime_left" in ds else "verdict"
+    columns = [ds[name].values for name in ("node_count", f"{what}_left", f"{what}_right", "closed")]
     for i, (stop, count, left, right, closed) in enumerate(zip(stops, *columns, strict=True)):
         if chosen is None or chosen[i]:
             nodes = slice(int(stop) - int(count), int(stop))

@@ -16,6 +16,7 @@ from stickslip.errors import QuantityError
 from stickslip.studies.borders import Border
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.units import ends_of, is_number
 
 Amount = float | str
 Amounts = Amount | Iterable[Amount]
@@ -137,24 +138,10 @@ def _range(called: str, ends: tuple[Amount, Amount], name: str, critical: float 
     return Values((low, high), True)
 
 
-def ends_of(name: str, text: str) -> tuple[Amount, Amount]:
-    """The ends of "5..60 mm/s", where the lower one has the unit of the upper one. Raises ValueError."""
-    parts = [part.strip() for part in text.split("..")]
-    if len(parts) != 2 or not all(parts) or parts[1].startswith(".") or parts[0].endswith("."):
-        raise ValueError(f"{name}: got {text!r}, expected a range such as '5..60 mm/s', with two dots between its ends")
-    low, high = parts
-    unit = high.lstrip("+-.0123456789eE ")
-    if _is_number(low) and unit:
-        return f"{low} {unit}", high
-    if _is_number(high) and not _is_number(low):
-        raise ValueError(f"{name}: got {text!r}, whose upper end has no unit; write it as well")
-    return float(low) if _is_number(low) else low, float(high) if _is_number(high) else high
-
-
 def quantity(name: str, value: Amount, called: str = "") -> float:
     """A quantity in SI, from a number, also as text, or a text with a unit. Raises ValueError."""
     try:
-        return _ROWS[name].read(float(value) if _is_number(value) else value)
+        return _ROWS[name].read(float(value) if is_number(value) else value)
     except QuantityError as error:
         hint = f"; {error.hint}" if error.hint else ""
         raise ValueError(f"{called or name}: got {value!r}, expected {error.expected}{hint}") from None
@@ -183,7 +170,7 @@ def _read(name: str, value: Amount, critical: float) -> float:
     share = _share(value) if name == "damping" else None
     if share is None:
         return quantity(name, value)
-    if not (_is_number(share) and float(share) >= 0.0):
+    if not (is_number(share) and float(share) >= 0.0):
         raise ValueError(f"damping: got {value!r}, expected a share of critical damping such as '3 %', at least 0")
     return float(share) / 100.0 * critical
 
@@ -192,10 +179,3 @@ def _share(value: object) -> str | None:
     """The number of "3 %", as it is written; None where nothing is in percent."""
     text = value.strip().removesuffix("of critical").strip() if isinstance(value, str) else ""
     return text.removesuffix("%").strip() if text.endswith("%") else None
-
-
-def _is_number(value: Amount) -> bool:
-    try:
-        return not isinstance(value, bool) and math.isfinite(float(value))
-    except ValueError:
-        return False

@@ -58,6 +58,7 @@ FLAG_COLOURS: dict[str, dict[str, str]] = {
     "computed": {"inferred": WHITE, "computed": BLACK},
 }
 FLAG_COLOURS |= {
+    "verdict": dict(zip(FLAGS["verdict"], (WHITE, VERMILLION, SKY, GREY, BLACK), strict=True)),
     "regime_from_stick": FLAG_COLOURS["regime"],
     "regime_from_sliding": FLAG_COLOURS["regime"],
     "share_method": {"not_computed": WHITE, "exact": BLUE, "sampled": ORANGE},

@@ -62,11 +62,19 @@ QUIET_MESSAGES = {
     "unresolved": "cells without a verdict lie around the border: the value is where these end, an upper bound",
     "not_determined": "the measured points do not tell where vibration ends, or are no friction coefficients",
 }
+VERDICT_MESSAGES = {
+    "not_computed": "this was not computed",
+    "vibrates": "a vibration lasts somewhere in the range, more often than the goal allows",
+    "quiet": "no vibration lasts anywhere in the range, as often as the goal wants it",
+    "undecided": "cells in the range are unresolved or failed, on which the verdict depends",
+    "impossible": "no cell is so: friction at the minimum above that at break-away, say",
+}
 REGIMES = tuple(REGIME_MESSAGES)
 # Codes of regimes that do not say what the motion is, and names of those that do.
 UNDECIDED = tuple(REGIMES.index(name) for name in ("not_computed", "unresolved", "failed"))
 DECIDED = tuple(name for code, name in enumerate(REGIMES) if code not in UNDECIDED)
 STATUSES = tuple(STATUS_MESSAGES)
+VERDICTS = tuple(VERDICT_MESSAGES)
 MODES = tuple(MODE_MESSAGES)
 SHARE_METHODS = tuple(SHARE_MESSAGES)
 METHODS = tuple(METHOD_MESSAGES)
@@ -78,6 +86,7 @@ FLAGS: dict[str, dict[str, str]] = {
     "regime_throughout": REGIME_MESSAGES, "method": METHOD_MESSAGES,
     "regime_from_stick": REGIME_MESSAGES, "regime_from_sliding": REGIME_MESSAGES, "share_method": SHARE_MESSAGES,
     "regime_left": REGIME_MESSAGES, "regime_right": REGIME_MESSAGES, "quiet_state": QUIET_MESSAGES,
+    **dict.fromkeys(("verdict", "verdict_left", "verdict_right"), VERDICT_MESSAGES),
 }  # fmt: skip
 
 # Names in the field, beside ours.

@@ -23,13 +23,15 @@ STUDIES: dict[str, Entry] = {
     "border": Entry("borders.border:BorderStudy", "Find where along a parameter the regime changes."),
     "contours": Entry("borders.contours:ContourStudy", "Follow the borders of regimes in a plane."),
     "margins": Entry("margins.margins:MarginStudy"),
+    "goal": Entry("goal.study:GoalStudy", "Find the region in which a part is quiet over a range."),
     "attractors": Entry("attractors.study:AttractorStudy", "Find which regimes coexist, and what settles."),
     "ramp": Entry("attractors.ramp:RampStudy", "Follow attractors up and down a parameter."),
     "refine": Entry("refinement.study:RefinedMap"),
     "uncertain": Entry("uncertainty.sampling:SampleStudy"),
     "explain": Entry("explain.study:ExplainStudy"),
 }
-EXPLAIN = "explain"  # the only one whose quantities are those of the section `uncertain`
+EXPLAIN = "explain"  # whose quantities are those of the section `uncertain`
+WITH_UNCERTAIN = (EXPLAIN, "goal")  # that may stand beside this section
 
 # Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
 _MARKS = {

@@ -318,3 +318,28 @@ def _kind_of(unit: Any) -> str:
     if unit.dimensionless:
         return "pure number"
     return " ".join(name + (f"^{power}" if power != 1 else "") for name, power in unit.dimensionality.items())
+
+
+# --- ranges -----------------------------------------------------------------------------------------------------------
+
+
+def ends_of(name: str, text: str) -> tuple[float | str, float | str]:
+    """The ends of "5..60 mm/s", where the lower one has the unit of the upper one. Raises ValueError."""
+    parts = [part.strip() for part in text.split("..")]
+    if len(parts) != 2 or not all(parts) or parts[1].startswith(".") or parts[0].endswith("."):
+        raise ValueError(f"{name}: got {text!r}, expected a range such as '5..60 mm/s', with two dots between its ends")
+    low, high = parts
+    unit = high.lstrip("+-.0123456789eE ")
+    if is_number(low) and unit:
+        return f"{low} {unit}", high
+    if is_number(high) and not is_number(low):
+        raise ValueError(f"{name}: got {text!r}, whose upper end has no unit; write it as well")
+    return float(low) if is_number(low) else low, float(high) if is_number(high) else high
+
+
+def is_number(value: float | str) -> bool:
+    """True for a finite number, also as text."""
+    try:
+        return not isinstance(value, bool) and math.isfinite(float(value))
+    except ValueError:
+        return False

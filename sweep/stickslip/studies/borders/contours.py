@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -44,7 +44,7 @@ _PER_POINT = 40  # cells a border takes per grid point along one side of the pla
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
 
 _LINE, _NODE = ("line",), ("node",)
-_VARIABLES = table(
+VARIABLES = table(
     Variable("node_count", "1", "nodes of the line", dims=_LINE),
     Variable("regime_left", "1", "regime to the left of the line", dims=_LINE),
     Variable("regime_right", "1", "regime to the right of the line", dims=_LINE),
@@ -109,7 +109,8 @@ class ContourStudy(Study):
     the variables; `node_along` is 0 on a side along x, 1 along y, 2 at a junction.
     """
 
-    section, variables = Contours, _VARIABLES
+    section: ClassVar[type[StudySection]] = Contours
+    variables: ClassVar[Mapping[str, Variable]] = VARIABLES
     title, subject, over_map = "Contours of regimes", "node_count", True
     about = (
         "Lines, loops among them, whose points are found one by one to the tolerance. Only the surroundings of a line "
@@ -169,14 +170,17 @@ class ContourStudy(Study):
         """The lines of a range of panels."""
         parts = []
         for panel in items:
-            how = self._section.scan, self._section.tolerance, self.options, stop, moved
-            search = PlaneSearch(self._cells, self._y, self._x, panel, *how)
             try:
-                parts.append(search.columns())
+                parts.append(self._searched(panel, stop, moved))
             except StoppedError:
                 return Finished({}, False)
         whole = end_to_end(parts) if parts else self.blank(items)
         return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
+
+    def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
+        """The columns of a panel. Raises StoppedError."""
+        how = self._section.scan, self._section.tolerance, self.options, stop, moved
+        return PlaneSearch(self._cells, self._y, self._x, panel, *how).columns()
 
     def blank(self, items: range) -> Results:
         """Panels without lines, at no point of which was looked."""
@@ -184,31 +188,15 @@ class ContourStudy(Study):
         return blank | {name: np.zeros(len(items), self.columns[name]) for name in ("lines", "looked_at", "computed")}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The lines in the manner of CF geometries (section 7.5).
-
-        `line` counts lines, `node` their nodes one line after the other. The container ``geometry`` says which
-        variables hold nodes and how many each line has; a closed line repeats its first node.
-        """
+        """The lines of all panels (`lines_dataset`)."""
         whole, y, x = end_to_end(parts), self._y, self._x
         panel = np.repeat(np.arange(self._cells.size), whole["lines"])
-        attributes = {**attributes, **_attributes(whole, y, x, self._section, self.options), "result": "contours"}
-        geometry = {"geometry_type": "line", "node_count": "node_count", "node_coordinates": f"{x.name} {y.name}"}
-        variables = {CONTAINER: xr.Variable((), np.int8(0), geometry, NO_FILL)}
-        meanings = {"closed": ("open", "closed"), "node_along": (x.name, y.name, "junction")}  # of this dataset alone
-        for name, row in _VARIABLES.items():
-            if name in meanings:
-                flags = attributes_of(row, meanings[name])
-                variables[name] = xr.Variable(row.dims, whole[name].astype(np.int8), flags, NO_FILL)
-            else:
-                variables[name] = variable_of(row, row.dims, whole[name])
-        for name in ("regime_left", "regime_right"):
-            variables[name].attrs[CONTAINER] = CONTAINER
-        nodes = {}
-        for side, axis in ((x, "x"), (y, "y")):
-            about = {"units": SEARCHABLE[side.name].units, "long_name": SEARCHABLE[side.name].long_name}
-            about |= {"axis": axis.upper(), "axis_spacing": side.spacing}
-            nodes[side.name] = shown_in(xr.Variable("node", whole[axis], about, NO_FILL), side.written_in)
-        return xr.Dataset(variables, attrs=attributes).assign_coords(self._panels(panel) | nodes)
+        attributes = {
+            **attributes,
+            **attributes_of_lines(whole, y, x, self._section, self.options),
+            "result": "contours",
+        }
+        return lines_dataset(whole, VARIABLES, y, x).assign_attrs(attributes).assign_coords(self._panels(panel))
 
     def _panels(self, panel: Integers) -> dict[str, xr.Variable]:
         """The coordinates of the panels, by line; those that are equal in all of them stay single numbers."""
@@ -228,6 +216,33 @@ class ContourStudy(Study):
         return by_line
 
 
+def lines_dataset(whole: Results, rows: Mapping[str, Variable], y: Side, x: Side, called: str = "{}") -> xr.Dataset:
+    """Lines in the manner of CF geometries (section 7.5).
+
+    `line` counts lines, `node` their nodes one line after the other. The container ``geometry`` says which
+    variables hold nodes and how many each line has; a closed line repeats its first node.
+    rows : the variables of lines and nodes. called : what the coordinates of nodes are, about the parameter's name.
+    """
+    names = {axis: called.format(side.name) for side, axis in ((x, "x"), (y, "y"))}
+    geometry = {"geometry_type": "line", "node_count": "node_count", "node_coordinates": " ".join(names.values())}
+    variables = {CONTAINER: xr.Variable((), np.int8(0), geometry, NO_FILL)}
+    meanings = {"closed": ("open", "closed"), "node_along": (x.name, y.name, "junction")}  # of this dataset alone
+    for name, row in rows.items():
+        if name in meanings:
+            flags = attributes_of(row, meanings[name])
+            variables[name] = xr.Variable(row.dims, whole[name].astype(np.int8), flags, NO_FILL)
+        else:
+            variables[name] = variable_of(row, row.dims, whole[name])
+        if name.endswith(("_left", "_right")):
+            variables[name].attrs[CONTAINER] = CONTAINER
+    nodes = {}
+    for side, axis in ((x, "x"), (y, "y")):
+        about = {"units": SEARCHABLE[side.name].units, "long_name": SEARCHABLE[side.name].long_name}
+        about |= {"axis": axis.upper(), "axis_spacing": side.spacing}
+        nodes[names[axis]] = shown_in(xr.Variable("node", whole[axis], about, NO_FILL), side.written_in)
+    return xr.Dataset(variables, nodes)
+
+
 def _lines(ds: xr.Dataset) -> Iterator[str]:
     """A line of text per contour."""
     names = plane_names(ds)
@@ -244,7 +259,9 @@ def _lines(ds: xr.Dataset) -> Iterator[str]:
         yield f"{where}{': ' if where else ''}{sides}: {kind} of {len(line.x)} points, {ranges}"
 
 
-def _attributes(whole: Results, y: Side, x: Side, section: Contours, options: Options) -> dict[str, str | float]:
+def attributes_of_lines(
+    whole: Results, y: Side, x: Side, section: Contours, options: Options
+) -> dict[str, str | float]:
     """Return what was done and what it cannot see, as global attributes."""
     rows, columns = y.points, x.points
     lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])

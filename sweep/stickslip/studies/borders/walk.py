@@ -76,11 +76,15 @@ def corner_labels(points: Points, cells: Integers) -> Labels:
     return points(panel, row + offsets[:, 0], column + offsets[:, 1])
 
 
+def scanned(points: int, scan: int) -> Integers:
+    """Which of the points along a side are looked at first."""
+    return np.unique(np.linspace(0, points - 1, min(points, scan)).round().astype(np.int64))
+
+
 def _seeds(points: Points, scan: tuple[int, int]) -> Integers:
     """Cells beside one side with different ends for every pair of neighbours of the scan that differ."""
     panels, rows, columns = points.grid
-    coarse = [np.unique(np.linspace(0, n - 1, min(n, k)).round().astype(np.int64))
-              for n, k in zip((rows, columns), scan, strict=True)]  # fmt: skip
+    coarse = [scanned(n, k) for n, k in zip((rows, columns), scan, strict=True)]
     panel, row, column = (axis.ravel() for axis in np.meshgrid(np.arange(panels), *coarse, indexing="ij"))
     shape = (panels, coarse[0].size, coarse[1].size)
     labels = points(panel, row, column).reshape(shape)

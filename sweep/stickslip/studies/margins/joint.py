@@ -41,7 +41,7 @@ class Cheapest:
 
 
 @dataclass(frozen=True, eq=False)
-class _Space:
+class Space:
     """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter. ends : steps of
     integration of each cell at which its search ends."""
 
@@ -52,6 +52,12 @@ class _Space:
     down: Floats
     up: Floats
     ends: Floats
+
+    @classmethod
+    def of(cls, search: Search, reaches: Sequence[Reach], costs: Floats, into: list[int] | None, ends: Floats) -> Space:
+        """The space of some reaches."""
+        down, up = (np.stack(rooms, axis=1) for rooms in zip(*(reach.room for reach in reaches), strict=True))
+        return cls(search, reaches, costs, into, down, up, ends)
 
     def goes_on(self, cell: Integers) -> NDArray[np.bool_]:
         """Return whether the search of cells has not come to its end."""
@@ -104,16 +110,14 @@ def cheapest(
     single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
     nothing is looked at beyond. The search of a cell ends after `MOST_STEPS` of integration.
     """
-    rooms = [reach.room for reach in reaches]
-    down, up = (np.stack([room[i] for room in rooms], axis=1) for i in (0, 1))
-    space = _Space(search, reaches, costs, into, down, up, search.steps + MOST_STEPS)
-    cell = np.flatnonzero(decided(home) & ((down > 0) | (up > 0)).any(axis=1))
+    space = Space.of(search, reaches, costs, into, search.steps + MOST_STEPS)
+    cell = np.flatnonzero(decided(home) & ((space.down > 0) | (space.up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
     best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan), np.zeros(size, np.bool_))
     if not cell.size:
         return best
     start_cell, direction, cost = _starts(space, cell, points, single)
-    cost, direction = _refined(space, start_cell, direction, cost, tolerance)
+    cost, direction = refined(space, start_cell, direction, cost, tolerance)
     best.ended[cell] = ~space.goes_on(cell)
     for one in np.argsort(-cost, kind="stable"):  # the cheapest of each cell is written last
         if np.isfinite(cost[one]):
@@ -122,7 +126,7 @@ def cheapest(
     return best
 
 
-def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple[Integers, Floats, Floats]:
+def _starts(space: Space, cell: Integers, points: int, single: Floats) -> tuple[Integers, Floats, Floats]:
     """The best few directions of each cell out of many: cells, directions, costs.
 
     Rays are as long as may still be among the best: no longer than the cheapest change of one parameter, nor than the
@@ -148,7 +152,7 @@ def _starts(space: _Space, cell: Integers, points: int, single: Floats) -> tuple
     return np.repeat(cell, order.shape[1]), directions[rows, order].reshape(-1, k), costs[rows, order].ravel()
 
 
-def _scanned(space: _Space, cell: Integers, direction: Floats, longest: Floats, points: int) -> Floats:
+def _scanned(space: Space, cell: Integers, direction: Floats, longest: Floats, points: int) -> Floats:
     """Scan rays up to some length for another regime, at places as close as `points` over all there is room for,
     or closer."""
     room = space.longest(cell, direction)
@@ -160,8 +164,11 @@ def _scanned(space: _Space, cell: Integers, direction: Floats, longest: Floats, 
     return found
 
 
-def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
-    """Steps of direction to all sides, to wherever it is cheaper; smaller ones where it is nowhere."""
+def refined(space: Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
+    """Steps of direction to all sides, to wherever it is cheaper; smaller ones where it is nowhere.
+
+    cell, direction, cost : of rays whose costs are known roughly (m,), (m, k), (m,). Returns costs and directions.
+    """
     k = direction.shape[1]
     met = np.isfinite(cost)
     cost[met] = _exact(space, cell[met], direction[met], cost[met], tolerance)
@@ -180,7 +187,7 @@ def _refined(space: _Space, cell: Integers, direction: Floats, cost: Floats, tol
 
 
 def _step(
-    space: _Space, cell: Integers, direction: Floats, cost: Floats, step: Floats, active: Integers, turns: Floats,
+    space: Space, cell: Integers, direction: Floats, cost: Floats, step: Floats, active: Integers, turns: Floats,
     tolerance: float,
 ) -> None:  # fmt: skip
     """One step of direction of those that are active, to the cheapest side, if that is cheaper."""
@@ -206,7 +213,7 @@ def _fineness(step: Floats, tolerance: float) -> Floats:
     return np.asarray(np.maximum(10.0 ** np.round(np.log10(_OF_STEP * step**2)), tolerance))
 
 
-def _exact(space: _Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> Floats:
+def _exact(space: Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> Floats:
     """Costs of rays known roughly, to the tolerance; as they are where the search has ended."""
     length = np.minimum(cost * (1 + 2 * _COARSE), space.longest(cell, direction))
     goes_on, found = space.goes_on(cell), space.entries(cell, direction, length, _INNER, tolerance)

@@ -1,0 +1,10 @@
+"""Goals: the region of a plane in which cells are quiet over whole ranges, and what each would need to lie there.
+
+`section.py` says what is asked, `verdict.py` whether a place of the plane is quiet; borders are those of the room
+`borders`, with verdicts in place of regimes, the ways to them those of `margins`; `words.py` says them.
+"""
+
+from stickslip.studies.goal.section import Goal
+from stickslip.studies.goal.study import GoalStudy
+
+__all__ = ["Goal", "GoalStudy"]

@@ -1,0 +1,282 @@
+"""Goals computed: items are the panels of a plane, each with its map, its borders, and what it would need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from stickslip.config.grid import quantity_of
+from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import StudySection
+from stickslip.config.studies import Moved, Table
+from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, shown_in, study_dataset
+from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import ArgumentError
+from stickslip.studies.borders import ContourStudy, fine_enough
+from stickslip.studies.borders.contours import VARIABLES, attributes_of_lines, lines_dataset
+from stickslip.studies.borders.lines import CellsOrConfig, Lines
+from stickslip.studies.borders.plane import OPEN, PlaneSearch
+from stickslip.studies.borders.search import Floats, Integers, Labels
+from stickslip.studies.borders.walk import scanned
+from stickslip.studies.goal import words
+from stickslip.studies.goal.section import PROBABILITY, Goal, asked_of
+from stickslip.studies.goal.verdict import IMPOSSIBLE, QUIET, ROUNDS, VIBRATES, Demand
+from stickslip.studies.margins.joint import Space, refined
+from stickslip.studies.margins.reach import Reach, reach_of
+from stickslip.studies.margins.single import nearest
+from stickslip.studies.study import joined
+from stickslip.studies.uncertainty.design import Design
+from stickslip.vocabulary.cells import taken
+from stickslip.vocabulary.display_units import customary, spoken
+from stickslip.vocabulary.flags import VERDICTS
+from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.parameter import Variable, table
+from stickslip.vocabulary.quantities import SEARCHABLE
+
+
+def _told(text: str) -> str:
+    """What is told of regimes, of verdicts."""
+    return text.replace("regime", "verdict")
+
+
+_PER_POINT = 8  # places judged per grid point along one side of the plane, about
+_ROUGHLY = 1.1  # times the way to a node of a border: how far along it the border is looked for
+_PLANE = ("y", "x")  # stand for the parameters
+_MAPS = table(
+    Variable("quiet_probability", "1", "probability of being quiet over the whole range",
+             comment="draws without a verdict do not count as quiet; NaN where there is no such cell", dims=_PLANE),
+    Variable("quiet_probability_error", "1", "standard error of the probability of being quiet",
+             comment="scatter over independent scramblings; at least that of one draw", dims=_PLANE),
+    Variable("undecided_probability", "1", "share of the draws without a verdict", dims=_PLANE),
+)  # fmt: skip
+_OF_PANELS = table(
+    Variable("verdict", "1", "verdict on what the panel has"),
+    Variable("quiet_share", "1", "probability of being quiet over the whole range, of what the panel has"),
+)
+_PLACES = table(
+    Variable("here", "parameter", "what the panel has"),
+    Variable("alone", "parameter", "nearest change of the verdict along one parameter alone",
+             comment="the least change that makes it quiet, or the largest that leaves it quiet"),
+    Variable("together", "parameter", "nearest change of the verdict in both parameters",
+             comment="changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
+)  # fmt: skip
+_LINES = table(*(
+    replace(row, name=_told(name), long_name=_told(row.long_name)) for name, row in VARIABLES.items()
+))  # fmt: skip
+
+
+class _Plane(PlaneSearch):
+    """A panel whose labels are verdicts; `demand` is about this panel alone."""
+
+    demand: Demand
+
+    def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
+        """Verdicts, and the guide to where they change."""
+        found = self.demand.judged(panel, {self.x.name: x, self.y.name: y})
+        return found.verdict, found.guide
+
+    def columns(self) -> Results:
+        """The map at the points that are looked at first, and the lines."""
+        places = (scanned(side.points, self.scan) for side in (self.y, self.x))
+        row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
+        at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
+        found = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
+        self.points.known[0, row, column] = found.verdict
+        maps = dict(zip(_MAPS, (found.quiet, found.error, found.undecided), strict=True))
+        maps = {name: np.where(found.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
+        return maps | {_told(name): values for name, values in super().columns().items()}
+
+    def needs(self, lines: Results, here: Mapping[str, float]) -> Results:
+        """The verdict on what the panel has (y and x, by name), and where the nearest changes of it are."""
+        demand, home = self.demand, np.zeros(1, np.int64)
+        now = demand.judged(home, {}, shares=True)
+        found: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
+        if now.verdict[0] == IMPOSSIBLE or not np.isfinite([*here.values()]).all():
+            return found
+        far = [QUIET] if now.verdict[0] != QUIET else [VIBRATES, OPEN]
+        reaches = [reach_of(side.name, demand.cells, (side.low, side.high)) for side in (self.y, self.x)]
+        ways = _nearest_node(lines, reaches)
+        for i, reach in enumerate(reaches):
+            border = nearest(demand, reach, np.array([VIBRATES], np.int8), far, self.scan, self.tolerance)
+            if np.isfinite(border.change).any():
+                up = int(np.nanargmin(np.abs(border.change[0])))
+                ends = border.low[0, up], border.high[0, up]
+                found[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
+                ways.append(np.eye(2)[i] * border.change[0, up])
+        if (change := self._least(ways, reaches, far)) is not None:
+            found |= {f"together_{one.name}": one.at(change[i], home) for i, one in enumerate(reaches)}
+        return found
+
+    def _least(self, ways: Sequence[Floats], reaches: Sequence[Reach], far: list[int]) -> Floats | None:
+        """The least change (2,) of both parameters that changes the verdict, on its quiet side, from near ones."""
+        costs = np.linalg.norm(ways, axis=1) if ways else np.zeros(1)
+        if not costs.all():
+            return None
+        space = Space.of(self.demand, reaches, np.ones(2), far, np.full(1, np.inf))
+        start = np.zeros(len(ways), np.int64), np.array(ways) / costs[:, np.newaxis], _ROUGHLY * costs
+        costs, directions = refined(space, *start, self.tolerance)
+        best = int(np.argmin(costs))
+        within = 1.0 if far == [QUIET] else 1.0 - 2.0 * self.tolerance
+        return directions[best] * costs[best] * within if np.isfinite(costs[best]) else None
+
+
+def _nearest_node(lines: Results, reaches: Sequence[Reach]) -> list[Floats]:
+    """The changes (2,) of y and x to the nearest node of the borders of what is quiet; none where there are none."""
+    line = np.repeat(np.arange(lines["node_count"].size), lines["node_count"])
+    sides = np.stack([lines["verdict_left"], lines["verdict_right"]])
+    ours = (sides == QUIET).any(axis=0) & ~(sides == IMPOSSIBLE).any(axis=0)
+    changes = np.stack([one.change(lines[axis]) for one, axis in zip(reaches, _PLANE, strict=True)], axis=1)
+    changes = changes[ours[line] & np.isfinite(changes).all(axis=1)]
+    return [changes[np.argmin((changes**2).sum(axis=1))]] if len(changes) else []
+
+
+class GoalStudy(ContourStudy):
+    """The regions of all panels; its items are the panels."""
+
+    section: ClassVar[type[StudySection]] = Goal
+    variables: ClassVar[Mapping[str, Variable]] = {**_MAPS, **_OF_PANELS, **_PLACES, **_LINES}
+    title, name, subject, caption, over_map = "Goal", "goal", "quiet_probability", "region that is quiet", False
+    about = (
+        "The plane of two parameters is parted by where a cell is quiet over whole ranges, of the belt speed say: "
+        "neither stick-slip nor another vibration lasts anywhere there. Where quantities scatter (`uncertain` in "
+        "CONFIG) it is to be so with a probability. Other axes of CONFIG, materials say, become panels; for each is "
+        "said which change of either parameter, or of both, it would need."
+    )
+    examples = (
+        "configs/goal.yaml",
+        "configs/goal.yaml --quiet-over belt_speed=15..60mm/s --with 99% --plot goal.png",
+        'configs/quickstart.yaml --over stiffness damping --between damping 0 "1 N s/m" \\\n'
+        "      --quiet-over belt_speed=0.3..1",
+    )
+    _section: Goal
+
+    def __init__(self, given: CellsOrConfig, section: Goal, options: Options) -> None:
+        self._asked = asked = asked_of(given, section, options)
+        super().__init__(asked.panels, asked.y, asked.x, section, options)
+        uncertain = given.uncertain if isinstance(given, Config) else None
+        self._drawn, self._scramblings, self._probability = dict[str, Floats](), 1, 1.0
+        if uncertain is not None:
+            design = Design(len(uncertain.names), uncertain.draws, uncertain.scramblings, uncertain.seed, False)
+            self._drawn = uncertain.values(design.normals(design.place(0, design.per_cell)))
+            self._scramblings, self._probability = uncertain.scramblings, section.probability or PROBABILITY
+        nodes = section.scan**2 + _PER_POINT * (asked.x.points + asked.y.points)
+        self.cells_each = nodes * max(self._draws, 1) * section.samples ** len(asked.ranges)
+        self._maps = [scanned(side.points, section.scan) for side in (asked.y, asked.x)]
+        self._of_plane = {f"{what}_{side.name}": (row, side) for what, row in _PLACES.items()
+                          for side in (asked.y, asked.x)}  # fmt: skip
+        self._each = dict.fromkeys(_MAPS, self._maps[0].size * self._maps[1].size)  # values of a panel
+        self._each |= dict.fromkeys((*_OF_PANELS, *self._of_plane), 1)
+        self.columns = {_told(name): kind for name, kind in ContourStudy.columns.items()}
+        self.columns |= dict.fromkeys(self._each, np.dtype(np.float64)) | {"verdict": np.dtype(np.int8)}
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, section: Any, options: Options) -> GoalStudy:
+        """The region in the plane of the section."""
+        return cls(given, section, fine_enough(section, options))
+
+    @classmethod
+    def check(cls, section: Any, config: Config, problems: ProblemCollector) -> None:
+        """Note a plane, or ranges, that cannot be asked about."""
+        try:
+            asked_of(config, section, options_of(config))
+        except ArgumentError as error:
+            problems.add((section.key, error.key), error.what)
+
+    @classmethod
+    def lines_in(cls, section: Any, config: Config) -> Lines:
+        """None: a goal has a map of its own."""
+        return {}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+        """What each panel would need."""
+        return words.report(ds)
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Table:
+        """The same."""
+        return words.needs(ds)
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Figure | None:
+        """The region, with what panels have and would need; of a variable its map."""
+        from stickslip.plots.goal import plot_goal
+
+        return plot_goal(ds, select, title=title, look=look) if variable is None else None
+
+    @property
+    def _draws(self) -> int:
+        """How many draws there are of what scatters; 0 where nothing does."""
+        return len(next(iter(self._drawn.values()), ()))
+
+    def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
+        asked, section = self._asked, self._section
+        search = _Plane(self._cells, asked.y, asked.x, panel, section.scan, section.tolerance, self.options, stop)
+        search.demand = Demand(
+            taken(asked.as_they_are, slice(panel, panel + 1)), self.options, stop, (), moved, asked.measured,
+            asked.ranges, self._drawn, self._scramblings, self._probability,
+        )  # fmt: skip
+        found, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in asked.here.items()}
+        found |= {f"here_{name}": np.array([value]) for name, value in here.items()}
+        found |= {} if asked.is_plane else search.needs(found, here)
+        undecided = {name: found[name] == OPEN for name in ("verdict", "verdict_left", "verdict_right")}
+        found |= {name: np.where(those, VERDICTS.index("undecided"), found[name]) for name, those in undecided.items()}
+        return found | {"computed": np.array(search.demand.computed)}
+
+    def blank(self, items: range) -> Results:
+        """Panels of which nothing is known."""
+        unknown = {name: np.full(len(items) * each, np.nan) for name, each in self._each.items()}
+        return super().blank(items) | unknown | {"verdict": np.zeros(len(items), np.int8)}
+
+    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """Over panels and the plane the probability; over panels what they need; and the borders as lines."""
+        whole, (y, x) = joined(parts), (self._asked.y, self._asked.x)
+        rows = {name: replace(row, dims=(y.name, x.name)) for name, row in _MAPS.items()} | dict(_OF_PANELS)
+        rows |= {name: of_parameter(row, side.name) for name, (row, side) in self._of_plane.items()}
+        shape = [place.size for place in self._maps]
+        values = {name: whole[name].reshape(-1, *shape) if name in _MAPS else whole[name] for name in rows}
+        attributes = {**attributes, **self._attributes(whole)}
+        ds = study_dataset("goal", rows, values, self.dims, self.shape, self._coordinates(), attributes)
+        for name, (_, side) in self._of_plane.items():
+            shown_in(ds[name].variable, side.written_in)
+        lines = lines_dataset(whole, _LINES, y, x, "border_{}")
+        about = {"units": "1", "long_name": "panel of the line, the last dimension running fastest"}
+        panel = np.repeat(np.arange(self._cells.size, dtype=np.int32), whole["lines"])
+        return ds.assign(lines.data_vars).assign_coords(lines.coords).assign(panel=("line", panel, about))
+
+    def _coordinates(self) -> dict[str, xr.Variable]:
+        """Those of the panels, without what varies in them, and those of the map."""
+        asked, follows = self._asked, model_of(self.options.law).replaced if self._asked.measured else ()
+        varied = {side.name for side in (asked.y, asked.x, *asked.ranges)} | self._drawn.keys()
+        found = {name: v for name, v in grid_coordinates(self._cells).items()
+                 if quantity_of(name) not in varied and (v.dims or name not in follows)}  # fmt: skip
+        for side, places in zip((asked.y, asked.x), self._maps, strict=True):
+            row = SEARCHABLE[side.name]
+            about = {"units": row.units, "long_name": row.long_name, "axis_spacing": side.spacing}
+            found[side.name] = xr.Variable(side.name, side.places[places], about, NO_FILL)
+            shown_in(found[side.name], side.written_in)
+        return found
+
+    def _attributes(self, whole: Results) -> dict[str, Any]:
+        """The goal, how it was looked for, and what can be missed."""
+        asked, lines = self._asked, {name.replace("verdict", "regime"): values for name, values in whole.items()}
+        of_lines = attributes_of_lines(lines, asked.y, asked.x, self._section, self.options)
+        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in asked.ranges]
+        texts = (f"{spoken(row.name)} {customary(row.units, *ends) or row.range_text(ends)}" for row, ends in rows)
+        chance = f" with a probability of {100 * self._probability:g} %" if self._draws else ""
+        return {
+            **{name.replace("contour", "goal"): _told(v) if isinstance(v, str) else v for name, v in of_lines.items()},
+            "goal": f"quiet over {' and '.join(texts)}{chance}",
+            "goal_probability": self._probability,
+            "goal_samples": f"{self._section.samples} values of each range, and 1/{2**ROUNDS} of their distance about "
+            "the one closest to re-sticking: a vibration between others is missed",
+        } | ({"goal_draws": f"{self._draws} of {', '.join(self._drawn)}, the same everywhere"} if self._draws else {})
