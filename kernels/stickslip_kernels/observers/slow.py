@@ -14,11 +14,11 @@ are integrals along q = w - b = q_0 e^-x, by Gauss over short panels, since dt =
 After the singular perturbation theory of N. Fenichel, Journal of Differential Equations 31 (1979) 53-98.
 """
 
-from math import inf
+from math import inf, log
 
 from .. import layout as at
-from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane, weakening_in_lane
-from ..contacts.stribeck.laws import is_smooth
+from ..contacts.stribeck.equations import jerk_in_lane, next_speed, slope_in_lane, weakening_in_lane
+from ..contacts.stribeck.laws import has_kinks
 from ..contacts.stribeck.slip import displacement_in_lane
 from ..contacts.stribeck.stepping import restart
 from ..dense import NODES, WEIGHTS
@@ -31,6 +31,7 @@ ERROR_SHARE = 0.1  # of the tolerance that the slow rate may be wrong by
 DIFFERENCE = 1e-3  # step of the differences that tell how the drag changes, over a4 or w
 LONGEST, WIDEST = 0.5, 0.1  # a panel: in x, and over the larger of a4 and w in w
 SHORTEST = 1.0 / 128.0  # a panel may become this much shorter than the longest
+LEAST = 1e-3  # of a panel, taken even where a station of the curve ends it
 MOST_PANELS, HALVINGS = 2000, 50
 NOT_SLOW = (inf, inf)
 
@@ -54,6 +55,8 @@ def slow_drag(law, s, i, w):
     second = (q * (slope + change) / drag_1 - 1.0) / drag_1  # g_1'
     ratio, difference = abs(first) / drag, abs(second - first) / drag
     error = 4.0 * difference * max(ratio, difference / max(ratio, 1e-300))
+    if has_kinks(law):  # g_0' jumps, and g' passes over from one side to the other while w moves by about g/F'
+        error = max(error, ratio * ratio)
     return drag + second, error
 
 
@@ -113,7 +116,7 @@ def pass_slowly(m, i):
     """Take lane i along the slow manifold as far as that goes, at most into the settling band; whether it moved."""
     law, s, b = m.law, m.s, m.s[at.B + i]
     w, left, most = s[at.W + i], s[at.TAU_END + i] - s[at.TAU + i], ERROR_SHARE * m.rtol
-    if not is_smooth(law) or w == b or not w > 0.0:
+    if w == b or not w > 0.0:
         return False
     drag, error = slow_drag(law, s, i, w)
     beside = (s[at.DW + i] - (b - w) / drag) / drag
@@ -126,6 +129,10 @@ def pass_slowly(m, i):
     for _ in range(MOST_PANELS):
         x = longest * min(1.0, WIDEST / LONGEST * max(1.0 / s[at.RATE + i], b + q) / abs(q))
         w = b + q * exp(-x)
+        station = next_speed(law, s, i, b + q, 1.0 if q < 0.0 else -1.0)
+        if min(w, b + q) < station < max(w, b + q):
+            x = max(log(q / (station - b)), LEAST * x)
+            w = b + q * exp(-x)
         entered = outside and low < w < high and is_in_band(law, s, i, w)
         if entered:
             x = way_to_band(law, s, i, q, x)

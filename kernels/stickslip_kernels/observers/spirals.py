@@ -25,7 +25,8 @@ from math import inf, isnan, nan
 from .. import layout as at
 from ..contacts.stribeck.equations import weakening_in_lane
 from ..contacts.stribeck.friction import coefficient, line_slope
-from ..contacts.stribeck.laws import relaxation
+from ..contacts.stribeck.laws import by_law, relaxation
+from ..contacts.stribeck.outside import Scanned, is_concave_from
 from ..jit import compiled
 from .margin import note_closest_trough
 from .settling import NOTHING, certain_radius, drag_at, least_drag
@@ -72,6 +73,17 @@ def loses_in_all_loops(m, i, r):
     return False
 
 
+@by_law
+def relaxes_from(law, s, i, w):
+    """Return whether the slope of the curve of lane i is concave from slip speed w on."""
+    return s[at.RATE + i] * w >= relaxation(law, s[at.EXPONENT + i])
+
+
+@relaxes_from.of(Scanned)
+def _relaxes_from(law, s, i, w):
+    return is_concave_from(law, s[at.RATE + i] * w, s[at.EXPONENT + i])
+
+
 @compiled
 def fate(m, i):
     """The regime that the slip under way comes to for certain, DAMPED or SUSTAINED; else UNRESOLVED."""
@@ -85,8 +97,8 @@ def fate(m, i):
         return at.SUSTAINED
     if not damped or not drag > NOTHING:
         return at.UNRESOLVED
-    concave = s[at.DROP + i] >= 0.0 and least * s[at.RATE + i] >= relaxation(law, s[at.EXPONENT + i])
-    return at.DAMPED if enclosed and concave or loses_in_all_loops(m, i, b - least) else at.UNRESOLVED
+    concave = enclosed and s[at.DROP + i] >= 0.0 and relaxes_from(law, s, i, least)
+    return at.DAMPED if concave or loses_in_all_loops(m, i, b - least) else at.UNRESOLVED
 
 
 @compiled

@@ -17,8 +17,8 @@ With ageing the state is more than a plane, and all that is known is that what g
 from math import asin, cos, inf, log, pi, sin
 
 from .. import layout as at
-from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane, weakening_in_lane
-from ..contacts.stribeck.laws import by_law, inflection, is_smooth
+from ..contacts.stribeck.equations import jerk_in_lane, next_speed, slope_in_lane, weakening_in_lane
+from ..contacts.stribeck.laws import by_law, inflection
 from ..contacts.stribeck.outside import Scanned
 from ..contacts.stribeck.stepping import restart
 from ..dense import NODES, WEIGHTS
@@ -28,6 +28,7 @@ from .settling import drag_at, drags_between
 SAFETY = 2.0
 WEAKEST = 0.25  # force over radius: beyond, friction decides how long the motion stays where it is
 GRADED = 0.1  # first panel beside the slowest point, in units of a4
+LEAST = 1e-3  # share of a panel, or of a step of the radius, that is taken even where a station ends it
 RADII = 24  # between which the mean drag may change by less than itself
 CLOSER = 0.85  # of the distance to the circle that touches standstill, from one radius to the next
 CLOSEST = 20.0  # to that circle, in changes of r within a loop
@@ -50,7 +51,10 @@ def excess_force(law, s, i, w):
 
 @compiled
 def mean_drag(law, s, i, r, offset):
-    """Mean drag of a loop of radius r > 0 about p = offset, its error, and the most r changes by within a loop."""
+    """Mean drag of a loop of radius r > 0 about p = offset, its error, and the most r changes by within a loop.
+
+    By Gauss over panels, which end at stations of the law.
+    """
     b = s[at.B + i]
     lowest = -asin(min(b / r, 1.0))  # angle at which w is least, or zero
     mean, square, change, top = 0.0, 0.0, 0.0, 0.0
@@ -59,6 +63,9 @@ def mean_drag(law, s, i, r, offset):
         start, size = 0.0, GRADED * min(1.0, 1.0 / (s[at.RATE + i] * r))
         while start < way:
             size = min(size, way - start)
+            station = next_speed(law, s, i, abs(b + r * sin(lowest + sign * start)), 1.0)
+            if station < abs(b + r * sin(lowest + sign * (start + size))):
+                size = max(sign * (asin((sign * station - b) / r) - lowest) - start, LEAST * size)
             for node in range(len(NODES)):
                 angle = lowest + sign * (start + size * NODES[node])
                 q, weight = r * sin(angle), 2.0 * size * WEIGHTS[node]
@@ -82,20 +89,29 @@ def mean_drag(law, s, i, r, offset):
 @compiled
 def decays_on_average(law, s, i):
     """Return whether all loops from the present one down, none of which comes to rest, shrink."""
-    if not is_smooth(law):
-        return False
     b, drag = s[at.B + i], drag_at(law, s, i, s[at.B + i])
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b
     r = (p * p + q * q) ** 0.5
     if b <= 0.0 or drag <= 0.0 or s[at.CROSSED + i] < 2.0 or s[at.MODE + i] == at.RISE and s[at.W_MIN + i] > 0.0:
         return False
+    radius = 0.0
     for n in range(RADII):
-        before = drag
-        radius = r * (n + 1) / RADII
-        drag, error, change = mean_drag(law, s, i, radius, 0.0)
-        if not drag > max(error, abs(drag - before)) or radius + change >= b - s[at.W_MIN + i]:
-            return False
+        while radius < r * (n + 1) / RADII:
+            before = drag
+            radius = next_radius(law, s, i, radius, r * (n + 1) / RADII)
+            drag, error, change = mean_drag(law, s, i, radius, 0.0)
+            if not drag > max(error, abs(drag - before)) or radius + change >= b - s[at.W_MIN + i]:
+                return False
     return True
+
+
+@compiled(inline=True)
+def next_radius(law, s, i, r, end):
+    """The radius at `end`, or on the way there from r the first of a loop that touches a station of the curve."""
+    b, way = s[at.B + i], 1.0 if end > r else -1.0
+    outer = way * (next_speed(law, s, i, b + r, way) - b)
+    inner = way * (b - next_speed(law, s, i, b - r, -way)) if r < b else way * (next_speed(law, s, i, r - b, way) + b)
+    return way * min(way * end, max(min(outer, inner), way * r + LEAST * abs(end - r)))
 
 
 @by_law
@@ -136,8 +152,6 @@ def is_caught(law, s, i):
 def leaps(m, i):
     """Put lane i where its motion is known to come, if that takes more steps than are left; whether it did."""
     law, s, b = m.law, m.s, m.s[at.B + i]
-    if not is_smooth(law):
-        return False
     if s[at.W_MIN + i] > 0.0 or b <= 0.0 or s[at.TAU_END + i] < inf or m.observer.until == at.UNTIL_HORIZON:
         return False
     p, q = s[at.Y + i] - s[at.Y_STAR + i], s[at.W + i] - b
@@ -157,7 +171,7 @@ def leaps(m, i):
     end, loops = r, 0.0
     before = mean_drag(law, s, i, r, offset)[0] if r > b else 0.0
     while before > 0.0:
-        radius = b + CLOSER * (end - b)
+        radius = next_radius(law, s, i, end, b + CLOSER * (end - b))
         drag, error, change = mean_drag(law, s, i, radius, offset)
         if not drag > max(error, abs(drag - before)) or radius - b < CLOSEST * change or radius < 1e-3 * r:
             break

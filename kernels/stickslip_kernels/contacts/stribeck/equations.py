@@ -3,7 +3,7 @@
 from ... import layout as at
 from ...dense import rise_and_work
 from ...jit import compiled
-from .laws import shape, weakening_slope
+from .laws import next_station, shape, weakening_slope
 
 
 @compiled(inline=True)
@@ -32,3 +32,9 @@ def state_at(law, s, i, t):
     w, rise, work = rise_and_work(s, i, t)
     y = s[at.Y + i] + rise
     return y, w, slope_in_lane(law, s, i, y, w), work
+
+
+@compiled(inline=True)
+def next_speed(law, s, i, w, way):
+    """The next slip speed after w >= 0, upwards or downwards, at which the curve of lane i has a station."""
+    return next_station(law, s[at.RATE + i] * w, way) / s[at.RATE + i]

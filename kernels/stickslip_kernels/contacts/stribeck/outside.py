@@ -21,6 +21,7 @@ MARGIN = 1.25  # tangents bound a convex trough; the rest is for one that is not
 MOST_PASSED = 1.0  # stations in a step
 HALVINGS = at.STATIONS.bit_length() - 1  # of the search among them
 NOTHING = 1e-300
+ROUNDING = 1e-12  # of slopes, to whose differences it matters
 
 
 class Scanned(NamedTuple):
@@ -109,8 +110,19 @@ def _passes_unseen(law, z, z_end, rise, rise_end):
     return 1.0 * place(law.stations, at.STATION, high) - 1.0 * place(law.stations, at.STATION, low) > MOST_PASSED
 
 
+def _next_station(law, z, way):
+    """The station beyond z, or inf; downwards 0 at last, from where it is as far."""
+    k = place(law.stations, at.STATION, z)
+    if way > 0.0:
+        return law.stations[at.STATION, k + 1] if k + 1 < at.STATIONS else inf
+    if law.stations[at.STATION, k] == z:
+        k -= 1
+    return law.stations[at.STATION, k] if k >= 0 else -inf
+
+
 laws.passes_unseen.of(Scanned)(_passes_unseen)
-laws.is_smooth.of(Scanned)(lambda law: False)
+laws.next_station.of(Scanned)(_next_station)
+laws.has_kinks.of(Scanned)(lambda law: True)
 
 
 # --- the slope from station to station --------------------------------------------------------------------------------
@@ -146,3 +158,21 @@ def slopes_between(law, low, high, delta):
             least, most = min(least, slope), max(most, slope)
         z, k = end, k + 1
     return least, most
+
+
+@compiled
+def is_concave_from(law, z, delta):
+    """Return whether the slope of the shape is concave from z on: at stations, and half way between them."""
+    slope, k = slope_at(law, z, delta), place(law.stations, at.STATION, z) + 1
+    before = inf  # the bend up to z
+    while k < at.STATIONS and law.stations[at.STATION, k] < inf:
+        half = 0.5 * (law.stations[at.STATION, k] - z)
+        for _ in range(2):
+            last, z = slope, z + half
+            slope = slope_at(law, z, delta)
+            bend = (slope - last) / half
+            if bend > before + ROUNDING * (abs(slope) + abs(last)) / half:
+                return False
+            before = bend
+        k += 1
+    return True

@@ -103,9 +103,17 @@ def passes_unseen(law, z, z_end, rise, rise_end):
 
 
 @by_law_inline
-def is_smooth(law):
-    """Return whether few values of the slope tell all of it, as of an analytic shape."""
-    return True
+def next_station(law, z, way):
+    """The next place after z, upwards (way 1) or downwards (-1), beyond which few values of the slope between do not tell
+    all of it: infinitely far, as of an analytic shape.
+    """
+    return way * inf
+
+
+@by_law_inline
+def has_kinks(law):
+    """Return whether the slope may have kinks: never, where the shape is analytic."""
+    return False
 
 
 @by_law_inline
