@@ -7,6 +7,7 @@ beside the shape its *stations*, places between which it is nearly a cubic and i
 from __future__ import annotations
 
 import hashlib
+import pickle
 import re
 from collections.abc import Callable
 from functools import cache
@@ -23,6 +24,7 @@ from stickslip.vocabulary.settings import CURVE_COLUMNS
 
 Floats = NDArray[np.float64]
 Shape = Callable[[float, float], float]
+Series = Callable[[int, tuple[float, ...], tuple[float, ...], tuple[float, ...], float], float]
 
 ENTRY_POINTS = "stickslip.laws"  # group of a package: name of the law, and a module with `shape` and `slope`
 MOST_POINTS = 200
@@ -33,6 +35,11 @@ _TAKEN = (TABLE, PREFIX)  # beginnings of names
 _EXPONENTS = (1.0, 1.5, 2.0, 3.0, 5.0)  # at which a shape is looked at
 _Z = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 1601)])  # where
 _UNLIKE, _ROUNDING = 1e-3, 1e-12  # of the slope, of the shape: a difference of shapes within it is that of the slope
+_STEADY = 0.3  # change of the slope in which Simpson's rule is good to a thousandth of that
+_NOTHING = 1e-290  # the same where the shape has all but vanished
+_STARTS = (0.02, 0.1, 0.5, 1.0, 3.0, 10.0)  # of motions along which a recurrence is tried
+_MOTION = (1.0, 1.0, 0.3, -0.2, *[0.0] * 10)  # z over where it starts, as a series in time
+_NEAR, _UNLIKE_SERIES = 0.3, 1e-5  # how far, over the radius of convergence; of the slope
 _BENT = 1e-4  # by which a cubic between neighbouring stations may miss the shape
 _TURNED = 1e-6  # of the range of slopes: so much there and back is a turn
 
@@ -165,10 +172,16 @@ class RegisteredLaw(OwnLaw):
     __slots__ = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return register_law, (str(self), *(self.functions or ()))
+        import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
+
+        return _registered, (str(self), cloudpickle.dumps(self.functions))
 
 
-def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
+def _registered(name: str, functions: bytes) -> RegisteredLaw:
+    return register_law(name, *pickle.loads(functions))
+
+
+def register_law(name: str, shape: Shape, slope: Shape, recurrence: Series | None = None) -> RegisteredLaw:
     """Add a friction law mu = a1 + a2 w + a3 shape(w/a4, delta) of one's own, for this process.
 
     Parameters
@@ -178,6 +191,10 @@ def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
     shape, slope : function
         Of z = w/a4 >= 0 and of the exponent delta, which need not matter: the shape, with shape(0) = 1, and its
         derivative by z. Plain functions, or such that `numba.njit` made, of what Numba compiles.
+    recurrence : function, optional
+        Of (n, z, s, d, delta), n >= 1: coefficient n of the power series in time of the slope along any motion, given
+        coefficients 0 to n of z and of the shape, and 0 to n - 1 of the slope, as sequences. With it slips are
+        integrated by Taylor series, as under laws of the program.
 
     Returns
     -------
@@ -194,14 +211,18 @@ def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
     for what, function in (("shape", shape), ("slope", slope)):
         if not callable(function):
             raise TypeError(f"law {name}: got {what}={function!r}, expected a function of (z, delta)")
+    functions = (shape, slope) if recurrence is None else (shape, slope, recurrence)
     try:
-        digest = code_digest(shape, slope)
+        digest = code_digest(*functions)
     except ValueError as error:
         raise ValueError(f"law {name}: {error}") from None
     tables = {delta: _look_at(name, shape, slope, delta) for delta in _EXPONENTS}
+    if recurrence is not None:
+        for delta in _EXPONENTS:
+            _try_recurrence(name, (shape, slope, recurrence), delta)
     with_exponent = any(not np.array_equal(one[0], tables[1.0][0]) for one in tables.values())
     law = RegisteredLaw(name)
-    law.kernel, law.functions, law.coefficients, law.fastest = f"{name}_{digest}", (shape, slope), {}, inf
+    law.kernel, law.functions, law.coefficients, law.fastest = f"{name}_{digest}", functions, {}, inf
     law.text = f"{getattr(shape, '__doc__', None) or 'a law of your own'}".strip().partition("\n")[0].rstrip(".")
     law.positive = False
     places = np.unique(np.concatenate([_plain_places(_Z, *one) for one in tables.values()]))
@@ -220,8 +241,8 @@ def _look_at(name: str, shape: Shape, slope: Shape, delta: float) -> tuple[Float
         for z in places.tolist():
             try:
                 found.append(float(function(z, delta)))
-            except (ArithmeticError, ValueError) as error:
-                raise ValueError(f"law {name}: {what}({z:g}, {delta:g}) fails: {error}") from None
+            except Exception as error:  # of code that people wrote
+                raise ValueError(f"law {name}: {what}({z:g}, {delta:g}) fails: {error}") from error
             if not isfinite(found[-1]):
                 raise ValueError(f"law {name}: {what}({z:g}, {delta:g}) is {found[-1]}, expected a finite number")
         return np.array(found)
@@ -235,13 +256,40 @@ def _look_at(name: str, shape: Shape, slope: Shape, delta: float) -> tuple[Float
         )
     between = values("slope", slope, 0.5 * (_Z[1:] + _Z[:-1]))
     ends = np.stack([slopes[:-1], between, slopes[1:]])
-    rise, noise = np.diff(at) / np.diff(_Z), _UNLIKE * np.abs(ends).max(axis=0) + _ROUNDING * at[:-1] / np.diff(_Z)
+    noise = _UNLIKE * np.abs(ends).max(axis=0) + _ROUNDING * at[:-1] / np.diff(_Z) + _NOTHING
+    rise, mean = np.diff(at) / np.diff(_Z), (ends[0] + 4.0 * ends[1] + ends[2]) / 6.0
     off = np.maximum(ends.min(axis=0) - rise, rise - ends.max(axis=0)) - noise
+    steady = np.ptp(ends, axis=0) < _STEADY * np.abs(ends).max(axis=0)
+    unlike = np.where(steady, np.abs(mean - rise) - noise, -inf)  # at a kink, but not in three places in a row
+    off[:-2] = np.maximum(off[:-2], np.min([unlike[:-2], unlike[1:-1], unlike[2:]], axis=0))
     if off[worst := int(np.argmax(off))] > 0.0:
         raise ValueError(
             f"law {name}: slope({_Z[worst]:g}, {delta:g}) is {slopes[worst]:g}, and the shape rises by {rise[worst]:g}"
         )
     return at, slopes
+
+
+def _try_recurrence(name: str, functions: tuple[Callable[..., float], ...], delta: float) -> None:
+    """Try a recurrence along motions. Raises ValueError where it fails, or its series is not the slope."""
+    shape, slope, recurrence = (getattr(one, "py_func", one) for one in functions)
+    for start in _STARTS:
+        z = tuple(start * part for part in _MOTION)
+        s: tuple[float, ...] = (float(shape(start, delta)),)
+        d: tuple[float, ...] = (float(slope(start, delta)),)
+        for n in range(1, len(z)):
+            s += (sum(j * z[j] * d[n - j] for j in range(1, n + 1)) / n,)
+            try:
+                d += (float(recurrence(n, z[: n + 1], s, d, delta)),)
+            except Exception as error:  # of code that people wrote
+                raise ValueError(f"law {name}: recurrence({n}, ...) fails from z = {start:g} on: {error}") from error
+        size = max(map(abs, d[:2]))
+        t = _NEAR / max([1.0, *((abs(value) / size) ** (1.0 / n) for n, value in enumerate(d) if n and size)])
+        series, there = (sum(value * t**n for n, value in enumerate(row)) for row in (d, z))
+        if not abs(series - slope(there, delta)) <= _UNLIKE_SERIES * size:
+            raise ValueError(
+                f"law {name}: from z = {start:g} to {there:g} the series of the recurrence gives the slope {series:g}, "
+                f"and slope({there:g}, {delta:g}) is {slope(there, delta):g}"
+            )
 
 
 def _plain_places(z: Floats, shape: Floats, slope: Floats) -> Floats:
@@ -290,9 +338,7 @@ def pickled_law(law: str) -> bytes:
     own = own_law(law)
     if own is None or own.functions is None:
         return b""
-    import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
-
-    return bytes(cloudpickle.dumps(own))
+    return pickle.dumps(own)
 
 
 def is_law(name: object) -> bool:
@@ -310,6 +356,6 @@ def _load_law(name: str) -> None:
     for entry in entry_points(group=ENTRY_POINTS, name=name):
         law = entry.load()
         try:
-            register_law(name, law.shape, law.slope)
+            register_law(name, law.shape, law.slope, getattr(law, "recurrence", None))
         except AttributeError:
             raise ValueError(f"law {name}: {entry.value} has no functions `shape` and `slope`") from None

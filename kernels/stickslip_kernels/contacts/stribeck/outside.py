@@ -16,9 +16,11 @@ from ...intrinsics import as_index, select
 from ...jit import compiled
 from . import laws
 from .laws import shape, weakening_slope
+from .recurrences import of_slope
+from .taylor import expansion, find_coefficients
 
 MARGIN = 1.25  # tangents bound a convex trough; the rest is for one that is not quite
-MOST_PASSED = 1.0  # stations in a step
+MOST_PASSED, MOST_EXPANDED = 1.0, 3.0  # stations in a step; in one by a series, which tells more of what is ahead
 HALVINGS = at.STATIONS.bit_length() - 1  # of the search among them
 NOTHING = 1e-300
 ROUNDING = 1e-12  # of slopes, to whose differences it matters
@@ -32,6 +34,10 @@ class Scanned(NamedTuple):
     """
 
     stations: Any
+
+
+class Expanded(Scanned):
+    """Tag of laws that bring a recurrence; of each a class of its own is derived."""
 
 
 class Table(Scanned):
@@ -52,11 +58,9 @@ def add(name, kind, of_shape, of_slope):
     LAWS[name] = kind(0.0)
 
 
-def add_functions(name, plain_shape, plain_slope):
-    """Add a law given by two functions of (z, delta), z >= 0."""
-    of_z, slope_of_z = (
-        compiled(getattr(plain, "py_func", plain), inline=True, keep=False) for plain in (plain_shape, plain_slope)
-    )
+def add_functions(name, *plain):
+    """Add a law given by two functions of (z, delta), z >= 0, and its recurrence (`recurrences.of_slope`), if any."""
+    of_z, slope_of_z, *series = (compiled(getattr(one, "py_func", one), inline=True, keep=False) for one in plain)
 
     def tangent(law, z, delta):
         return of_z(max(z, 0.0), delta) + min(z, 0.0) * slope_of_z(0.0, delta)
@@ -64,7 +68,10 @@ def add_functions(name, plain_shape, plain_slope):
     def slope(law, z, x, drop, delta):
         return drop * slope_of_z(max(z, 0.0), delta)
 
-    add(name, type(name, (Scanned,), {}), tangent, slope)
+    kind = type(name, (Expanded if series else Scanned,), {})
+    add(name, kind, tangent, slope)
+    for one in series:
+        find_coefficients.of(kind)(expansion(of_slope(slope_of_z, one)))
 
 
 @compiled(inline=True)
@@ -101,13 +108,16 @@ add("table", Table, cubic, cubic_slope)
 # --- what steps must know ---------------------------------------------------------------------------------------------
 
 
-def _passes_unseen(law, z, z_end, rise, rise_end):
-    """Tangents at the ends bound how far z goes beyond them inside the step, over which it changes at these rates."""
+@compiled(inline=True)
+def passed(law, z, z_end, rise, rise_end):
+    """The number of stations that a step may pass, over which z changes at these rates: tangents at its ends bound how
+    far it goes beyond them.
+    """
     beyond = MARGIN * abs(rise * rise_end) / (abs(rise) + abs(rise_end) + NOTHING)
     beyond = select(rise * rise_end < 0.0, beyond, 0.0)
     low = min(z, z_end) - select(rise < 0.0, beyond, 0.0)
     high = max(z, z_end) + select(rise > 0.0, beyond, 0.0)
-    return 1.0 * place(law.stations, at.STATION, high) - 1.0 * place(law.stations, at.STATION, low) > MOST_PASSED
+    return 1.0 * place(law.stations, at.STATION, high) - 1.0 * place(law.stations, at.STATION, low)
 
 
 def _next_station(law, z, way):
@@ -120,9 +130,16 @@ def _next_station(law, z, way):
     return law.stations[at.STATION, k] if k >= 0 else -inf
 
 
-laws.passes_unseen.of(Scanned)(_passes_unseen)
+laws.passes_unseen.of(Scanned)(
+    lambda law, z, z_end, rise, rise_end: passed(law, z, z_end, rise, rise_end) > MOST_PASSED
+)
+laws.steps_over.of(Expanded)(
+    lambda law, z, z_end, rise, rise_end: passed(law, z, z_end, rise, rise_end) > MOST_EXPANDED
+)
 laws.next_station.of(Scanned)(_next_station)
 laws.has_kinks.of(Scanned)(lambda law: True)
+laws.has_kinks.of(Expanded)(lambda law: False)
+laws.bends.of(Expanded)(lambda law: True)
 
 
 # --- the slope from station to station --------------------------------------------------------------------------------

@@ -41,17 +41,21 @@ def first_loop(recurrence):
             w, dw, jerk, weak = s[at.W + i], s[at.DW + i], s[at.JERK + i], s[at.WEAK + i]
             s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = w, dw, 0.5 * jerk
             s[at.SERIES_DW + i], s[at.SERIES_DW + at.WIDTH + i] = dw, jerk
+            s[at.SERIES_WEAK + i] = weak
             begin(s, i)
             first_f, first_g = f_0(s, i, dw, dw), g_0(s, i, weak, w)
+            if keeps_f:
+                s[f + i] = first_f
+            if keeps_g:
+                s[g + i] = first_g
             weak_1 = first_f * first_g * scale(s, i, 1.0)
             second_f, second_g = f_1(s, i, jerk, 0.5 * jerk), g_1(s, i, weak_1, dw)
             weak_2 = (first_f * second_g + second_f * first_g) * scale(s, i, 0.5)
-            s[at.SERIES_WEAK + i], s[at.SERIES_WEAK + at.WIDTH + i] = weak, weak_1
-            s[at.SERIES_WEAK + 2 * at.WIDTH + i] = weak_2
+            s[at.SERIES_WEAK + at.WIDTH + i], s[at.SERIES_WEAK + 2 * at.WIDTH + i] = weak_1, weak_2
             if keeps_f:
-                s[f + i], s[f + at.WIDTH + i] = first_f, second_f
+                s[f + at.WIDTH + i] = second_f
             if keeps_g:
-                s[g + i], s[g + at.WIDTH + i] = first_g, second_g
+                s[g + at.WIDTH + i] = second_g
                 s[g + 2 * at.WIDTH + i] = g_2(s, i, weak_2, 0.5 * jerk)
 
     return loop
@@ -217,7 +221,8 @@ def judge_step(law, s):
         slope = drag + rate * weakening_slope(law, rate * w, weak, drop, delta)
         jerk = (s[at.B + i] + h * s[at.ALPHA + i] - w) - slope * dw
         agrees = defect * h <= (at.ORDER + 1) * s[at.ALLOWED + i]
-        hides = may_hide(s, i, h, w, dw) | steps_over(law, rate * s[at.W + i], rate * w)
+        hides = may_hide(s, i, h, w, dw)
+        hides = hides | steps_over(law, rate * s[at.W + i], rate * w, rate * h * s[at.DW + i], rate * h * dw)
         hides = hides | (bends(law) & may_bend_twice(s, i, h, dw, jerk))
         good = (s[at.GOOD + i] > 0.0) & agrees & (not hides)
         s[at.WEAK_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i] = weak, dw, jerk

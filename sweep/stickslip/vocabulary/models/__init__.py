@@ -11,7 +11,16 @@ from typing import Any
 
 from stickslip.vocabulary.models.lugre import BRISTLES_ON_ANY, LUGRE, ON_POSITIVE, law_of_contact
 from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
-from stickslip.vocabulary.models.own_law import OWN_NAME, PREFIX, OwnLaw, coefficients_of, note, own_law, own_names
+from stickslip.vocabulary.models.own_law import (
+    OWN_NAME,
+    PREFIX,
+    OnBristles,
+    OwnLaw,
+    coefficients_of,
+    note,
+    own_law,
+    own_names,
+)
 from stickslip.vocabulary.models.rate_state import RATE_STATE
 from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, OF_ANY_SHAPE, STRIBECK
 
@@ -24,9 +33,8 @@ _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
-    "ROUNDING", "STRIBECK",
-    "WRITTEN_LAWS", "Curve", "Model", "OwnKernels", "OwnLaw", "Rule", "Slider", "add_law", "coefficients_of",
-    "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
+    "ROUNDING", "STRIBECK", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels", "OwnLaw", "Rule", "Slider",
+    "add_law", "coefficients_of", "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
 ]  # fmt: skip
 
 

@@ -18,7 +18,8 @@ class OwnLaw(str):
     """The name of a law, which goes wherever a law is named.
 
     kernel : name of its kernels, which tells the contents. text : what it is, in words. stations : its numbers, as the
-    kernels have them, (STATION_ROWS, STATIONS). functions : shape and slope of (z, delta); None where numbers tell all.
+    kernels have them, (STATION_ROWS, STATIONS). functions : shape and slope of (z, delta), and perhaps the recurrence
+    of the slope; None where numbers tell all.
     coefficients : those of its curve that need not be given. fastest : slip speed (m/s) up to which it is known.
     positive : whether the shape is above 0 at every slip speed.
     """
@@ -28,7 +29,7 @@ class OwnLaw(str):
     kernel: str
     text: str
     stations: Floats
-    functions: tuple[Callable[..., float], Callable[..., float]] | None
+    functions: tuple[Callable[..., float], ...] | None
     coefficients: Mapping[str, float]
     fastest: float
     positive: bool
@@ -38,12 +39,29 @@ class OwnLaw(str):
         import numpy as np
 
         if self.functions is not None:
-            shape, slope = (np.vectorize(one, otypes=[float])(z, delta) for one in self.functions)
+            shape, slope = (np.vectorize(one, otypes=[float])(z, delta) for one in self.functions[:2])
             return shape, slope
         _, knot, *cubic = self.stations
         k = np.searchsorted(knot[1:], z, side="right")
         t, (c0, c1, c2, c3) = np.subtract(z, knot[k]), (row[k] for row in cubic)
         return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + t * 3.0 * c3)
+
+
+class OnBristles(str):
+    """The name of a law of one's own behind bristles, with that law."""
+
+    __slots__ = ("own",)
+
+    own: OwnLaw
+
+    def __new__(cls, own: OwnLaw) -> OnBristles:
+        """The name that the law has there."""
+        self = super().__new__(cls, f"{PREFIX}{own}")
+        self.own = own
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return OnBristles, (self.own,)
 
 
 _KNOWN: dict[str, OwnLaw] = {}

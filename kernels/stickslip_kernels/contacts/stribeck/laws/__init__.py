@@ -19,8 +19,8 @@ and, where they differ from the defaults below,
     relaxation(delta)                       from this z on, the slope is concave
     last_weakening(delta)                   from this z on, the shape is constant to rounding
     hidden_depth(delta)                     by how much z may dip inside a step below both ends of it (`resolvable.py`)
-    steps_over(z, z_end)                    whether a Taylor step from z to z_end has passed over friction that neither
-                                            end shows; straight-line code
+    steps_over(z, z_end, rise, rise_end)    whether a Taylor step from z to z_end, over which z changes at these rates,
+                                            has passed over friction that neither end shows; straight-line code
     bends()                                 whether it bends so much that w'' may vanish twice within a Taylor step; a
                                             constant
 
@@ -83,8 +83,8 @@ def hidden_depth(law, delta):
 
 
 @by_law_inline
-def steps_over(law, z, z_end):
-    """Return whether a step has passed over weakening unseen: never, where the shape only grows below z = 0."""
+def steps_over(law, z, z_end, rise, rise_end):
+    """Return whether a Taylor step has passed over weakening unseen: never, where the shape only grows below z = 0."""
     return False
 
 
@@ -104,8 +104,8 @@ def passes_unseen(law, z, z_end, rise, rise_end):
 
 @by_law_inline
 def next_station(law, z, way):
-    """The next place after z, upwards (way 1) or downwards (-1), beyond which few values of the slope between do not tell
-    all of it: infinitely far, as of an analytic shape.
+    """The next place after z, upwards (way 1) or downwards (-1), that no panel of a quadrature over the slope should
+    pass: infinitely far, as of an analytic shape.
     """
     return way * inf
 

@@ -67,7 +67,7 @@ def hidden_depth(delta):
 
 
 @compiled(inline=True)
-def steps_over(z, z_end):
+def steps_over(z, z_end, rise, rise_end):
     """The shape is even: beyond the zone on both sides nothing tells that it was crossed."""
     return (z > SEEN) & (z_end < -SEEN)
 

@@ -54,6 +54,6 @@ def hidden_depth(delta):
 
 
 @compiled(inline=True)
-def steps_over(z, z_end):
+def steps_over(z, z_end, rise, rise_end):
     """Beyond the pole."""
     return z_end <= -1.0
