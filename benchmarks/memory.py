@@ -1,6 +1,7 @@
-"""Cost of maps of contacts with memory, and of a few of their cycles by SciPy's Radau at the same tolerance.
+"""Cost of maps of contacts with memory, and of a few of their cycles by others at the same tolerance: Radau of SciPy,
+and Kvaerno5 of diffrax where that is installed.
 
-    python benchmarks/memory.py      # half a minute
+    python benchmarks/memory.py      # half a minute; with diffrax, several
 
 48 x 48 cells, CPU time on one thread, rtol 1e-6. Belt speeds from 1e-7 to 0.1 m/s; stiffnesses from 2 to 400 N/mm, as
 in configs/rate_state.yaml, or from 0.03 to 30 times the critical one at each speed. Bristles: configs/lugre.yaml.
@@ -8,13 +9,17 @@ in configs/rate_state.yaml, or from 0.03 to 30 times the critical one at each sp
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from importlib.util import find_spec
 from statistics import median
 from time import process_time
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
 
 from measure import Job, interleave
 from stickslip import engine
@@ -27,7 +32,9 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells
 
 SIDE, TURNS, SAMPLE, CYCLES, STUCK = 48, 3, 8, 4, 5.0
+BATCH, MOST_STEPS = 64, 2**15  # cells of diffrax, and its steps
 ROCK = {"mass": 1.0, "normal_load": 10.0, "mu_0": 0.6, "v_0": 1e-6, "a": 0.010, "b": 0.018, "D_c": 1e-6}
+NAMES = ("mass", "stiffness", "normal_load", "belt_speed", "a", "b", "D_c", "mu_0", "v_0")
 SPEEDS = np.geomspace(1e-7, 0.1, SIDE)
 
 
@@ -64,7 +71,9 @@ def measure() -> list[dict]:
             "ns": seconds / results["steps"].sum() * 1e9, "settle": float(np.isin(regimes, (2, 3)).mean()),
             "unresolved": int((regimes >= 6).sum()),
         }  # fmt: skip
-        rows.append(row | (against_scipy(cases[name][0], results) if name == "rate_state_ageing" else {}))
+        if name == "rate_state_ageing":
+            row |= against_scipy(cases[name][0], results) | against_diffrax(cases[name][0], results)
+        rows.append(row)
     return rows
 
 
@@ -79,16 +88,11 @@ def against_scipy(cells: Cells, results: engine.Results) -> dict:
 
 def period(cell: dict[str, float], about: float) -> float:
     """The last of a few cycles from our start on, by Radau in spring force, ln w and ln theta."""
-    m, k, load, v, a, b, d = (
-        cell[name] for name in ("mass", "stiffness", "normal_load", "belt_speed", "a", "b", "D_c")
-    )
-    steady = cell["mu_0"] + (a - b) * np.log(v / cell["v_0"])
+    values = tuple(cell[name] for name in NAMES)
+    steady, a, b = steady_friction(values), cell["a"], cell["b"]
 
-    def motion(t, state):  # F/(a N), ln(w/v), ln(theta v/D_c)
-        f, phi, psi = state
-        w = v * np.exp(phi)
-        rise = load * (a * f - steady - a * phi - b * psi) / (m * w)
-        return k * (v - w) / (a * load), rise, v / d * (np.exp(-psi) - np.exp(phi))
+    def motion(t, state):
+        return rates(state, values, steady, np.exp)
 
     def passes(t, state):
         return state[1]
@@ -97,6 +101,73 @@ def period(cell: dict[str, float], about: float) -> float:
     start = ((steady - STUCK * a + STUCK * b) / a, -STUCK, STUCK)
     times = solve_ivp(motion, (0.0, CYCLES * about), start, "Radau", events=passes, rtol=1e-6, atol=1e-6).t_events[0]
     return times[-1] - times[-2]
+
+
+def steady_friction(values: tuple) -> np.ndarray:
+    """Of cells with values of NAMES, at the speed of the belt."""
+    _, _, _, v, a, b, _, mu_0, v_0 = values
+    return mu_0 + (a - b) * np.log(v / v_0)
+
+
+def rates(state: tuple, values: tuple, steady: float, exp: Callable) -> tuple:
+    """Of F/(a N), ln(w/v), ln(theta v/D_c)."""
+    (f, phi, psi), (m, k, load, v, a, b, d, *_) = state, values
+    w = v * exp(phi)
+    rise = load * (a * f - steady - a * phi - b * psi) / (m * w)
+    return k * (v - w) / (a * load), rise, v / d * (exp(-psi) - exp(phi))
+
+
+def against_diffrax(cells: Cells, results: engine.Results) -> dict:
+    """Seconds a cell of Kvaerno5 for a batch of cells that stick-slip, compiled before; their steps; by how much the
+    last period differs from ours. Nothing where diffrax is not installed.
+    """
+    if find_spec("diffrax") is None:
+        return {}
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    jax.config.update("jax_enable_x64", True)
+    sticks = np.flatnonzero(results["regime"] == 1)[:BATCH]
+    values = tuple(np.broadcast_to(cells[:][name], results["regime"].shape)[sticks] for name in NAMES)
+    about, steady = results["period"][sticks], steady_friction(values)
+
+    def motion(t, state, cell):  # over the period
+        values, steady, about = cell
+        return about * jnp.stack(rates(tuple(state), values, steady, jnp.exp))
+
+    @jax.jit
+    @jax.vmap
+    def solve(start, cell):
+        return diffrax.diffeqsolve(
+            diffrax.ODETerm(motion), diffrax.Kvaerno5(), 0.0, float(CYCLES), None, start, cell,
+            saveat=diffrax.SaveAt(steps=True), max_steps=MOST_STEPS, throw=False,
+            stepsize_controller=diffrax.PIDController(rtol=1e-6, atol=1e-6),
+        )  # fmt: skip
+
+    a, b = values[4], values[5]
+    start = np.stack([(steady - STUCK * a + STUCK * b) / a, np.full_like(a, -STUCK), np.full_like(a, STUCK)], axis=1)
+    solution = jax.block_until_ready(solve(start, (values, steady, about)))  # compiles
+    began = process_time()
+    solution = jax.block_until_ready(solve(start, (values, steady, about)))
+    seconds = (process_time() - began) / sticks.size
+    steps, states = np.asarray(solution.ts), np.asarray(solution.ys)
+    off = [abs(last_period(*row, jax.vmap(motion, (0, 0, None)), cell) - 1.0) for *row, cell in
+           zip(steps, states, zip(zip(*values, strict=True), steady, about, strict=True), strict=True)]  # fmt: skip
+    return {"diffrax": seconds, "diffrax_off": float(np.max(off)),
+            "diffrax_steps": float(np.isfinite(steps).sum(axis=1).mean())}  # fmt: skip
+
+
+def last_period(times: np.ndarray, states: np.ndarray, motion: Callable, cell: tuple) -> float:
+    """Between the last two passages of w = v upwards, by cubics between the steps; NaN where it did not come so far."""
+    times, states = times[np.isfinite(times)], states[np.isfinite(times)]
+    ends = np.flatnonzero((states[:-1, 1] < 0.0) & (states[1:, 1] >= 0.0))[-2:]
+    if ends.size < 2 or times[-1] < CYCLES:
+        return float("nan")
+    slope = np.asarray(motion(times, states, cell))[:, 1]
+    between = CubicHermiteSpline(times, states[:, 1], slope)
+    passages = [brentq(between, times[n], times[n + 1], xtol=1e-14) for n in ends]
+    return passages[1] - passages[0]
 
 
 if __name__ == "__main__":

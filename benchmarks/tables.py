@@ -157,7 +157,8 @@ def maps_table(rows: list[dict[str, Any]]) -> str:
 
 
 def memory_table(rows: list[dict[str, Any]]) -> str:
-    """Maps of contacts with memory."""
+    """Maps of contacts with memory; a column of diffrax where it was measured."""
+    peer = any("diffrax" in row for row in rows)
     lines = [
         [
             row["map"],
@@ -167,6 +168,11 @@ def memory_table(rows: list[dict[str, Any]]) -> str:
             number(row["ns"]),
             number(row["us"]),
             f"{number(row['scipy'] / row['us'] * 1e6)} ({row['off']:.0e})" if "scipy" in row else "",
+            *(
+                [f"{number(row['diffrax'] / row['us'] * 1e6)} ({row['diffrax_off']:.0e})" if "diffrax" in row else ""]
+                if peer
+                else []
+            ),
         ]
         for row in rows
     ]
@@ -178,6 +184,7 @@ def memory_table(rows: list[dict[str, Any]]) -> str:
         "ns a step",
         "µs a cell",
         "over four cycles of Radau (whose period is off by)",
+        *(["over the same of diffrax, Kvaerno5, a batch"] if peer else []),
     ]
     return markdown(header, lines)
 

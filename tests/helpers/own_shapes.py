@@ -27,3 +27,27 @@ def stretched(z, delta):
 
 def stretched_slope(z, delta):
     return -delta * z ** (delta - 1.0) * math.exp(-(z**delta))
+
+
+def recurrence(n, z, s, d, delta):
+    """Of slope = -2 z s^2."""
+    total = 0.0
+    for i in range(n + 1):
+        for j in range(n + 1 - i):
+            total -= 2.0 * z[i] * s[j] * s[n - i - j]
+    return total
+
+
+def bell(z, delta):
+    return math.exp(-z * z)
+
+
+def bell_slope(z, delta):
+    return -2.0 * z * math.exp(-z * z)
+
+
+def bell_recurrence(n, z, s, d, delta):
+    total = 0.0
+    for j in range(n + 1):
+        total -= 2.0 * z[j] * s[n - j]
+    return total

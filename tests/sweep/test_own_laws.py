@@ -40,15 +40,28 @@ def stretched():
     return stickslip.register_law("own_stretched", own_shapes.stretched, own_shapes.stretched_slope)
 
 
+@pytest.fixture(scope="module")
+def expanded():
+    return stickslip.register_law("own_expanded", own_shapes.shape, own_shapes.slope, own_shapes.recurrence)
+
+
+@pytest.fixture(scope="module")
+def bell():
+    """The law `gaussian` of the program, as people would register it."""
+    return stickslip.register_law("own_bell", own_shapes.bell, own_shapes.bell_slope, own_shapes.bell_recurrence)
+
+
 @pytest.mark.parametrize("belt", [0.004, 0.1, 0.7])
-def test_the_motion_under_a_registered_law_is_that_of_scipy(lorentzian, belt, monkeypatch):
+@pytest.mark.parametrize("law", ["lorentzian", "expanded"])
+def test_the_motion_under_a_registered_law_is_that_of_scipy(law, belt, monkeypatch, request):
+    lorentzian = request.getfixturevalue(law)
     monkeypatch.setitem(scipy_oscillator.SHAPES, lorentzian, lambda z, delta: 1.0 / (1.0 + z * z))
     horizon = 15.0 + 0.6 / belt
     exact = Oscillator(belt, horizon, CURVE, gamma=0.02, law=lorentzian)
     for rtol in (1e-6, 1e-9):
         found = stickslip.evaluate(
             CELL | {"belt_speed": belt, "damping": 0.02},
-            law="own_lorentzian",
+            law=lorentzian,
             horizon=horizon,
             early_stop=False,
             rtol=rtol,
@@ -71,6 +84,53 @@ def test_our_law_written_again_gives_the_same_map(stretched, delta):
     for name in ("period", "spring_force_max", "restick_displacement", "settling_time", "damping_ratio"):
         assert np.isfinite(ours[name]).sum() > 20
         np.testing.assert_allclose(own[name], ours[name], rtol=2e-6, atol=1e-9, err_msg=name)
+
+
+def decades(random, n):
+    """Cells over decades, very weakly and very strongly damped ones among them."""
+    return {
+        "mass": 10.0 ** random.uniform(-1, 1, n), "stiffness": 10.0 ** random.uniform(-1, 3, n), "normal_load": 1.0,
+        "damping": 10.0 ** random.uniform(-5, 2, n), "belt_speed": 0.05 * 10.0 ** random.uniform(-2, 1.5, n), "a1": 0.3,
+        "a2": random.uniform(0, 0.2, n) * random.integers(0, 2, n), "a3": random.uniform(0, 0.3, n), "a4": 0.05,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("with_recurrence", [True, False])
+def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell, with_recurrence):
+    plain = stickslip.register_law("own_plain_bell", own_shapes.bell, own_shapes.bell_slope)
+    law, cells = bell if with_recurrence else plain, decades(np.random.default_rng(6), 500)
+    own, ours = (
+        stickslip.evaluate(cells | more, law=name) for name, more in ((law, {}), ("stribeck_delta", {"delta": 2.0}))
+    )
+    known = own["regime"].values != REGIMES.index("unresolved")
+    assert known.mean() > (0.999 if with_recurrence else 0.99)
+    np.testing.assert_array_equal(own["regime"].values[known], ours["regime"].values[known])
+    for name in ("period", "spring_force_max", "slip_speed_max", "settling_time", "acceleration_max"):
+        both = np.isfinite(own[name].values) & np.isfinite(ours[name].values)
+        assert both.sum() > 50
+        np.testing.assert_allclose(own[name].values[both], ours[name].values[both], rtol=2e-5, err_msg=name)
+
+
+def test_a_recurrence_takes_a_fraction_of_the_steps(lorentzian, expanded):
+    cells = decades(np.random.default_rng(7), 300) | {"damping": 0.02, "stiffness": 1.0}
+    steps = [float(stickslip.evaluate(cells, law=law)["steps"].mean()) for law in (lorentzian, expanded)]
+    assert steps[1] < 0.35 * steps[0]
+
+
+@pytest.mark.parametrize("with_recurrence", [True, False])
+@pytest.mark.parametrize("gamma", [1e-4, 0.02, 0.3, 10.0])
+def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, gamma, with_recurrence):
+    """Where loops grow or shrink too slowly to be followed."""
+    plain = stickslip.register_law("own_plain_bell", own_shapes.bell, own_shapes.bell_slope)
+    cell = UNIT | {"a1": 0.3, "a2": 0.0, "a3": 0.2, "a4": 0.05 if gamma < 1 else 0.005, "damping": gamma}
+    between = (cell["a4"] * 0.9, cell["a4"] * 9.0)
+    (own, ours) = (
+        stickslip.border(cell | more, "belt_speed", between, law=law, scan=24)
+        for law, more in ((bell if with_recurrence else plain, {}), ("stribeck_delta", {"delta": 2.0}))
+    )
+    first = [float(np.ravel(found["border"].values)[0]) for found in (own, ours)]
+    assert int(np.ravel(ours["regime_below"].values)[0]) == REGIMES.index("stick_slip")
+    assert first[0] == pytest.approx(first[1], rel=1e-6)
 
 
 def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_that_was_registered(lorentzian):
@@ -113,11 +173,34 @@ def test_a_configuration_names_a_registered_law(lorentzian):
         (lambda z, d: math.exp(z), lambda z, d: math.exp(z), "fails: math range error"),
         (lambda z, d: math.exp(-z) if z < 5 else math.nan, lambda z, d: -math.exp(-z), "is nan, expected a finite"),
         (lambda z, d: math.exp(-z) + (z > 2), lambda z, d: -math.exp(-z), "and the shape rises by"),
+        (lambda z, d: math.exp(-z), lambda z, d: -math.exp(-z) * (1.01 if z > 5 else 1), r"slope\(5.0.*shape rises"),
+        (lambda z, d: math.exp(-z), lambda z, d: math.inf if z == 0 else -math.exp(-z), r"slope\(0, 1\) is inf"),
+        (lambda z, d: math.nan if 2 < z < 2.05 else math.exp(-z), lambda z, d: -math.exp(-z), r"shape\(2.0.*is nan"),
+        (lambda z, d: 0.5 + 0.5 * math.exp(-z) - 1e-4 * z, lambda z, d: -0.5 * math.exp(-z) - 1e-4, "is -0.5, "),
+        (lambda z, d: math.exp(-z) * (1 if d < 4 else 2), lambda z, d: -math.exp(-z), r"shape\(0, 5\) is 2"),
+        (lambda z: math.exp(-z), lambda z: -math.exp(-z), "takes 1 positional argument but 2 were given"),
+        (lambda z, d: None, lambda z, d: -math.exp(-z), r"shape\(0, 1\) fails: float"),
     ],
 )  # fmt: skip
 def test_what_is_no_law_is_refused(shape, slope, message):
     with pytest.raises(ValueError, match=message):
         stickslip.register_law("own_wrong", shape, slope)
+    assert own_law("own_wrong") is None
+
+
+@pytest.mark.parametrize(
+    ("recurrence", "message"),
+    [
+        *((lambda n, z, s, d, e, wrong=k: -s[n] * (1.0 + (n == wrong)), "the series of the rec") for k in (1, 3, 6)),
+        (lambda n, z, s, d: -s[n], r"recurrence\(1, ...\) fails from z = 0.02 on: .* takes 4 positional"),
+        (lambda n, z, s, d, e: -d[n], "tuple index out of range"),
+        (lambda n, z, s, d, e: math.nan, "gives the slope nan"),
+        (own_shapes.bell_recurrence, "the series of the recurrence"),
+    ],
+)  # fmt: skip
+def test_a_recurrence_of_another_slope_is_refused(recurrence, message):
+    with pytest.raises(ValueError, match=message):
+        stickslip.register_law("own_wrong", lambda z, d: math.exp(-z), lambda z, d: -math.exp(-z), recurrence)
     assert own_law("own_wrong") is None
 
 
@@ -177,8 +260,9 @@ def test_the_digest_does_not_depend_on_the_process():
     assert seen == {code_digest(own_shapes.shape, own_shapes.slope, own_shapes.stretched)}
 
 
-def test_a_process_that_gets_the_options_knows_the_law(lorentzian):
-    options = stickslip.Options(law="own_lorentzian")
+@pytest.mark.parametrize("law", ["own_lorentzian", "lugre_own_lorentzian"])
+def test_a_process_that_gets_the_options_knows_the_law(lorentzian, law):
+    options = stickslip.Options(law=law)
     script = (
         f"import sys, pickle; sys.path.insert(0, {str(TESTS)!r}); from stickslip.vocabulary.own_laws import is_law\n"
     )
@@ -186,6 +270,21 @@ def test_a_process_that_gets_the_options_knows_the_law(lorentzian):
         "assert not is_law('own_lorentzian'); pickle.loads(sys.stdin.buffer.read()); assert is_law('own_lorentzian')"
     )
     subprocess.run([sys.executable, "-c", script], input=pickle.dumps(options), check=True)
+
+
+def test_options_carry_functions_that_no_module_has():
+    """Behind bristles, with a recurrence, into a process that computes with them."""
+    law = stickslip.register_law(
+        "own_lambdas", lambda z, d: math.exp(-z), lambda z, d: -math.exp(-z), lambda n, z, s, d, delta: -s[n]
+    )
+    options, cell = stickslip.Options(law=f"lugre_{law}"), CELL | {"belt_speed": 0.1, "contact_stiffness": 1e3}
+    script = (
+        "import sys, pickle, stickslip; options, cell = pickle.loads(sys.stdin.buffer.read()); "
+        "print(float(stickslip.evaluate(cell, options=options)['period'][0]))"
+    )
+    sent = pickle.dumps((options, cell))
+    done = subprocess.run([sys.executable, "-c", script], input=sent, capture_output=True, check=True)
+    assert float(done.stdout) == float(stickslip.evaluate(cell, options=options)["period"][0])
 
 
 def test_an_installed_package_brings_a_law(lorentzian, tmp_path):
