@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from judge import memory, radau
+from judge.memory_motion import rates
 
 DATA = Path(__file__).parent / "data"
 WITHIN = 3e-8  # as the judge computes by default; what it is used for is 100 tolerances of 1e-8
@@ -36,6 +37,32 @@ def test_reference_cycles_of_rate_and_state(row):
     cell = {name: np.array([float(row[column])]) for name, column in RATE_STATE.items()}
     rows = memory.kernel_rows({**cell, **{n: np.array([v]) for n, v in START.items()}}, f"rate_state_{row['law']}")
     check(cell, memory.judge_memory(rows)[0], row, "F_max", "F_min")
+
+
+@pytest.mark.parametrize("row", rows_of("rate_and_state.csv")[:4], ids=lambda row: row["id"])
+def test_the_regularised_form_has_these_cycles_as_well(row):
+    """Friction stays far above a in them; from rest on the belt."""
+    cell = {name: np.array([float(row[column])]) for name, column in RATE_STATE.items()}
+    start = {**START, "velocity": float(row["v_b"])}
+    law = f"rate_state_{row['law']}"
+    rows = memory.kernel_rows({**cell, **{n: np.array([v]) for n, v in start.items()}}, law, regularised=True)
+    check(cell, memory.judge_memory(rows)[0], row, "F_max", "F_min")
+
+
+@pytest.mark.parametrize("law", ["rate_state_ageing", "rate_state_slip"])
+def test_the_jacobian_of_slip_both_ways_is_that_of_differences(law):
+    cell = {"mass": 1.0, "stiffness": 2e4, "damping": 3.0, "belt_speed": 0.1, "normal_load": 10.0, "mu_0": 0.3,
+            "v_0": 1e-2, "a": 0.1, "b": 0.15, "D_c": 1e-3, **START}  # fmt: skip
+    (p,) = memory.kernel_rows({name: np.array([value]) for name, value in cell.items()}, law, regularised=True)
+    found, up, down = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for y in ([0.1, 0.3, 0.2], [-3.0, -5.0, 0.4], [-1.0, -12.0, -0.5]):
+        y = np.array(y)
+        memory.jacobian(p, y, found)
+        for n in range(3):
+            off = 1e-5 * np.eye(3)[n]
+            rates(p, y + off, up)
+            rates(p, y - off, down)
+            np.testing.assert_allclose(found[:, n], (up - down) / 2e-5, rtol=1e-6, atol=1e-7 * np.abs(found).max())
 
 
 @pytest.mark.parametrize("row", rows_of("lugre.csv"), ids=lambda row: row["id"])

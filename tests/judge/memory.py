@@ -12,8 +12,8 @@ import numpy as np
 from .jit import compiled
 from .layout import A1, A2, A3, A4, BELT, DELTA, GAMMA, LAW, LAWS
 from .memory_motion import (
-    A, AGEING, B, BRISTLES, D, ELASTIC, GROWTH, KIND, LONG, ROWS, S_0, S_1, S_1_RATE, SIGN, SLIP, START_0, START_1,
-    START_2, TURNS, acceleration, curve_level, friction, jacobian, slip_speed,
+    A, AGEING, B, BRISTLES, D, ELASTIC, GROWTH, KIND, LONG, REST, ROWS, S_0, S_1, S_1_RATE, SIGN, SLIP, START_0,
+    START_1, START_2, TURNS, acceleration, curve_level, friction, jacobian, slip_speed,
 )  # fmt: skip
 from .radau import MATRIX, SIZE, STAGES, STATES, at_share, error_of, polynomial_of, step
 
@@ -72,6 +72,16 @@ def first_passage(c, level, sign_before):
             return high
         below = x
     return 2.0
+
+
+@compiled
+def turning(p, c, x, stage):
+    """What vanishes with w' at the share x of a step; slip both ways leaves the state there in `stage`."""
+    if p[REST] == 0.0:
+        return at_share(c, 1, x)[1]
+    for row in range(STATES):
+        stage[row] = at_share(c, row, x)[0]
+    return acceleration(p, stage)
 
 
 @compiled
@@ -159,19 +169,20 @@ def follow(p, tolerance, most_steps, share_of_band, out, book):
             heat += h * MATRIX[STAGES - 1, n] * mu * slip_speed(p, stage)
         # what is passed on the way
         stage = end.copy()
-        slope_before, two_before, before = at_share(c, 1, 0.0)[1], 0.0, abs(acceleration(p, y))
+        slope_before, two_before, before = turning(p, c, 0.0, stage), 0.0, abs(acceleration(p, y))
         for n in range(1, SAMPLES + 1):
             x = n / SAMPLES
-            slope = at_share(c, 1, x)[1]
+            slope = turning(p, c, x, stage)
             if slope * slope_before < 0.0:
                 low, high = x - 1.0 / SAMPLES, x
                 for _ in range(40):
                     middle = 0.5 * (low + high)
-                    if at_share(c, 1, middle)[1] * slope_before > 0.0:
+                    if turning(p, c, middle, stage) * slope_before > 0.0:
                         low = middle
                     else:
                         high = middle
-                stage[1] = at_share(c, 1, low)[0]
+                if p[REST] == 0.0:
+                    stage[1] = at_share(c, 1, low)[0]
                 note(loop, end[0], slip_speed(p, stage), 0.0)
                 note(whole, end[0], slip_speed(p, stage), 0.0)
                 amplitude = max(amplitude, abs(slip_speed(p, stage) - belt))
@@ -313,6 +324,21 @@ def judge_memory(rows, tolerance=1e-9, most_steps=100_000, band=BAND):
     return out
 
 
+def let_turn(rows, w):
+    """The regularised form, from slip speeds w; its loads in steady sliding."""
+    belt, r = rows[:, BELT], rows[:, B] / rows[:, A]
+    steady = rows[:, A1] / rows[:, A]
+    c, half = steady + r * rows[:, START_2], 0.5 * np.exp(np.minimum(steady, 40.0))
+    rows[:, REST] = steady
+    rows[:, START_0] += rows[:, A1]
+    rows[:, A1] = rows[:, A] * np.where(steady > 40.0, steady, np.arcsinh(half))
+    rows[:, START_0] -= rows[:, A1]
+    with np.errstate(over="ignore"):
+        chi, at_belt = np.arcsinh(0.5 * np.abs(w) / belt * np.exp(c)), np.arcsinh(0.5 * np.exp(c))
+    chi = np.where(c > 300.0, np.log(np.maximum(np.abs(w) / belt, 1e-290)) + c, chi)
+    rows[:, START_1] = np.sign(w) * np.where(w == 0.0, 0.0, chi) - np.where(c > 300.0, c, at_belt)
+
+
 def first_sign(p):
     """Of w just after the start."""
     y = p[START_0 : START_0 + STATES]
@@ -322,8 +348,8 @@ def first_sign(p):
     return -1.0 if pull < 0.0 else 1.0
 
 
-def kernel_rows(cells, law):
-    """SI cells (arrays by name) to rows; belts backwards are mirrored, as bristles are."""
+def kernel_rows(cells, law, regularised=False):
+    """SI cells (arrays by name) to rows; belts backwards are mirrored. regularised : whether w may pass zero."""
     n = np.size(cells["mass"])
     m, k, load = (np.broadcast_to(cells[name], n) for name in ("mass", "stiffness", "normal_load"))
     time, length = np.sqrt(m / k), load / k
@@ -342,6 +368,8 @@ def kernel_rows(cells, law):
             rows[:, START_1] = np.where(np.isnan(velocity), np.log(0.1), np.log((belt - velocity) / belt))
             theta = np.where(cells["contact_time"] > 0.0, cells["contact_time"] / time * belt / rows[:, D], 1.0)
         rows[:, START_2] = np.log(theta)
+        if regularised:
+            let_turn(rows, np.where(np.isnan(velocity), 0.1 * belt, belt - velocity))
         return rows
     rows[:, KIND], rows[:, LAW] = BRISTLES, LAWS.index(law)
     for row, values in (

@@ -1,10 +1,11 @@
 """Contacts with memory, in kernel units: their equations, written down once more, with their Jacobians.
 
-Rate and state: f = xi less that of steady sliding, phi = ln(w/b), psi = ln(theta b/D). Bristles: xi, w and sigma_0 z;
-the sign of w is held, and steps end where w passes zero.
+Rate and state: f = xi less that of steady sliding, phi = ln(w/b), psi = ln(theta b/D). Where REST is not 0, friction
+is a asinh(e^c w/(2 b)), c = REST + b psi/a, and phi stands for mu/a less what it is at w = b. Bristles: xi, w and
+sigma_0 z; the sign of w is held, and steps end where w passes zero.
 """
 
-from math import cos, exp, pi, sin
+from math import asinh, cos, exp, log, pi, sin
 
 from .curve import slope_of_curve, weakened
 from .jit import compiled
@@ -13,8 +14,8 @@ from .layout import A1, A2, A3, BELT, GAMMA
 AGEING, SLIP, BRISTLES = range(3)
 # rows of a cell after those of the curve, which are where `curve.py` looks for them
 
-KIND, A, B, D, S_0, S_1, S_1_RATE, ELASTIC, SIGN, GROWTH, TURNS, LONG, START_0, START_1, START_2 = range(8, 23)
-ROWS = 23
+KIND, A, B, D, S_0, S_1, S_1_RATE, ELASTIC, SIGN, GROWTH, TURNS, LONG, START_0, START_1, START_2, REST = range(8, 24)
+ROWS = 24
 
 
 @compiled
@@ -41,6 +42,8 @@ def yielding(part, q):
 @compiled
 def friction(p, y):
     """Friction coefficient of a state."""
+    if p[REST] != 0.0:
+        return p[A] * (y[1] + at_belt(p, y[2])[1] - at_belt(p, 0.0)[1])
     if p[KIND] != BRISTLES:  # less that of steady sliding
         return p[A] * y[1] + p[B] * y[2]
     g, _ = curve_level(p, p[SIGN] * y[1])
@@ -49,7 +52,27 @@ def friction(p, y):
 
 
 @compiled
+def at_belt(p, psi):
+    """c, and mu/a at w = b."""
+    c = p[REST] + p[B] / p[A] * psi
+    return c, (c if c > 40.0 else asinh(0.5 * exp(c)))
+
+
+@compiled
+def both_ways(p, y):
+    """w and its derivatives by phi and psi; those of the first of these; tanh of mu/a at w = b."""
+    c, chi = at_belt(p, y[2])
+    r, half = p[B] / p[A], 0.5 * exp(min(c, 40.0))
+    q = half / (1.0 + half * half) ** 0.5
+    there, back = exp(max(y[1] + chi - c, -650.0)), exp(max(-y[1] - chi - c, -650.0))
+    w, s = p[BELT] * (there - back), p[BELT] * (there + back)
+    return w, s, r * (q * s - w), w, r * (q * w - s), q
+
+
+@compiled
 def slip_speed(p, y):
+    if p[REST] != 0.0:
+        return both_ways(p, y)[0]
     return y[1] if p[KIND] == BRISTLES else p[BELT] * exp(y[1])
 
 
@@ -69,9 +92,39 @@ def rates(p, y, out):
         out[1] = acceleration(p, y)
         out[2] = p[S_0] * w * (1.0 - yielding(p[ELASTIC], p[SIGN] * y[2] / g)[0])
         return
-    out[1] = acceleration(p, y) / w
-    per_time, e = p[BELT] / p[D], exp(y[1])
+    out[1] = acceleration(p, y) / w if p[REST] == 0.0 else 0.0
+    per_time, e = p[BELT] / p[D], exp(y[1]) if p[REST] == 0.0 else max(abs(w) / p[BELT], 1e-290)
+    if p[REST] != 0.0:
+        _, s, _, _, _, q = both_ways(p, y)
+        z, _, _ = following(p, e, y[2])
+        out[1], out[2] = (acceleration(p, y) + p[B] / p[A] * z * w) / s - p[B] / p[A] * q * z, z
+        return
     out[2] = per_time * (exp(-y[2]) - e) if p[KIND] == AGEING else -per_time * e * (y[1] + y[2])
+
+
+@compiled
+def following(p, e, psi):
+    """psi' and its derivatives by e = |w|/b and by psi."""
+    per_time = p[BELT] / p[D]
+    if p[KIND] == AGEING:
+        return per_time * (exp(-psi) - e), -per_time, -per_time * exp(-psi)
+    return -per_time * e * (log(e) + psi), -per_time * (log(e) + psi + 1.0), -per_time * e
+
+
+@compiled
+def jacobian_both_ways(p, y, j):
+    r, a, gamma = p[B] / p[A], p[A], p[GAMMA]
+    w, s, w_psi, s_phi, s_psi, q = both_ways(p, y)
+    z, z_e, z_psi = following(p, max(abs(w) / p[BELT], 1e-290), y[2])
+    sign = 1.0 if w > 0.0 else -1.0 if w < 0.0 else 0.0
+    z_phi, z_psi = z_e * sign * s / p[BELT], z_psi + z_e * sign * w_psi / p[BELT]
+    pull = acceleration(p, y) + r * z * w
+    j[0, 1], j[0, 2] = -s, -w_psi
+    j[1, 0] = 1.0 / s
+    j[1, 1] = (-gamma * s - a + r * (z_phi * w + z * s)) / s - pull / s * s_phi / s - r * q * z_phi
+    by_psi = (-gamma * w_psi - a * r * q + r * (z_psi * w + z * w_psi)) / s
+    j[1, 2] = by_psi - pull / s * s_psi / s - r * (q * (1.0 - q * q) * r * z + q * z_psi)
+    j[2, 1], j[2, 2] = z_phi, z_psi
 
 
 @compiled
@@ -79,6 +132,9 @@ def jacobian(p, y, j):
     """dy'/dy."""
     w = slip_speed(p, y)
     j[:] = 0.0
+    if p[REST] != 0.0:
+        jacobian_both_ways(p, y, j)
+        return
     if p[KIND] == BRISTLES:
         sign = p[SIGN]
         g, slope = curve_level(p, sign * w)
