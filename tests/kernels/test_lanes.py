@@ -84,6 +84,11 @@ def widest():
 
 def loop_of_lanes(law):
     """Instructions by address of the function that steps the lanes, in the object that is shipped."""
+    return next(loops_of_lanes(law))
+
+
+def loops_of_lanes(law):
+    """The same of all contacts of a law."""
     warm_up(law)
     _, code = objects.read(objects.CACHE_FOLDER / objects.name_of(law, False))
     with tempfile.NamedTemporaryFile(suffix=".o") as file:
@@ -92,9 +97,10 @@ def loop_of_lanes(law):
         disassemble = ["objdump", "--disassemble", "--no-show-raw-insn", file.name]
         text = subprocess.run(disassemble, capture_output=True, text=True, check=True).stdout
     functions = re.split(r"^[0-9a-f]+ <(.+)>:$", text, flags=re.MULTILINE)
-    lanes = next(body for name, body in zip(functions[1::2], functions[2::2], strict=True) if "run_lanes" in name)
-    found = re.findall(INSTRUCTION, lanes, flags=re.MULTILINE)
-    return {int(place, 16): " ".join(instruction.split()) for place, instruction in found}
+    for name, body in zip(functions[1::2], functions[2::2], strict=True):
+        if "run_lanes" in name:
+            found = re.findall(INSTRUCTION, body, flags=re.MULTILINE)
+            yield {int(place, 16): " ".join(instruction.split()) for place, instruction in found}
 
 
 def straight_loops(instructions):
@@ -120,8 +126,9 @@ def test_only_readers_of_one_series_are_scalar_where_contacts_have_memory(law):
     """`dense.horner` for one lane, which has eight operations an order; a search by halving has them all."""
     if widest() is None:
         pytest.skip("this processor names no vector extension LLVM reports")
-    bodies = list(straight_loops(loop_of_lanes(law)))
+    bodies = [body for instructions in loops_of_lanes(law) for body in straight_loops(instructions)]
     scalar = sorted(operations(body, SCALAR) for body in bodies if not operations(body, widest()[1]))
+    scalar = [0, 0, *scalar]  # of two contacts in one object, both call them
     assert scalar[-2] <= 8 and scalar[-1] <= 60
     if widest()[0] == "avx512f":  # narrower ones may be unrolled to no loop at all
         assert sum(operations(body, widest()[1]) >= 10 for body in bodies) >= STAGES + 4
