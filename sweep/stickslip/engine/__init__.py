@@ -10,7 +10,7 @@ from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm
 from stickslip.engine.dispatch import friction_at_belt_speed, kernels_for
 from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
 from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
-from stickslip.engine.scales import to_kernel, to_si
+from stickslip.engine.scales import by_theory, to_kernel, to_si
 from stickslip.engine.threads import in_order, processors, spread, stop_flag
 from stickslip.engine.traces import flows, sampled, trajectory
 from stickslip.errors import NotReachedError
@@ -18,8 +18,8 @@ from stickslip.vocabulary.scales import Scales
 
 __all__ = [
     "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",
-    "SolverKeywords", "StopFlag", "blank_results", "blocks", "bytes_per_cell", "columns", "compute", "compute_range",
-    "compute_rigs", "flows", "friction_at_belt_speed", "in_order", "is_cached", "kernels_digest", "kernels_for",
-    "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel", "to_si", "trajectory",
-    "warm_up", "will_compile",
+    "SolverKeywords", "StopFlag", "blank_results", "blocks", "by_theory", "bytes_per_cell", "columns", "compute",
+    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed", "in_order", "is_cached", "kernels_digest",
+    "kernels_for", "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel", "to_si",
+    "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -84,6 +84,15 @@ def _of_model(convert: Callable[[Callable[[str], Floats], Scales], Floats]) -> _
     return lambda rows, by: convert(lambda name: rows[_ROWS[name]], by)
 
 
+def by_theory(name: str, cells: Parameters, options: Options) -> Floats:
+    """A result of the model that linear theory knows: no cell is computed."""
+
+    def no_row(row: str) -> Floats:
+        raise KeyError(f"{name} needs {row} of cells that are computed")
+
+    return np.asarray(model_of(options.law).conversions(options.law)[name](no_row, Scales(cells)))
+
+
 def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDArray[np.float64]) -> Results:
     """Signals on steady belts, in SI, by names of `TRACE_VARIABLES`.
 

@@ -134,12 +134,14 @@ def compare(
         raise ValueError(f"level: got {level!r}, expected a share above 0 and below 1, such as 0.95")
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
         raise ValueError(f"draws: got {draws!r}, expected a whole number of at least 0")
-    search = section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance)
+    search, options = fine_enough(
+        section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance), Options(threads=threads)
+    )
     low, high = (None, None) if between is None else (quantity("belt_speed", end, "between") for end in between)
     system, over = system_of(given)
     request = Request(
         system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
-        level, draws, seed, search, fine_enough(search, Options(threads=threads)),
+        level, draws, seed, search, options,
     )  # fmt: skip
     if question := _question(fits, given | {"belt_speed": belt_speed}, request):
         warnings.warn(question, UnitWarning, stacklevel=2)

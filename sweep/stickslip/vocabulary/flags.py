@@ -49,6 +49,8 @@ METHOD_MESSAGES = {
     "not_computed": "there is no border",
     "bisection": "the regime was bisected",
     "restick_margin": "stick-slip ends by grazing there: restick_margin passes zero, and a bracketed secant led to it",
+    "growth_rate": "steady sliding loses its stability there, by linear theory; cells whose regime is known lie "
+    "border_width apart on both sides",
 }
 COMPUTED_MESSAGES = {
     "inferred": "not computed itself: its regime is that of the computed cells around it",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,13 +19,14 @@ from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
-    BESIDE,
     PARAMETER,
     CellsOrConfig,
     Lines,
     Side,
+    asked,
     check_line,
     fine_enough,
+    growth_of,
     limits,
     line_along,
     lines_along,
@@ -36,14 +36,14 @@ from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels,
 from stickslip.studies.report import attributes, axes_over, cells_over, first, parts_over
 from stickslip.studies.study import joined
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
+from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
-_METHOD = METHODS.index("bisection"), METHODS.index("restick_margin")  # by whether the margin led to the border
 
 _EACH = ("crossing",)
 _VARIABLES = table(
@@ -73,7 +73,7 @@ class Border(StudySection):
         description="both ends of the range to search, the lower one first; those of the axis unless given",
         json_schema_extra=RANGE,
     )
-    tolerance: float = of_row(rows["tolerance"])
+    tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     scan: int = of_row(rows["scan"])
     rtol: float | None = of_row(rows["rtol"])
 
@@ -94,6 +94,7 @@ class BorderStudy(Study):
         "found": np.dtype(np.int32), "undecided": np.dtype(np.int32), "throughout": np.dtype(np.int8),  # by line ...
         "low": np.dtype(np.float64), "high": np.dtype(np.float64),  # ... and the others by border
         "below": np.dtype(np.int8), "above": np.dtype(np.int8), "guided": np.dtype(np.int8),
+        "place": np.dtype(np.float64),
     }  # fmt: skip
 
     def __init__(self, cells: Cells, side: Side, section: Border, options: Options) -> None:
@@ -101,12 +102,12 @@ class BorderStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan + int(-np.log2(section.tolerance))
         self.weight = max(section.scan // _LANES_FED, 1)
-        self.options = replace(options, early_stop=True, variables=BESIDE)
+        self.options = asked(options)
 
     @classmethod
     def of(cls, given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:
         """The borders along the parameter of the section."""
-        options = fine_enough(section, options)
+        section, options = fine_enough(section, options)
         return cls(*lines_along(given, section.along, section.between, section.scan, options), section, options)
 
     @classmethod
@@ -151,7 +152,7 @@ class BorderStudy(Study):
         counts = np.bincount(brackets["line"], minlength=len(items))
         throughout = np.where(counts == 0, regime, _OPEN)
         results = {"found": counts, "undecided": undecided, "throughout": throughout} | {
-            name: brackets[name] for name in ("low", "high", "below", "above", "guided")
+            name: brackets[name] for name in ("low", "high", "below", "above", "guided", "place")
         }
         return Finished({name: results[name].astype(dtype) for name, dtype in self.columns.items()})
 
@@ -160,17 +161,21 @@ class BorderStudy(Study):
         the regime of the first that was decided. Raises StoppedError.
         """
         scanned: list[Looked] = []
+        model = model_of(self.options.law)
+
+        def cells(line: Integers, place: Floats) -> Parameters:
+            return self._cells.take(line + items.start, **{self._side.name: place})
 
         def regimes(line: Integers, place: Floats) -> Looked:
-            cells = self._cells.take(line + items.start, **{self._side.name: place})
-            results = solve(cells, self.options, stop, moved)
+            results = solve(cells(line, place), self.options, stop, moved)
             regime = results["regime"]
-            answer = Looked(regime, ~np.isin(regime, UNDECIDED), results["restick_margin"])
+            answer = Looked(regime, ~np.isin(regime, UNDECIDED), results[model.guide])
             if not scanned:
                 scanned.append(answer)
             return answer
 
-        brackets, undecided = search_lines(len(items), self._side, self._tolerance, regimes)
+        guide = growth_of(cells, self.options)
+        brackets, undecided = search_lines(len(items), self._side, self._tolerance, regimes, guide)
         labels, decided = (values.reshape(len(items), self._side.points) for values in scanned[0][:2])
         first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
         return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
@@ -186,7 +191,7 @@ class BorderStudy(Study):
         """The borders with the dimensions of the lines and ``crossing``."""
         whole, side = joined(parts), self._side
         throughout = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
-        results = _table(whole) | {"regime_throughout": throughout, "scan_undecided": whole["undecided"]}
+        results = _table(whole, self.options) | {"regime_throughout": throughout, "scan_undecided": whole["undecided"]}
         attributes = dict(attributes) | _attributes(whole, side, self._tolerance, self.options)
         return labelled(side, results, self.dims, self.shape, grid_coordinates(self._cells), attributes)
 
@@ -238,15 +243,16 @@ def _rows(ds: xr.Dataset, axes: Sequence[MapAxis]) -> Iterator[list[str]]:
             yield [*where, "none: one regime throughout", "", "", ""]
 
 
-def _table(found: Results) -> dict[str, NDArray[np.float64]]:
+def _table(found: Results, options: Options) -> dict[str, NDArray[np.float64]]:
     """Borders as tables (line, crossing), NaN where a line has fewer."""
     counts = found["found"].astype(np.int64)
     line = np.repeat(np.arange(counts.size), counts)
     crossing = np.arange(line.size) - np.repeat(np.cumsum(counts) - counts, counts)
     low, high = found["low"], found["high"]
+    bisection, guide = (METHODS.index(name) for name in ("bisection", model_of(options.law).guide))
     columns = {
-        "border": low + (high - low) / 2, "regime_below": found["below"], "regime_above": found["above"],
-        "border_width": high - low, "method": np.take(_METHOD, found["guided"]),
+        "border": found["place"], "regime_below": found["below"], "regime_above": found["above"],
+        "border_width": high - low, "method": np.where(found["guided"] == 1, guide, bisection),
     }  # fmt: skip
     tables = {name: np.full((counts.size, int(counts.max(initial=0))), np.nan) for name in columns}
     for name, values in columns.items():

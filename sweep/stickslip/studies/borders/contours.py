@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -20,11 +19,12 @@ from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
-    BESIDE,
     PARAMETER,
     CellsOrConfig,
     Lines,
     Side,
+    asked,
+    by_model,
     check_lines,
     fine_enough,
     limits,
@@ -37,12 +37,15 @@ from stickslip.studies.report import attributes, first
 from stickslip.studies.study import joined as end_to_end
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import STRIBECK
+from stickslip.vocabulary.models.memory import CONTOUR_POINTS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
 
+_POINTS = by_model(STRIBECK.contour_points, CONTOUR_POINTS)
 _LINE, _NODE = ("line",), ("node",)
 VARIABLES = table(
     Variable("node_count", "1", "nodes of the line", dims=_LINE),
@@ -80,8 +83,8 @@ class Contours(StudySection):
     rows = limits(
         "contours",
         "a node",
-        Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed", key,
-                  default=512, at_least=2, at_most=65_536, whole=True),
+        Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed; "
+                  f"{_POINTS} unless given", key, at_least=2, at_most=65_536, whole=True, absent=_POINTS),
         Parameter("scan", "1", "points of the grid along both parameters that are looked at first", key,
                   default=64, at_least=2, at_most=65_536, whole=True),
     )  # fmt: skip
@@ -96,8 +99,8 @@ class Contours(StudySection):
     ] = Field(
         None, description="by parameter, both ends of its range, the lower one first; those of its axis unless given"
     )
-    points: int = of_row(rows["points"])
-    tolerance: float = of_row(rows["tolerance"])
+    points: int = of_row(rows["points"])  # None until `fine_enough`
+    tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     scan: int = of_row(rows["scan"])
     rtol: float | None = of_row(rows["rtol"])
 
@@ -135,12 +138,12 @@ class ContourStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan**2 + _PER_POINT * (x.points + y.points)
         self.weight = max(_PANEL, x.points * y.points // _PER_CELL)
-        self.options = replace(options, early_stop=True, variables=BESIDE)
+        self.options = asked(options)
 
     @classmethod
     def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
         """The lines in the plane of the section."""
-        options = fine_enough(section, options)
+        section, options = fine_enough(section, options)
         return cls(*plane_over(given, section.axes, section.between or {}, section.points, options), section, options)
 
     @classmethod

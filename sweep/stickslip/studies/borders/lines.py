@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -16,13 +16,14 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.rules import Finding, Space, findings
-from stickslip.config.sections import interval, one_of
+from stickslip.config.sections import StudySection, interval, one_of
 from stickslip.dataset.build import given_cells
-from stickslip.engine import Options
+from stickslip.engine import Options, by_theory
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders.search import Floats, Integers, Scan
-from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.models import model_of
+from stickslip.studies.borders.search import Floats, GuideAt, Integers, Scan
+from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.models import STRIBECK, model_of
+from stickslip.vocabulary.models.memory import BORDER_TOLERANCE
 from stickslip.vocabulary.parameter import NAN, Parameter, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.suggest import listed
@@ -37,27 +38,52 @@ def range_along(value: object, info: ValidationInfo) -> Between:
     return interval(QUANTITIES[info.data["along"]], value) if "along" in info.data else (NAN, NAN)
 
 
+def by_model(of_curve: float, with_memory: float) -> str:
+    """The defaults of a setting that depends on the model, in words."""
+    return f"{of_curve:g}, with bristles and rate-and-state friction {with_memory:g}"
+
+
+_TOLERANCES = by_model(STRIBECK.border_tolerance, BORDER_TOLERANCE)
+
+
 def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
     """The rows of a section, with those that say how exactly `what` is looked for."""
     return table(
         *rows,
         Parameter(  # neighbouring floating-point numbers are 1e-16 apart
-            "tolerance", "1", f"width of the bracket of {what}, over the border", section,
-            default=1e-9, at_least=1e-15, at_most=0.1,
+            "tolerance", "1", f"width of the bracket of {what}, over the border; {_TOLERANCES} unless given", section,
+            at_least=1e-15, at_most=0.1, absent=_TOLERANCES,
         ),
         Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", section,
                   at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
     )  # fmt: skip
 
 
-# What is asked of a cell in a search for borders: no more is computed (`Options.until`).
-BESIDE = ("regime", "restick_margin", "steps")
+AnySearch = TypeVar("AnySearch", bound=StudySection)
 
 
-def fine_enough(section: Any, options: Options) -> Options:
-    """Return how to integrate: at a tolerance that leaves borders their digits, unless the section says another."""
-    rtol = float(np.clip(section.tolerance / 100, 1e-12, 1e-6)) if section.rtol is None else section.rtol
-    return replace(options, rtol=rtol, early_stop=True)
+def fine_enough(section: AnySearch, options: Options) -> tuple[AnySearch, Options]:
+    """The section of a search with what it leaves to the model, such as its tolerance; and how to integrate.
+
+    That is at a tolerance that leaves borders their digits, unless the section says another.
+    """
+    model, given = model_of(options.law), section.resolved()
+    tolerance = given.get("tolerance", model.border_tolerance)
+    rtol = given.get("rtol", float(np.clip(tolerance / 100, 1e-12, 1e-6)))
+    found = {"tolerance": tolerance, "points": given.get("points", model.contour_points)}
+    found = {name: value for name, value in found.items() if name in type(section).model_fields}
+    return section.model_copy(update=found), replace(options, rtol=rtol, early_stop=True)
+
+
+def asked(options: Options) -> Options:
+    """The same for what a search asks of a cell, beyond which nothing is computed (`Options.until`)."""
+    return replace(options, early_stop=True, variables=("regime", model_of(options.law).guide, "steps"))
+
+
+def growth_of(cells: Callable[[Integers, Floats], Parameters], options: Options) -> GuideAt | None:
+    """The guide where linear theory knows it, from cells by line and place; None where it does not."""
+    name = model_of(options.law).growth
+    return None if name is None else (lambda line, place: by_theory(name, cells(line, place), options))
 
 
 @dataclass(frozen=True)

@@ -9,18 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.studies import Moved
-from stickslip.engine import Options, Results, StopFlag, solve
-from stickslip.studies.borders.lines import Side
+from stickslip.engine import Options, Results, StopFlag, by_theory, solve
+from stickslip.studies.borders.lines import Side, growth_of
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells, corner_labels
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED
+from stickslip.vocabulary.models import model_of
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, JUNCTION = range(3)
 _SMALLEST = 1e-15  # of the share of a side
 _CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
+_NEUTRAL = 2e-3  # damping ratio below which a cell may be undecided because motions grow or decay too slowly
+_FURTHER = (1, 2, 4)  # grid points
+_AROUND = np.array([(-1, 0), (0, 1), (1, 0), (0, -1)])  # row and column
 _ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
 # Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
 _SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
@@ -60,7 +64,7 @@ class PlaneSearch:
         self.scan, self.tolerance = scan, tolerance
         self.options, self.stop, self.moved = options, stop, moved
         self.computed = 0
-        self.points = Points((1, y.points, x.points), lambda p, r, c: self.labels(p, x.places[c], y.places[r]))
+        self.points = Points((1, y.points, x.points), self.labels_of_points)
 
     def columns(self) -> Results:
         """The lines, as columns of a study."""
@@ -70,18 +74,48 @@ class PlaneSearch:
         counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
         return {name: np.array([one]) for name, one in counts.items()} | _table(chains, nodes)
 
+    def labels_of_points(self, panel: Integers, row: Integers, column: Integers) -> Labels:
+        """Regimes of grid points. Where one is undecided as small motions hardly grow or decay, it is that of the next
+        point further from where they do neither."""
+        labels = self.labels(panel, self.x.places[column], self.y.places[row])
+        if (growth := model_of(self.options.law).growth) is None:
+            return labels
+
+        def theory(name: str, which: Integers, r: Integers, c: Integers) -> Floats:
+            return by_theory(name, self.at(panel[which], self.x.places[c], self.y.places[r]), self.options)
+
+        here = np.flatnonzero(labels == OPEN)
+        here = here[np.abs(theory("damping_ratio", here, row[here], column[here])) < _NEUTRAL]
+        side = np.sign(theory(growth, here, row[here], column[here]))
+        for step in _FURTHER:
+            if not here.size:
+                break
+            rows = np.clip(row[here, np.newaxis] + step * _AROUND[:, 0], 0, self.y.points - 1)
+            columns = np.clip(column[here, np.newaxis] + step * _AROUND[:, 1], 0, self.x.points - 1)
+            which = np.repeat(here, len(_AROUND))
+            rates = theory(growth, which, rows.ravel(), columns.ravel()).reshape(rows.shape) * side[:, np.newaxis]
+            best = np.arange(here.size), np.argmax(rates, axis=1)
+            found = self.labels(panel[here], self.x.places[columns[best]], self.y.places[rows[best]])
+            found[rates[best] <= 0] = OPEN
+            labels[here] = found
+            here, side = here[found == OPEN], side[found == OPEN]
+        return labels
+
     def labels(self, panel: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes of cells; what is undecided is `OPEN`."""
         return self.looked(panel, x, y)[0]
 
+    def at(self, panel: Integers, x: Floats, y: Floats) -> Parameters:
+        """The cells there."""
+        return self.cells.take(panel + self.panel, **{self.x.name: x, self.y.name: y})
+
     def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Regimes of cells, and the guide to where stick-slip ends by grazing."""
-        cells = self.cells.take(panel + self.panel, **{self.x.name: x, self.y.name: y})
-        results = solve(cells, self.options, self.stop, self.moved)
+        results = solve(self.at(panel, x, y), self.options, self.stop, self.moved)
         self.computed += panel.size
         regime = results["regime"]
         labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
-        return labels, np.asarray(results["restick_margin"], np.float64)
+        return labels, np.asarray(results[model_of(self.options.law).guide], np.float64)
 
     def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes at shares of grid cells (n, 3) along both sides."""
@@ -93,7 +127,7 @@ class PlaneSearch:
         sides = _sides(cells, corner_labels(self.points, cells))
         found = self._crossings(sides)
         direction, panel, row, column = sides[found["line"]].T
-        middle, across = found["low"] + (found["high"] - found["low"]) / 2, np.zeros(found.size)
+        middle, across = found["place"], np.zeros(found.size)
         flat = direction == _ALONG_X
         x = self.x.at(column, np.where(flat, middle, across))
         y = self.y.at(row, np.where(flat, across, middle))
@@ -111,15 +145,24 @@ class PlaneSearch:
         high = self.points(panel, np.where(flat, row, row + 1), np.where(flat, column + 1, column))
         open_ended = (low == OPEN) | (high == OPEN)
 
-        def labels_at(line: Integers, place: Floats) -> Looked:
+        def there(line: Integers, place: Floats) -> tuple[Integers, Floats, Floats]:
             x = self.x.at(column[line], np.where(flat[line], place, 0.0))
             y = self.y.at(row[line], np.where(flat[line], 0.0, place))
-            labels, guide = self.looked(panel[line], x, y)
-            labels = np.select([place == 0.0, place == 1.0], [low[line], high[line]], labels)  # as neighbours see them
+            return panel[line], x, y
+
+        guide_at = growth_of(lambda line, place: self.at(*there(line, place)), self.options)
+
+        def labels_at(line: Integers, place: Floats) -> Looked:
+            labels = np.where(place == 0.0, low[line], high[line])  # of ends, as neighbours see them
+            inside = (place != 0.0) & (place != 1.0)
+            some = inside if guide_at else np.ones(place.size, np.bool_)
+            found, guide = self.looked(*there(line[some], place[some]))
+            labels[inside] = found[inside[some]]
+            guide = guide_at(line, place) if guide_at else guide
             return Looked(labels, (labels != OPEN) | open_ended[line], guide)
 
         shares = [share_of(side, self.tolerance) for side in (self.x, self.y)]
-        found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at)
+        found, _ = search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), min(shares), labels_at, guide_at)
         return found
 
     def segments(self, cells: Integers, nodes: Nodes) -> list[Segment]:

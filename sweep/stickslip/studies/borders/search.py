@@ -7,6 +7,8 @@ Beside its label a place may have a number, the guide, whose zero is where the l
 signs at the ends of a bracket, a secant of it says where to look next (`guess`), else the middle is. Which
 part is kept the labels alone decide; so a guide that contradicts them has the same sign at both ends from then on.
 
+Where theory knows the guide of any place (`guide_at`), a border with undecided places is where the guide vanishes.
+
 The secant is that of the ITP method (I. F. D. Oliveira, R. H. C. Takahashi, An enhancement of the bisection method
 average performance preserving minmax optimality, ACM TOMS 47 (2021) 5): moved a little to the middle, and never so far
 from it that halving would have been done a round earlier.
@@ -26,6 +28,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Labels = NDArray[np.int8]
 Flags = NDArray[np.bool_]
+# Undecided places around a known zero of the guide: how much of a bracket they are, and how many tolerances wide
+# that is, when it is narrowed no further.
+_WIDE_GAP, _NARROW_ENOUGH = 0.5, 200.0
 _MORE_ROUNDS = 1  # than halving takes at most: n_0 of the article
 _MOVED = 0.2  # kappa_1, over the first width; kappa_2 is 2
 
@@ -62,17 +67,20 @@ class Looked(NamedTuple):
 
 
 LabelsAt = Callable[[Integers, Floats], Looked]
+GuideAt = Callable[[Integers, Floats], Floats]
 # gap_low, gap_high: the outermost undecided places between low and high; NaN where there are none. at_low, at_high: the
 # guide. first, change, reach: width of the bracket and change of the guide when it began to lead, 0 before, and what
-# `first_reach` says of it. guided: whether it led to the end.
+# `first_reach` says of it. guided: whether it led to the end. place: of the border.
 BRACKET = np.dtype(
     [("line", np.int64), ("low", np.float64), ("high", np.float64), ("below", np.int8), ("above", np.int8),
      ("gap_low", np.float64), ("gap_high", np.float64), ("at_low", np.float64), ("at_high", np.float64),
-     ("first", np.float64), ("change", np.float64), ("reach", np.float64), ("guided", np.bool_)]
+     ("first", np.float64), ("change", np.float64), ("reach", np.float64), ("guided", np.bool_),
+     ("place", np.float64)]
 )  # fmt: skip
 Brackets = NDArray[Any]  # of dtype BRACKET
 _NEAR_ZERO = 1e-3  # of the larger end of a range: places closer to 0 have no scale of their own
 _FAR = 10.0  # ends further apart than this factor are scanned, and halved, by ratio
+_OF_GUIDE = 1e-12  # how closely its zero is known, over a bracket
 _JUMP = 0.01  # share of its change that the guide may keep at the end; one that keeps more jumps and has no zero
 
 
@@ -103,19 +111,25 @@ class Scan:
         return np.asarray(tolerance * np.maximum(np.maximum(*ends), least))
 
 
-def search_lines(lines: int, scan: Scan, tolerance: float, labels_at: LabelsAt) -> tuple[Brackets, Integers]:
+def search_lines(
+    lines: int, scan: Scan, tolerance: float, labels_at: LabelsAt, guide_at: GuideAt | None = None
+) -> tuple[Brackets, Integers]:
     """The brackets of all lines, by line and place, and how many places of the scan were undecided, per line.
 
     labels_at : what is known of places on lines; called with all of them at once, once for the scan and once per round.
     Brackets are no wider than `tolerance` of the place (`Scan.width`), unless places inside could not be decided. What
-    changes and changes back between two places of the scan is missed.
+    changes and changes back between two places of the scan is missed. guide_at : the guide of any place, by theory.
     """
     places = scan.places
     line, place = np.repeat(np.arange(lines), places.size), np.tile(places, lines)
     looked = labels_at(line, place)
     undecided = np.count_nonzero(~looked.decided.reshape(lines, places.size), axis=1)
-    found = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at)
-    return _without_slivers(found, scan, tolerance), undecided
+    found = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at, guide_at is not None)
+    found = _without_slivers(found, scan, tolerance)
+    found["place"] = found["low"] + (found["high"] - found["low"]) / 2
+    if guide_at is not None:
+        _place_by_guide(found, guide_at)
+    return found, undecided
 
 
 def _brackets(line: Integers, place: Floats, looked: Looked) -> Brackets:
@@ -135,7 +149,7 @@ def _brackets(line: Integers, place: Floats, looked: Looked) -> Brackets:
     return found
 
 
-def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt) -> Brackets:
+def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt, zero_is_known: bool) -> Brackets:
     """Narrow all brackets until they are narrow enough; a third label on the way splits one into two.
 
     A bracket with undecided places is narrowed from both sides towards them.
@@ -145,7 +159,7 @@ def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt
         width, gap = scan.width(tolerance, found["low"], found["high"]), ~np.isnan(found["gap_low"])
         left = _middle(found["low"], np.where(gap, found["gap_low"], found["high"]), width)
         right = np.where(gap, _middle(found["gap_high"], found["high"], width), np.nan)
-        _follow_guide(found, left, right, width)
+        _follow_guide(found, left, right, width, zero_is_known)
         narrow = np.isnan(left) & np.isnan(right)
         done.append(found[narrow])
         found, left, right = found[~narrow], left[~narrow], right[~narrow]
@@ -164,7 +178,7 @@ def _far_apart(low: Floats, high: Floats) -> Flags:
     return np.asarray((low > 0) & (high >= _FAR * low))
 
 
-def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats) -> None:
+def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats, zero_is_known: bool) -> None:
     """Let the guide, where there is one, say which places inside each bracket are looked at next, in place of middles.
 
     It may have led right to the border, where places tend to be undecided: then both sides of these are next.
@@ -179,7 +193,11 @@ def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats) -
     leads &= found["first"] > 0
     found["guided"] = leads & (np.abs(at_high - at_low) <= _JUMP * found["change"])
     gap = ~np.isnan(found["gap_low"])
-    at = np.flatnonzero(leads & gap)
+    if zero_is_known:
+        done = found["gap_high"] - found["gap_low"] >= _WIDE_GAP * (high - low)
+        done = leads & gap & (done | (high - low <= _NARROW_ENOUGH * width))
+        left[done] = right[done] = np.nan
+    at = np.flatnonzero(leads & gap & ~zero_is_known)
     aside = np.maximum(width[at] / 4, found["gap_high"][at] - found["gap_low"][at])
     left[at] = np.maximum(left[at], found["gap_low"][at] - aside)  # NaN stays NaN
     right[at] = np.minimum(right[at], found["gap_high"][at] + aside)
@@ -212,6 +230,21 @@ def _looked_at(found: Brackets, left: Floats, right: Floats, labels_at: LabelsAt
     for name in ("line", "first", "change", "reach"):
         inner[name] = outer[name]
     return inner
+
+
+def _place_by_guide(found: Brackets, guide_at: GuideAt) -> None:
+    """Put borders within brackets with undecided places where the guide vanishes, if it does there; changes `found`."""
+    at = np.flatnonzero(~np.isnan(found["gap_low"]) & (found["at_low"] * found["at_high"] < 0))
+    line, low, high = found["line"][at], found["low"][at], found["high"][at]
+
+    def sign_at(which: Integers, share: Floats) -> Looked:
+        guide = guide_at(line[which], low[which] + share * (high - low)[which])
+        return Looked((guide > 0).astype(np.int8), np.isfinite(guide), guide)
+
+    zeros, _ = search_lines(at.size, Scan(0.0, 1.0, 2, "linear"), _OF_GUIDE, sign_at)
+    which = zeros["line"]
+    found["place"][at[which]] = low[which] + zeros["place"] * (high - low)[which]
+    found["guided"][at[which]] = True
 
 
 def _without_slivers(found: Brackets, scan: Scan, tolerance: float) -> Brackets:

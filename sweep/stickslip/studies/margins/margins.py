@@ -16,7 +16,7 @@ from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset import build
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
-from stickslip.studies.borders.lines import BESIDE, CellsOrConfig, fine_enough
+from stickslip.studies.borders.lines import CellsOrConfig, asked, fine_enough
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import ON_SIDES, SIDES, VARIABLES, Margins
@@ -47,7 +47,7 @@ class MarginStudy(Study):
     def __init__(self, cells: Cells, section: Margins, options: Options) -> None:
         self._cells, self._section = cells, section
         self.dims, self.shape = cells.dims, cells.shape
-        self.options = replace(options, early_stop=True, variables=BESIDE)
+        self.options = asked(options)
         self._measured = [name for name in MEASURED if name in section.reaches]
         if wrong := [name for name in self._measured if options.law not in laws_with(name)]:
             form, laws = ", ".join(MEASURED), listed(laws_with(wrong[0]))
@@ -65,7 +65,7 @@ class MarginStudy(Study):
             raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime")
         if isinstance(given, Config) and given.uncertain is not None:
             raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")
-        options = fine_enough(section, options)
+        section, options = fine_enough(section, options)
         cells = build_grid(given) if isinstance(given, Config) else build.given_cells(given, options)
         return cls(cells, section.of_cells(cells[:]), options)
 

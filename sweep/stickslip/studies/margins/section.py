@@ -115,7 +115,7 @@ class Margins(StudySection):
         description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more",
     )
     scan: int = of_row(rows["scan"])
-    tolerance: float = of_row(rows["tolerance"])
+    tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     beyond: float = of_row(rows["beyond"])
     rtol: float | None = of_row(rows["rtol"])
 

@@ -66,7 +66,7 @@ class Search:
             np.add.at(self.steps, which[possible], results["steps"].reshape(-1, each).sum(axis=1))
             found[possible] = worst(results["regime"].reshape(-1, each))
             if not self.speeds:  # of several speeds none leads to where all are quiet
-                guide[possible] = results["restick_margin"]
+                guide[possible] = results[model.guide]
         return found, guide
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from stickslip.vocabulary.models.memory import RESULTS, results_to_si
+from stickslip.vocabulary.models.memory import BORDER_TOLERANCE, CONTOUR_POINTS, RESULTS, results_to_si
 from stickslip.vocabulary.models.model import OwnKernels, Rule, Values
 from stickslip.vocabulary.models.own_law import PREFIX, own_law
 from stickslip.vocabulary.models.stribeck import CURVE, OF_CURVE, STRIBECK, CurveModel
@@ -107,6 +107,9 @@ LUGRE = _LuGre(
     curve=CURVE,
     levels=STRIBECK.levels,
     implied=True,
+    growth="growth_rate",
+    border_tolerance=BORDER_TOLERANCE,
+    contour_points=CONTOUR_POINTS,
     measured=STRIBECK.measured,
     of_laws={name: tuple(f"{PREFIX}{law}" for law in laws) for name, laws in STRIBECK.of_laws.items()},
     own_kernels={

@@ -25,6 +25,8 @@ RESULTS = (
     Variable("stress_drop", "1", "drop of the spring force in a cycle, over the load"),
     Variable("slip_per_cycle", "m", "slip distance in a cycle"),
 )  # fmt: skip
+BORDER_TOLERANCE = 1e-4  # cells closer to a border than about that are undecided, or take a million steps
+CONTOUR_POINTS = 128  # those next to a border take a hundred times as long as others
 
 
 def results_to_si(slopes: Callable[[Values], Slopes]) -> dict[str, Callable[[Row, Scales], Floats]]:

@@ -87,6 +87,8 @@ class Model:
     to_si : by name of a result, how it is found, in SI, from the rows of the kernels.
     absent : by name, what a quantity of all cells comes to where it is left out, if that differs in this model.
     implied : whether nobody names its laws: they follow from those of another model and a quantity that is given.
+    growth : the result of linear theory at whose zero steady sliding loses its stability, if searches of borders are to
+    be led by it; else they are by `restick_margin`. border_tolerance, contour_points : of these searches, unless given.
     """
 
     laws: dict[str, str]
@@ -102,6 +104,14 @@ class Model:
     own_kernels: Mapping[str, OwnKernels] = field(default_factory=dict)
     absent: Mapping[str, str] = field(default_factory=dict)
     implied: bool = False
+    growth: str | None = None
+    border_tolerance: float = 1e-9
+    contour_points: int = 512
+
+    @property
+    def guide(self) -> str:
+        """The result whose zero leads to a border."""
+        return self.growth or "restick_margin"
 
     @cached_property
     def replaced(self) -> tuple[str, ...]:

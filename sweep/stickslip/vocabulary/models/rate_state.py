@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stickslip.vocabulary.models.memory import RESULTS, results_to_si
+from stickslip.vocabulary.models.memory import BORDER_TOLERANCE, CONTOUR_POINTS, RESULTS, results_to_si
 from stickslip.vocabulary.models.model import Model, Rule, Slider, Values
 from stickslip.vocabulary.parameter import FRICTION, SPEED, Parameter, table
 
@@ -77,4 +77,7 @@ RATE_STATE = _RateState(
     to_si=results_to_si(_slopes),
     levels=("mu_0",),
     absent={"velocity": "slip at a tenth of the speed of the belt", "contact_time": "the state of steady sliding"},
+    growth="growth_rate",
+    border_tolerance=BORDER_TOLERANCE,
+    contour_points=CONTOUR_POINTS,
 )
