@@ -15,7 +15,7 @@ from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.studies.borders import Contours, ContourStudy, plane_over
+from stickslip.studies.borders import Contours, ContourStudy, fine_enough, plane_over
 from stickslip.studies.borders import plane as plane_search
 from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells
@@ -275,7 +275,7 @@ def test_three_regimes_meet_in_a_junction(monkeypatch):
         return {"regime": found, "restick_margin": np.full(found.size, np.nan)}
 
     monkeypatch.setattr(plane_search, "solve", sectors)
-    study = ContourStudy(*plane, Contours(scan=8), options)
+    study = ContourStudy(*plane, *fine_enough(Contours(scan=8), options))
     ds = study.dataset([study.compute(range(1), stop_flag()).results], {})
     assert sorted((one.left, one.right) for one in polylines(ds)) == [(1, 2), (1, 3), (2, 3)]
     junction = ds["node_along"].values == 2

@@ -155,6 +155,42 @@ def test_a_contact_that_never_rests_has_no_sound():
         sound.of(PAIR | {"belt_speed": 1e-2}, law="rate_state_slip")
 
 
+STEPPED = {
+    "mass": 1e-6, "stiffness": 1e8, "normal_load": 10.0, "mu_0": 0.6, "v_0": 1e-6, "a": 0.010, "b": 0.015, "D_c": 2e-6,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.3, 10.0, 1000.0])
+@pytest.mark.parametrize("law", LAWS)
+def test_after_a_velocity_step_friction_relaxes_over_the_slip_distance(law, ratio):
+    """On a stiff spring friction jumps by a ln(v2/v1), and the state follows: 1 - z by exp(-d/D_c), or ln z."""
+    before, pair = 1e-6, STEPPED
+    speed = ratio * before
+    start = {
+        "velocity": speed - before,
+        "contact_time": pair["D_c"] / before,
+        "displacement": pair["normal_load"] * pair["mu_0"] / pair["stiffness"],
+    }
+    trace = stickslip.simulate(
+        duration=5.0 * pair["D_c"] / speed, samples=201, law=law, rtol=1e-8, **pair, belt_speed=speed, **start
+    ).isel(time=slice(1, None))
+    fading = np.exp(-trace["time"].values * speed / pair["D_c"])
+    log_state = np.log1p((ratio - 1.0) * fading) if law == LAWS[0] else np.log(ratio) * fading  # of v2 theta/D_c
+    expected = pair["mu_0"] + (pair["a"] - pair["b"]) * np.log(ratio) + pair["b"] * log_state
+    found = trace["spring_force"].values / pair["normal_load"]
+    np.testing.assert_allclose(found, expected, atol=4e-3 * pair["b"] * abs(np.log(ratio)))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_after_a_hold_the_peak_of_friction_has_grown_with_its_logarithm(law):
+    """By b per e-fold; between the limits of a stiff spring and of one that gives way it is less by a constant."""
+    held = np.geomspace(1e3, 1e9, 7)
+    cells = STEPPED | {"belt_speed": 1e-5, "displacement": 5e-8, "contact_time": held}
+    peaks = stickslip.evaluate(cells, law=law, rtol=1e-8)["spring_force_max"].values / STEPPED["normal_load"]
+    slope = np.diff(peaks) / np.diff(np.log(held))
+    np.testing.assert_allclose(slope, STEPPED["b"], rtol=1e-2 if law == LAWS[1] else 1e-4)
+
+
 def test_a_border_along_stiffness_ends_where_small_motions_decay():
     cell = {name: value for name, value in PAIR.items() if name != "stiffness"}
     found = stickslip.border(cell | {"belt_speed": 1e-5}, "stiffness", (2e4, 2e5), 1e-3, law=LAWS[1], scan=8)
@@ -276,6 +312,8 @@ def test_a_rig_with_bristles_turns_round():
         (bristle_config(", ageing_rate: 0.1"), "got ageing_rate with the law lugre_stribeck, expected none"),
         (bristle_config(axes="elastic_part: [0, 1]"), "elastic_part"),
         (bristle_config().replace("a1: 0.25", "a1: 0"), "above 0"),
+        (bristle_config() + "start: {contact_time: 10 s}\n", "start.contact_time: got '10 s', expected 0 s"),
+        (bristle_config(", contact_stiffness: 1 N/um", "contact_time: [0, 10]"), "got 10, expected 0 s"),
         (bristle_config(axes="contact_stiffness: [none, 1 N/um]"), "leave contact_stiffness out for a rigid contact"),
         (
             bristle_config().replace("friction: {", "friction: {law: LuGre, "),

@@ -26,6 +26,7 @@ from stickslip.runs.work import MapStudy
 from stickslip.studies import borders
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS
+from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.units import spelled
 
@@ -309,15 +310,16 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
     """
     options = options_of(config)
     options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
+    limits = _LIMITS | {"tolerance": max(_LIMITS["tolerance"], model_of(options.law).border_tolerance)}
     ranges = [axis for axis in config.axes if isinstance(axis, Range)]
     if not ranges:
         return []
     study: Study
     if len(ranges) == 2:
         plane = borders.plane_over(config, (ranges[0].name, ranges[1].name), {}, _BORDER_POINTS, options)
-        study = borders.ContourStudy(*plane, section_of_call(borders.Contours, **_LIMITS), options)
+        study = borders.ContourStudy(*plane, section_of_call(borders.Contours, **limits), options)
     else:
-        section = section_of_call(borders.Border, along=ranges[0].name, **_LIMITS)
+        section = section_of_call(borders.Border, along=ranges[0].name, **limits)
         lines = borders.lines_along(config, section.along, None, section.scan, options)
         study = borders.BorderStudy(*lines, section, options)
     finished = study.compute(range(prod(study.shape)), stop)

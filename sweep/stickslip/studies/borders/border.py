@@ -283,8 +283,8 @@ def _attributes(found: Results, scan: Side, tolerance: float, options: Options) 
         "border_scan": f"{scan.points} points, {scan.spacing} spacing, {apart} apart: a regime that begins and ends "
         "between two of them can be missed",
         "border_scan_points": scan.points,
-        "border_method": "restick_margin where it passes zero at the border, by a bracketed secant (ITP), else "
-        "bisection of the regime: see `method`",
+        "border_method": f"{model_of(options.law).guide} where it passes zero at the border, by a bracketed secant "
+        "(ITP), else bisection of the regime: see `method`",
         "border_tolerance": tolerance,
         "border_rtol": options.rtol,
         "border_found": result,

@@ -164,9 +164,8 @@ def _margins(search: Search, section: Margins) -> Results:
 def _single(search: Search, reach: Reach, found: Borders, section: Margins) -> Results:
     """The columns of one parameter: both borders, the nearer of them as distance and as factor, and the checks."""
     size = reach.value.size
-    middle = found.low + (found.high - found.low) / 2
     nearer = np.argmin(np.where(np.isnan(found.change), np.inf, np.abs(found.change)), axis=1)
-    border = middle[np.arange(size), nearer]
+    border = found.border[np.arange(size), nearer]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(reach.by_factor, border / reach.value, NAN)
     name = reach.name
@@ -174,7 +173,8 @@ def _single(search: Search, reach: Reach, found: Borders, section: Margins) -> R
     for i, side in enumerate(SIDES):
         regimes, values = _checked(search, [reach], found.change[:, [i]], section.beyond)
         on_side = {
-            "border": middle[:, i], "border_width": found.high[:, i] - found.low[:, i], "beyond": found.beyond[:, i],
+            "border": found.border[:, i], "border_width": found.high[:, i] - found.low[:, i],
+            "beyond": found.beyond[:, i],
             "proposed": values[:, 0], "checked": regimes,
         }  # fmt: skip
         table |= {f"{kind}_{name}_{side}": on_side[kind] for kind in ON_SIDES}

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine import Options, StopFlag, solve
-from stickslip.studies.borders.search import Brackets, Looked, Scan, search_lines
+from stickslip.studies.borders.lines import growth_of
+from stickslip.studies.borders.search import Brackets, GuideAt, Looked, Scan, search_lines
 from stickslip.studies.margins.reach import Reach
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Parameters
@@ -52,6 +53,18 @@ class Search:
         labels = regimes if into is None else np.isin(regimes, into).astype(np.int8)
         return Looked(labels, decided(regimes), guide)
 
+    def guide_at(self, cells_at: Callable[[Integers, Floats], tuple[Integers, Parameters]]) -> GuideAt | None:
+        """The guide by theory, where it knows one. cells_at : which cells, and what is changed, by line and place."""
+        if self.speeds:
+            return None
+
+        def cells(line: Integers, place: Floats) -> Parameters:
+            which, changed = cells_at(line, place)
+            some = {name: values[which] for name, values in self.cells.items()} | changed
+            return model_of(self.options.law).without_measured(some)
+
+        return growth_of(cells, self.options)
+
     def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
         law, model = self.options.law, model_of(self.options.law)
         some = model.without_measured({name: v[which] for name, v in self.cells.items()} | changed)
@@ -87,11 +100,13 @@ def decided(regimes: Labels) -> NDArray[np.bool_]:
 class Borders:
     """The nearest borders of n cells: (n, 2), below and above the value; NaN, and regime 0, where there is none.
 
-    low, high : the last bracket in SI. change : of the side beyond, as `Reach` measures it. beyond : regime there.
+    low, high : the last bracket in SI. border : in it. change : of the side beyond, as `Reach` measures it.
+    beyond : regime there.
     """
 
     low: Floats
     high: Floats
+    border: Floats
     change: Floats
     beyond: Labels
 
@@ -107,17 +122,19 @@ def nearest(
     size = home.size
     room = np.stack(reach.room)
 
-    def labels_at(line: Integers, place: Floats) -> Looked:
-        cell = line // 2
-        up = line % 2
+    def cells_at(line: Integers, place: Floats) -> tuple[Integers, Parameters]:
+        cell, up = lines[line] // 2, lines[line] % 2
         change = place * room[up, cell] * np.where(up == 1, 1.0, -1.0)
-        return search.looked(cell, {reach.name: reach.at(change, cell)}, into)
+        return cell, {reach.name: reach.at(change, cell)}
 
     searched = np.flatnonzero(decided(home))
     lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)
     lines = lines[room[lines % 2, lines // 2] > 0]
     scan = Scan(0.0, 1.0, points + 1, "linear")
-    found, _ = search_lines(lines.size, scan, tolerance, lambda line, place: labels_at(lines[line], place))
+    found, _ = search_lines(
+        lines.size, scan, tolerance, lambda line, place: search.looked(*cells_at(line, place), into),
+        search.guide_at(cells_at),
+    )  # fmt: skip
     found["line"] = lines[found["line"]]
     return _table(first_entries(found, into), search, reach, size)
 
@@ -134,10 +151,11 @@ def _table(found: Brackets, search: Search, reach: Reach, size: int) -> Borders:
     cell, up = found["line"] // 2, found["line"] % 2
     sign = np.where(up == 1, 1.0, -1.0)
     room = np.stack(reach.room)[up, cell]
-    near, far = (reach.at(found[end] * room * sign, cell) for end in ("low", "high"))
-    low, high, change = (np.full((size, 2), np.nan) for _ in range(3))
+    near, far, place = (reach.at(found[end] * room * sign, cell) for end in ("low", "high", "place"))
+    low, high, border, change = (np.full((size, 2), np.nan) for _ in range(4))
     low[cell, up], high[cell, up] = np.minimum(near, far), np.maximum(near, far)
+    border[cell, up] = place
     change[cell, up] = found["high"] * room * sign
     beyond = np.zeros((size, 2), np.int8)
     beyond[cell, up] = search.regimes(cell, {reach.name: far})
-    return Borders(low, high, change, beyond)
+    return Borders(low, high, border, change, beyond)

@@ -48,10 +48,15 @@ _PRESLIDING = Variable(
     "regime",
 )  # fmt: skip
 _WHY = "bristles deflect by the friction of the curve over their stiffness, which is above 0 at every slip speed"
+_NO_HOLD = Rule(
+    "contact_time", {"contact_time": 1}, lambda p: -p["contact_time"], lambda p: "0 s",
+    "bristles are relaxed at the start, whatever came before, and friction of theirs does not age",
+)  # fmt: skip
 BRISTLES_ON_ANY = (  # shape, which may come down to 0
     Rule("a1", {"a1": -1}, lambda p: p["a1"], lambda p: "above 0", _WHY, strict=True, last=True),
     Rule("a3", {"a1": -1, "a3": -1}, lambda p: p["a1"] + p["a3"], lambda p: f"above -a1 = {-p['a1']:.6g}", _WHY,
          strict=True, last=True),
+    _NO_HOLD,
 )  # fmt: skip
 ON_POSITIVE = BRISTLES_ON_ANY[1:]
 _NOT_RISING = Rule(
