@@ -49,9 +49,9 @@ def border(
         A parameter of a cell.
     between : pair of float or str, optional
         Its range, in SI or texts with units; by default that of the axis of the configuration.
-    tolerance : float
+    tolerance : float, optional
         Width of the last bracket over the border, or over a thousandth of the larger end of a range if that holds 0
-        and the border is closer to it.
+        and the border is closer to it. By default 1e-9, 1e-4 for contacts with memory.
     scan : int
         Places looked at first, evenly spaced, by ratio where the ends are a factor of 10 apart. A regime that begins
         and ends between two of them can be missed.
@@ -100,11 +100,11 @@ def contours(
         The two parameters, (y, x); by default the last two axes of the configuration, as plots have them.
     between : Mapping of str to pair, optional
         Their ranges, in SI or texts with units; by default those of the axes of the configuration.
-    points : int
-        Of the grid whose sides are crossed, along either axis. Only points beside a line are looked at, so that the
+    points : int, optional
+        Of the grid whose sides are crossed, along either axis; by default 512, 128 for contacts with memory. Only points beside a line are looked at, so that the
         cost grows with its length, not with the area.
-    tolerance : float
-        Width of the last bracket over the border, for every node.
+    tolerance : float, optional
+        Width of the last bracket over the border, for every node; by default as for `border`.
     scan : int
         Points along each axis that are looked at first. A loop between them is missed.
     progress, **solver
@@ -225,7 +225,7 @@ def margins(
         quiet from 5 to 60 mm/s.
     joint : bool
         False leaves out the cheapest joint change, which takes most of the time.
-    tolerance : float
+    tolerance : float, optional
         As for `border`.
     scan : int
         Places looked at first on either side.
