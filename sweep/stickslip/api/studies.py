@@ -101,8 +101,8 @@ def contours(
     between : Mapping of str to pair, optional
         Their ranges, in SI or texts with units; by default those of the axes of the configuration.
     points : int, optional
-        Of the grid whose sides are crossed, along either axis; by default 512, 128 for contacts with memory. Only points beside a line are looked at, so that the
-        cost grows with its length, not with the area.
+        Of the grid whose sides are crossed, along either axis; by default 512, 128 for contacts with memory. Only
+        points beside a line are looked at, so that the cost grows with its length, not with the area.
     tolerance : float, optional
         Width of the last bracket over the border, for every node; by default as for `border`.
     scan : int

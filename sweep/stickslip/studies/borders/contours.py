@@ -84,7 +84,7 @@ class Contours(StudySection):
         "contours",
         "a node",
         Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed; "
-                  f"{_POINTS} unless given", key, at_least=2, at_most=65_536, whole=True, absent=_POINTS),
+                  f"unless given {_POINTS}", key, at_least=2, at_most=65_536, whole=True, absent=_POINTS),
         Parameter("scan", "1", "points of the grid along both parameters that are looked at first", key,
                   default=64, at_least=2, at_most=65_536, whole=True),
     )  # fmt: skip

@@ -40,7 +40,7 @@ def range_along(value: object, info: ValidationInfo) -> Between:
 
 def by_model(of_curve: float, with_memory: float) -> str:
     """The defaults of a setting that depends on the model, in words."""
-    return f"{of_curve:g}, with bristles and rate-and-state friction {with_memory:g}"
+    return f"{of_curve:g}, or {with_memory:g} with bristles or rate-and-state friction"
 
 
 _TOLERANCES = by_model(STRIBECK.border_tolerance, BORDER_TOLERANCE)
@@ -51,7 +51,7 @@ def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
     return table(
         *rows,
         Parameter(  # neighbouring floating-point numbers are 1e-16 apart
-            "tolerance", "1", f"width of the bracket of {what}, over the border; {_TOLERANCES} unless given", section,
+            "tolerance", "1", f"width of the bracket of {what}, over the border; unless given {_TOLERANCES}", section,
             at_least=1e-15, at_most=0.1, absent=_TOLERANCES,
         ),
         Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", section,
