@@ -7,6 +7,7 @@ import stickslip
 from stickslip.config.options import options_of
 from stickslip.config.reader import parse_config
 from stickslip.config.studies import study_class
+from stickslip.errors import ConfigError
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
 
@@ -51,6 +52,20 @@ def test_a_margin_ends_where_linear_theory_says():
     critical = float(stickslip.evaluate(cell, law="rate_state_slip")["critical_stiffness"][0])
     assert float(ds["border_stiffness"].sel(side="above").values.ravel()[0]) == pytest.approx(critical, rel=1e-9)
     assert ds.attrs["margin_tolerance"] == 1e-4
+
+
+@pytest.mark.parametrize("name", ["mu_stop", "a1", "contact_stiffness", "mu_start"])
+def test_a_margin_along_a_parameter_of_another_law_names_that_law(name):
+    cell = PAIR | {"belt_speed": 1e-3, "stiffness": 1e5}
+    with pytest.raises(ValueError, match=r"parameters: .*\b(stribeck|lugre_stribeck)\b"):
+        stickslip.margins(cell, [name], law="rate_state_slip")
+    text = f"""
+system: {{mass: 1 kg, normal_load: 10 N, belt_speed: 1 mm/s, stiffness: 100 N/mm}}
+friction: {{law: rate_state_slip, mu_0: 0.6, v_0: 1 um/s, a: 0.010, b: 0.018, D_c: 1 um}}
+margins: {{parameters: [{name}]}}
+"""
+    with pytest.raises(ConfigError, match=r"margins.parameters: .*\b(stribeck|lugre_stribeck)\b"):
+        parse_config(text)
 
 
 def test_contours_follow_the_critical_stiffness_past_what_is_undecided():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.problems import ProblemCollector
 from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset import build
 from stickslip.engine import Options, Results, StopFlag
@@ -25,7 +26,7 @@ from stickslip.studies.report import attributes
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.models import laws_with, model_of
+from stickslip.vocabulary.models import LAWS, laws_with, model_of
 from stickslip.vocabulary.parameter import NAN
 from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
@@ -49,9 +50,8 @@ class MarginStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.options = asked(options)
         self._measured = [name for name in MEASURED if name in section.reaches]
-        if wrong := [name for name in self._measured if options.law not in laws_with(name)]:
-            form, laws = ", ".join(MEASURED), listed(laws_with(wrong[0]))
-            raise ArgumentError("parameters", f"the form of {form} is for the law {laws}, not {options.law}")
+        if why := _not_of(options.law, section.reaches):
+            raise ArgumentError("parameters", why)
         speeds = max(len(section.speeds), 1)
         each = 2 * speeds * (section.scan + int(-np.log2(section.tolerance))) * len(section.reaches)
         self.cells_each = each + (_OF_JOINT_CHANGE * speeds if section.joint else 0)
@@ -68,6 +68,12 @@ class MarginStudy(Study):
         section, options = fine_enough(section, options)
         cells = build_grid(given) if isinstance(given, Config) else build.given_cells(given, options)
         return cls(cells, section.of_cells(cells[:]), options)
+
+    @classmethod
+    def check(cls, section: Margins, config: Config, problems: ProblemCollector) -> None:
+        """Note a parameter of another law."""
+        if why := _not_of(config.friction.law, section.parameters or ()):
+            problems.add((section.key, "parameters"), why)
 
     @classmethod
     def mapped(cls, ds: xr.Dataset) -> list[str]:
@@ -117,6 +123,16 @@ class MarginStudy(Study):
         coordinates["side"] = build.text_index("side", SIDES, "side of the value on which the border lies")
         attributes = dict(attributes) | _attributes(self._section, whole, self.options)
         return build.study_dataset("margins", rows, values, self.dims, self.shape, coordinates, attributes)
+
+
+def _not_of(law: str, names: Iterable[str]) -> str | None:
+    """Return why not all parameters of these names are of a law."""
+    wrong = next((name for name in names if law not in laws_with(name)), None)
+    if wrong is None:
+        return None
+    laws = listed(one for one in laws_with(wrong) if one in LAWS)
+    what = f"the form of {', '.join(MEASURED)}" if wrong in MEASURED else wrong
+    return f"{what} is for the law {laws}, not {law}"
 
 
 def _distances(ds: xr.Dataset, name: str) -> list[str]:
