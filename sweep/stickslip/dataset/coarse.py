@@ -118,8 +118,8 @@ def picked(array: xr.DataArray, rows: NDArray[np.intp], columns: NDArray[np.intp
 def between(array: xr.DataArray, pixel: Pixel, box: int) -> NDArray[np.float64]:
     """A smooth quantity of a refined map at the middles of pixels, by splines through cells that are computed anyhow.
 
-    box : cells along a side of the largest boxes, whose corners these cells are. NaN if one of them has no value. Inside a
-    box splines go no further beyond the values at its corners than a tenth of what these differ by.
+    box : cells along a side of the largest boxes, whose corners these cells are. NaN if one of them has no value.
+    Inside a box splines go beyond the values at its corners by no more than a tenth of what these differ by.
     """
     from scipy.interpolate import RectBivariateSpline  # type: ignore[import-untyped]
 
