@@ -129,3 +129,18 @@ def test_a_border_amid_undecided_places_is_where_the_guide_vanishes(zero):
     )  # fmt: skip
     assert not found["guided"][0] and found["place"][0] == pytest.approx(0.5, abs=1e-6)
     assert found["high"][0] - found["low"][0] == pytest.approx(0.4, rel=1e-4)
+
+
+@pytest.mark.parametrize(("spacing", "middle"), [("log", 2e4 * 5**0.5), ("linear", 6e4)])
+def test_a_ramp_has_the_spacing_of_its_axis(spacing, middle):
+    """Vibration ends by the critical stiffness, 88 N/mm."""
+    config = parse_config(f"""
+system: {{mass: 1 kg, normal_load: 10 N, belt_speed: 100 um/s}}
+friction: {{law: rate_state_slip, mu_0: 0.6, v_0: 1 um/s, a: 0.010, b: 0.018, D_c: 1 um}}
+axes:
+  stiffness: {{start: 20 N/mm, stop: 100 N/mm, num: 9, spacing: {spacing}}}
+""")
+    ds = stickslip.ramp(config, "stiffness", points=3)
+    np.testing.assert_allclose(ds["stiffness"].values, [2e4, middle, 1e5])
+    assert ds["stiffness"].attrs["axis_spacing"] == spacing
+    assert ds["regime"].sel(direction="up").values.ravel().tolist() == [4, 4, 2]

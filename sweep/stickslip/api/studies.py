@@ -327,7 +327,7 @@ def ramp(
     cells_or_config, along, between
         As for `border`; every line is a ramp.
     points : int
-        Values, evenly spaced.
+        Values, spaced as the places that `border` looks at first, or as the axis of the configuration.
     progress, **solver
         As for `border`, with rtol of `evaluate`.
 

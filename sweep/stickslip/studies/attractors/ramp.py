@@ -107,7 +107,7 @@ class RampStudy(Study):
     def __init__(self, cells: Cells, side: Side, options: Options) -> None:
         self._cells, self._side = cells, side
         self.title = f"Slow ramp: {QUANTITIES[side.name].long_name}"
-        self._values = np.linspace(side.low, side.high, side.points)
+        self._values = side.places
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each, self.options = 3 * side.points, replace(options, early_stop=True)
         names = (*_BRANCHES, _VIBRATION_END, *_BETWEEN)
@@ -182,7 +182,7 @@ class RampStudy(Study):
                 for key, row in rows.items()}  # fmt: skip
         values = {key: column.reshape(-1, *((points,) if key in _BETWEEN else (2, points)))
                   for key, column in joined(parts).items()}  # fmt: skip
-        axis = {"units": about.units, "long_name": about.long_name, "axis_spacing": "linear"}
+        axis = {"units": about.units, "long_name": about.long_name, "axis_spacing": self._side.spacing}
         coordinates = grid_coordinates(self._cells) | {
             name: shown_in(xr.Variable((name,), self._values, axis, NO_FILL), unit),
             "direction": text_index("direction", ("up", "down"), "direction of the ramp"),
