@@ -96,8 +96,8 @@ def decays_on_average(law, s, i):
         return False
     radius = 0.0
     for n in range(RADII):
+        before = drag
         while radius < r * (n + 1) / RADII:
-            before = drag
             radius = next_radius(law, s, i, radius, r * (n + 1) / RADII)
             drag, error, change = mean_drag(law, s, i, radius, 0.0)
             if not drag > max(error, abs(drag - before)) or radius + change >= b - s[at.W_MIN + i]:
