@@ -48,8 +48,12 @@ def at_pixel(shown, i, j):
     return {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
 
 
+def column(shown, name):
+    return next(one for one in shown.columns if one.name == name)
+
+
 def regimes(shown):
-    return next(one for one in shown.columns if one.name == "regime").values
+    return column(shown, "regime").values
 
 
 @pytest.fixture(params=SHIPPED)
@@ -81,7 +85,7 @@ def test_a_pixel_is_the_cell_that_a_click_computes(source):
         cell = cell_of_view(source, view, at_pixel(shown, i, j))
         known = stickslip.evaluate(cell, law=source.options.law, rtol=source.options.rtol)
         assert int(known["regime"][0]) == regimes(shown)[i, j]
-        force = next(one for one in shown.columns if one.name == "spring_force_max")
+        force = column(shown, "spring_force_max")
         assert np.isclose(float(known["spring_force_max"][0]), force.values[i, j] * force.unit.size, rtol=1e-5)
 
 
@@ -362,12 +366,12 @@ def test_sides_and_sliders_are_in_the_units_the_file_was_written_in():
     assert shown.x.unit.name == "mm/s" and shown.x.title == "belt speed (mm/s)"
     sliders = {slider.name: slider for slider in sliders_of(lubricants, first_view(lubricants).plane)}
     assert sliders["stiffness"].unit == Unit("N/mm", 1e3) and sliders["mass"].unit.name == "kg"
-    assert shown.by_name["slip_speed_max"].unit.name == "mm/s"  # outputs follow inputs
+    assert column(shown, "slip_speed_max").unit.name == "mm/s"  # outputs follow inputs
 
 
 def test_names_of_regimes_stand_in_their_own_region(source):
     shown = seen(source, first_view(source))
-    names = list(shown.by_name["regime"].names)
+    names = list(column(shown, "regime").names)
     assert shown.regions
     for name, x, y in shown.regions:
         here = regimes(shown)[shown.y.nearest(y), shown.x.nearest(x)]
