@@ -74,11 +74,16 @@ class PlaneSearch:
         counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
         return {name: np.array([one]) for name, one in counts.items()} | _table(chains, nodes)
 
+    @property
+    def growth(self) -> str | None:
+        """The result of linear theory that leads to borders, if one does."""
+        return model_of(self.options.law).growth
+
     def labels_of_points(self, panel: Integers, row: Integers, column: Integers) -> Labels:
         """Regimes of grid points. Where one is undecided as small motions hardly grow or decay, it is that of the next
         point further from where they do neither."""
         labels = self.labels(panel, self.x.places[column], self.y.places[row])
-        if (growth := model_of(self.options.law).growth) is None:
+        if (growth := self.growth) is None:
             return labels
 
         def theory(name: str, which: Integers, r: Integers, c: Integers) -> Floats:
@@ -150,7 +155,7 @@ class PlaneSearch:
             y = self.y.at(row[line], np.where(flat[line], 0.0, place))
             return panel[line], x, y
 
-        guide_at = growth_of(lambda line, place: self.at(*there(line, place)), self.options)
+        guide_at = growth_of(lambda line, place: self.at(*there(line, place)), self.options) if self.growth else None
 
         def labels_at(line: Integers, place: Floats) -> Looked:
             labels = np.where(place == 0.0, low[line], high[line])  # of ends, as neighbours see them

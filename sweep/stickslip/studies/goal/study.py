@@ -77,6 +77,11 @@ class _Plane(PlaneSearch):
 
     demand: Demand
 
+    @property
+    def growth(self) -> None:
+        """None: verdicts are about ranges and draws, of which theory knows nothing."""
+        return
+
     def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Verdicts, and the guide to where they change."""
         found = self.demand.judged(panel, {self.x.name: x, self.y.name: y})
@@ -179,7 +184,7 @@ class GoalStudy(ContourStudy):
     @classmethod
     def of(cls, given: CellsOrConfig, section: Any, options: Options) -> GoalStudy:
         """The region in the plane of the section."""
-        return cls(given, section, fine_enough(section, options))
+        return cls(given, *fine_enough(section, options))
 
     @classmethod
     def check(cls, section: Any, config: Config, problems: ProblemCollector) -> None:

@@ -80,6 +80,10 @@ class Demand(Search):
         found = self.judged(which, changed)
         return Looked(np.isin(found.verdict, into or []).astype(np.int8), found.verdict != IMPOSSIBLE, found.guide)
 
+    def guide_at(self, cells_at: object) -> None:
+        """None: theory knows no verdicts."""
+        return
+
     def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
         found = self.judged(which, changed)
         return found.verdict, found.guide
@@ -144,7 +148,8 @@ class _Lanes:
         if not computed.complete:
             raise StoppedError
         demand.computed[0] += int(possible.sum())
-        regime, margin = computed.results["regime"], computed.results["restick_margin"]
+        regime, margin = computed.results["regime"], computed.results.get("restick_margin")
+        margin = np.full(regime.shape, np.nan) if margin is None else margin
         self.possible[which] |= possible
         self.vibrates[which] |= np.isin(regime, _VIBRATING)
         self.undecided[which] |= np.isin(regime, UNDECIDED)
