@@ -120,14 +120,14 @@ def test_a_recurrence_takes_a_fraction_of_the_steps(lorentzian, expanded):
 
 
 @pytest.mark.parametrize("with_recurrence", [True, False])
-@pytest.mark.parametrize("gamma", [1e-4, 0.02, 0.3, 10.0])
+@pytest.mark.parametrize("gamma", [0.02, 5.0])
 def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, gamma, with_recurrence):
     """Where loops grow or shrink too slowly to be followed."""
     plain = stickslip.register_law("own_plain_bell", own_shapes.bell, own_shapes.bell_slope)
-    cell = UNIT | {"a1": 0.3, "a2": 0.0, "a3": 0.2, "a4": 0.05 if gamma < 1 else 0.005, "damping": gamma}
-    between = (cell["a4"] * 0.9, cell["a4"] * 9.0)
+    damper = 0.2 / 0.05 * -own_shapes.bell_slope(1.2, 2.0)  # that of the fall at 60 mm/s
+    cell = CELL | {"a2": 0.0, "damping": damper, "stiffness": (damper / gamma) ** 2}
     (own, ours) = (
-        stickslip.border(cell | more, "belt_speed", between, law=law, scan=24)
+        stickslip.border(cell | more, "belt_speed", (0.03, 0.5), 1e-7, law=law, scan=12)
         for law, more in ((bell if with_recurrence else plain, {}), ("stribeck_delta", {"delta": 2.0}))
     )
     first = [float(np.ravel(found["border"].values)[0]) for found in (own, ours)]
