@@ -22,7 +22,7 @@ from stickslip.errors import Interrupted
 from stickslip.fit import CurveFit, Drawn, RepeatedFit, draw_curves
 from stickslip.fit.uncertainty import student
 from stickslip.materials.system import Request
-from stickslip.studies.borders import Border, Looked, Scan, asked, search_lines
+from stickslip.studies.borders import Border, Looked, Scan, search_lines, search_options
 from stickslip.studies.study import Meter
 from stickslip.theory import stribeck
 from stickslip.vocabulary.cell_values import as_cells
@@ -83,7 +83,7 @@ def quiet_above(
     computed, now and then.
     Raises Interrupted on Ctrl-C.
     """
-    cells, options = cells_of(curves, system, scan.low), asked(options)
+    cells, options = cells_of(curves, system, scan.low), search_options(options)
     scanned: list[Looked] = []
 
     def labels(line: NDArray[np.int64], place: Floats) -> Looked:

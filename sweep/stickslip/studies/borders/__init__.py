@@ -9,10 +9,10 @@ and closes in on where three regimes meet; `plane.py` puts these together, and `
 
 from stickslip.studies.borders.border import Border, BorderStudy
 from stickslip.studies.borders.contours import Contours, ContourStudy
-from stickslip.studies.borders.lines import Side, asked, fine_enough, lines_along, plane_over
+from stickslip.studies.borders.lines import Side, fine_enough, lines_along, plane_over, search_options
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 
 __all__ = [
-    "Border", "BorderStudy", "ContourStudy", "Contours", "Looked", "Scan", "Side", "asked", "fine_enough",
+    "Border", "BorderStudy", "ContourStudy", "Contours", "Looked", "Scan", "Side", "search_options", "fine_enough",
     "lines_along", "plane_over", "search_lines",
 ]  # fmt: skip

@@ -23,7 +23,6 @@ from stickslip.studies.borders.lines import (
     CellsOrConfig,
     Lines,
     Side,
-    asked,
     check_line,
     fine_enough,
     growth_of,
@@ -31,6 +30,7 @@ from stickslip.studies.borders.lines import (
     line_along,
     lines_along,
     range_along,
+    search_options,
 )
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
 from stickslip.studies.report import attributes, axes_over, cells_over, first, parts_over
@@ -102,7 +102,7 @@ class BorderStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan + int(-np.log2(section.tolerance))
         self.weight = max(section.scan // _LANES_FED, 1)
-        self.options = asked(options)
+        self.options = search_options(options)
 
     @classmethod
     def of(cls, given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:

@@ -23,13 +23,13 @@ from stickslip.studies.borders.lines import (
     CellsOrConfig,
     Lines,
     Side,
-    asked,
     by_model,
     check_lines,
     fine_enough,
     limits,
     plane_along,
     plane_over,
+    search_options,
 )
 from stickslip.studies.borders.plane import JUNCTION, PlaneSearch, share_of
 from stickslip.studies.borders.search import Integers
@@ -138,7 +138,7 @@ class ContourStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan**2 + _PER_POINT * (x.points + y.points)
         self.weight = max(_PANEL, x.points * y.points // _PER_CELL)
-        self.options = asked(options)
+        self.options = search_options(options)
 
     @classmethod
     def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:

@@ -75,7 +75,7 @@ def fine_enough(section: AnySearch, options: Options) -> tuple[AnySearch, Option
     return section.model_copy(update=found), replace(options, rtol=rtol, early_stop=True)
 
 
-def asked(options: Options) -> Options:
+def search_options(options: Options) -> Options:
     """The same for what a search asks of a cell, beyond which nothing is computed (`Options.until`)."""
     return replace(options, early_stop=True, variables=("regime", model_of(options.law).guide, "steps"))
 

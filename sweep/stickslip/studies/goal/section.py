@@ -74,8 +74,8 @@ class Goal(Contours):
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
-    """What a section asks about.
+class GoalPlane:
+    """The plane of a goal, its panels and its ranges.
 
     panels : the cells in which the plane is opened. as_they_are : their parameters, what scatters at its median, with
     what is measured of curves where `measured`: then the coefficients follow from that. here : by parameter of the
@@ -93,8 +93,8 @@ class Asked:
     ranges: tuple[Side, ...]
 
 
-def asked_of(given: CellsOrConfig, section: Goal, options: Options) -> Asked:
-    """The plane of a configuration, or of cells. Raises TypeError or ValueError for what cannot be asked."""
+def goal_plane(given: CellsOrConfig, section: Goal, options: Options) -> GoalPlane:
+    """The plane of a configuration, or of cells. Raises TypeError or ValueError for what cannot be goal."""
     if isinstance(given, Config):
         names, written = _names(given, section), given.written_in
         panels, axes, changed, known = _of_config(given, section, names)
@@ -119,7 +119,7 @@ def asked_of(given: CellsOrConfig, section: Goal, options: Options) -> Asked:
     y, x = (_side(name, section, axes.get(name), here[name], written.get(name)) for name in names)
     ranges = tuple(Side(*ends, section.samples, "log" if ends[0] > 0 else "linear", name)
                    for name, ends in section.quiet_over.items())  # fmt: skip
-    return Asked(panels, cells, measured, here, any(name in axes for name in names), y, x, ranges)
+    return GoalPlane(panels, cells, measured, here, any(name in axes for name in names), y, x, ranges)
 
 
 def _names(config: Config | None, section: Goal) -> tuple[str, str]:

@@ -26,7 +26,7 @@ from stickslip.studies.borders.plane import OPEN, PlaneSearch
 from stickslip.studies.borders.search import Floats, Integers, Labels
 from stickslip.studies.borders.walk import scanned
 from stickslip.studies.goal import words
-from stickslip.studies.goal.section import PROBABILITY, Goal, asked_of
+from stickslip.studies.goal.section import PROBABILITY, Goal, goal_plane
 from stickslip.studies.goal.verdict import IMPOSSIBLE, QUIET, ROUNDS, VIBRATES, Demand
 from stickslip.studies.margins.joint import Space, refined
 from stickslip.studies.margins.reach import Reach, reach_of
@@ -41,8 +41,8 @@ from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
 
 
-def _told(text: str) -> str:
-    """What is told of regimes, of verdicts."""
+def _of_verdicts(text: str) -> str:
+    """What is said of regimes, of verdicts."""
     return text.replace("regime", "verdict")
 
 
@@ -68,7 +68,7 @@ _PLACES = table(
              comment="changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
 )  # fmt: skip
 _LINES = table(*(
-    replace(row, name=_told(name), long_name=_told(row.long_name)) for name, row in VARIABLES.items()
+    replace(row, name=_of_verdicts(name), long_name=_of_verdicts(row.long_name)) for name, row in VARIABLES.items()
 ))  # fmt: skip
 
 
@@ -96,7 +96,7 @@ class _Plane(PlaneSearch):
         self.points.known[0, row, column] = found.verdict
         maps = dict(zip(_MAPS, (found.quiet, found.error, found.undecided), strict=True))
         maps = {name: np.where(found.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
-        return maps | {_told(name): values for name, values in super().columns().items()}
+        return maps | {_of_verdicts(name): values for name, values in super().columns().items()}
 
     def needs(self, lines: Results, here: Mapping[str, float]) -> Results:
         """The verdict on what the panel has (y and x, by name), and where the nearest changes of it are."""
@@ -163,22 +163,22 @@ class GoalStudy(ContourStudy):
     _section: Goal
 
     def __init__(self, given: CellsOrConfig, section: Goal, options: Options) -> None:
-        self._asked = asked = asked_of(given, section, options)
-        super().__init__(asked.panels, asked.y, asked.x, section, options)
+        self._goal = goal = goal_plane(given, section, options)
+        super().__init__(goal.panels, goal.y, goal.x, section, options)
         uncertain = given.uncertain if isinstance(given, Config) else None
         self._drawn, self._scramblings, self._probability = dict[str, Floats](), 1, 1.0
         if uncertain is not None:
             design = Design(len(uncertain.names), uncertain.draws, uncertain.scramblings, uncertain.seed, False)
             self._drawn = uncertain.values(design.normals(design.place(0, design.per_cell)))
             self._scramblings, self._probability = uncertain.scramblings, section.probability or PROBABILITY
-        nodes = section.scan**2 + _PER_POINT * (asked.x.points + asked.y.points)
-        self.cells_each = nodes * max(self._draws, 1) * section.samples ** len(asked.ranges)
-        self._maps = [scanned(side.points, section.scan) for side in (asked.y, asked.x)]
+        nodes = section.scan**2 + _PER_POINT * (goal.x.points + goal.y.points)
+        self.cells_each = nodes * max(self._draws, 1) * section.samples ** len(goal.ranges)
+        self._maps = [scanned(side.points, section.scan) for side in (goal.y, goal.x)]
         self._of_plane = {f"{what}_{side.name}": (row, side) for what, row in _PLACES.items()
-                          for side in (asked.y, asked.x)}  # fmt: skip
+                          for side in (goal.y, goal.x)}  # fmt: skip
         self._each = dict.fromkeys(_MAPS, self._maps[0].size * self._maps[1].size)  # values of a panel
         self._each |= dict.fromkeys((*_OF_PANELS, *self._of_plane), 1)
-        self.columns = {_told(name): kind for name, kind in ContourStudy.columns.items()}
+        self.columns = {_of_verdicts(name): kind for name, kind in ContourStudy.columns.items()}
         self.columns |= dict.fromkeys(self._each, np.dtype(np.float64)) | {"verdict": np.dtype(np.int8)}
 
     @classmethod
@@ -190,7 +190,7 @@ class GoalStudy(ContourStudy):
     def check(cls, section: Any, config: Config, problems: ProblemCollector) -> None:
         """Note a plane, or ranges, that cannot be asked about."""
         try:
-            asked_of(config, section, options_of(config))
+            goal_plane(config, section, options_of(config))
         except ArgumentError as error:
             problems.add((section.key, error.key), error.what)
 
@@ -224,15 +224,15 @@ class GoalStudy(ContourStudy):
         return len(next(iter(self._drawn.values()), ()))
 
     def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
-        asked, section = self._asked, self._section
-        search = _Plane(self._cells, asked.y, asked.x, panel, section.scan, section.tolerance, self.options, stop)
+        goal, section = self._goal, self._section
+        search = _Plane(self._cells, goal.y, goal.x, panel, section.scan, section.tolerance, self.options, stop)
         search.demand = Demand(
-            taken(asked.as_they_are, slice(panel, panel + 1)), self.options, stop, (), moved, asked.measured,
-            asked.ranges, self._drawn, self._scramblings, self._probability,
+            taken(goal.as_they_are, slice(panel, panel + 1)), self.options, stop, (), moved, goal.measured,
+            goal.ranges, self._drawn, self._scramblings, self._probability,
         )  # fmt: skip
-        found, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in asked.here.items()}
+        found, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in goal.here.items()}
         found |= {f"here_{name}": np.array([value]) for name, value in here.items()}
-        found |= {} if asked.is_plane else search.needs(found, here)
+        found |= {} if goal.is_plane else search.needs(found, here)
         undecided = {name: found[name] == OPEN for name in ("verdict", "verdict_left", "verdict_right")}
         found |= {name: np.where(those, VERDICTS.index("undecided"), found[name]) for name, those in undecided.items()}
         return found | {"computed": np.array(search.demand.computed)}
@@ -244,7 +244,7 @@ class GoalStudy(ContourStudy):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Over panels and the plane the probability; over panels what they need; and the borders as lines."""
-        whole, (y, x) = joined(parts), (self._asked.y, self._asked.x)
+        whole, (y, x) = joined(parts), (self._goal.y, self._goal.x)
         rows = {name: replace(row, dims=(y.name, x.name)) for name, row in _MAPS.items()} | dict(_OF_PANELS)
         rows |= {name: of_parameter(row, side.name) for name, (row, side) in self._of_plane.items()}
         shape = [place.size for place in self._maps]
@@ -260,11 +260,11 @@ class GoalStudy(ContourStudy):
 
     def _coordinates(self) -> dict[str, xr.Variable]:
         """Those of the panels, without what varies in them, and those of the map."""
-        asked, follows = self._asked, model_of(self.options.law).replaced if self._asked.measured else ()
-        varied = {side.name for side in (asked.y, asked.x, *asked.ranges)} | self._drawn.keys()
+        goal, follows = self._goal, model_of(self.options.law).replaced if self._goal.measured else ()
+        varied = {side.name for side in (goal.y, goal.x, *goal.ranges)} | self._drawn.keys()
         found = {name: v for name, v in grid_coordinates(self._cells).items()
                  if quantity_of(name) not in varied and (v.dims or name not in follows)}  # fmt: skip
-        for side, places in zip((asked.y, asked.x), self._maps, strict=True):
+        for side, places in zip((goal.y, goal.x), self._maps, strict=True):
             row = SEARCHABLE[side.name]
             about = {"units": row.units, "long_name": row.long_name, "axis_spacing": side.spacing}
             found[side.name] = xr.Variable(side.name, side.places[places], about, NO_FILL)
@@ -273,13 +273,16 @@ class GoalStudy(ContourStudy):
 
     def _attributes(self, whole: Results) -> dict[str, Any]:
         """The goal, how it was looked for, and what can be missed."""
-        asked, lines = self._asked, {name.replace("verdict", "regime"): values for name, values in whole.items()}
-        of_lines = attributes_of_lines(lines, asked.y, asked.x, self._section, self.options)
-        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in asked.ranges]
+        goal, lines = self._goal, {name.replace("verdict", "regime"): values for name, values in whole.items()}
+        of_lines = attributes_of_lines(lines, goal.y, goal.x, self._section, self.options)
+        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in goal.ranges]
         texts = (f"{spoken(row.name)} {customary(row.units, *ends) or row.range_text(ends)}" for row, ends in rows)
         chance = f" with a probability of {100 * self._probability:g} %" if self._draws else ""
         return {
-            **{name.replace("contour", "goal"): _told(v) if isinstance(v, str) else v for name, v in of_lines.items()},
+            **{
+                name.replace("contour", "goal"): _of_verdicts(v) if isinstance(v, str) else v
+                for name, v in of_lines.items()
+            },
             "goal": f"quiet over {' and '.join(texts)}{chance}",
             "goal_probability": self._probability,
             "goal_samples": f"{self._section.samples} values of each range, and 1/{2**ROUNDS} of their distance about "

@@ -17,7 +17,7 @@ from stickslip.config.studies import Finished, Moved, Study, Table
 from stickslip.dataset import build
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, StoppedError
-from stickslip.studies.borders.lines import CellsOrConfig, asked, fine_enough
+from stickslip.studies.borders.lines import CellsOrConfig, fine_enough, search_options
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import ON_SIDES, SIDES, VARIABLES, Margins
@@ -48,7 +48,7 @@ class MarginStudy(Study):
     def __init__(self, cells: Cells, section: Margins, options: Options) -> None:
         self._cells, self._section = cells, section
         self.dims, self.shape = cells.dims, cells.shape
-        self.options = asked(options)
+        self.options = search_options(options)
         self._measured = [name for name in MEASURED if name in section.reaches]
         if why := _not_of(options.law, section.reaches):
             raise ArgumentError("parameters", why)
