@@ -11,14 +11,16 @@ from .machine import DONE
 
 @compiled
 def next_cell(m, i, first):
-    """Start the next cell, from number `first` on, that does not finish at once in lane i.
+    """Start the next cell, from number `first` on, that does not finish at once in lane i: all cells are gone through
+    twice, the second time for those that are later.
 
     Returns the number after it; the lane idles if there is none.
     """
-    c = first
-    while c < m.cells.shape[1]:
+    c, size = first, m.cells.shape[1]
+    while c < 2 * size:
+        number, again = c % size, c >= size
         c += 1
-        if contacts.begin_cell(m, i, c - 1) != DONE:
+        if contacts.is_later(m, number) == again and contacts.begin_cell(m, i, number) != DONE:
             return c
     m.s[at.CELL + i] = -1.0
     return c

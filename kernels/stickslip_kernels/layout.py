@@ -133,19 +133,22 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     TOP, TOP_TIME,  # its value, and when; the time is NaN where it is known for the value only
     GUESS, GUESS_W, GUESS_DW, GUESS_A, GUESS_B,  # a time close to what is sought, and the series about it
     ALLOWED,  # error of w that a Taylor step may make
+    BY_SERIES,  # 1 in lanes whose steps are those of series (`contacts/lugre.py`)
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 72 * WIDTH, WIDTH)  # fmt: skip
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 73 * WIDTH, WIDTH)  # fmt: skip
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
 SERIES_FACTOR = SERIES_WEAK + ORDER * WIDTH  # the same of what some recurrences keep beside (`recurrences.py`)
+SERIES_STATE = SERIES_FACTOR + ORDER * WIDTH  # first of ORDER + 1 rows, of an inner state: `contacts/bristle_series.py`
+SERIES_SHARE = SERIES_STATE + (ORDER + 1) * WIDTH  # first of ORDER rows: the same over what it may be
 
 # --- slow state: further rows of `lanes`, which only the scalar code uses -------------------------------------------
-SLOW = SERIES_FACTOR + ORDER * WIDTH
+SLOW = SERIES_SHARE + ORDER * WIDTH
 (
     CELL,  # index of the cell in the block, -1: the lane is idle
     MODE,

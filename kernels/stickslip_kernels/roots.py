@@ -6,7 +6,7 @@ about that guess reverted; where that does not settle they ask `crossing`.
 """
 
 from . import layout as at
-from .dense import friction_work, horner, rise_and_work, speed
+from .dense import friction_work, horner, speed
 from .jit import compiled
 
 MOST_TRIES = 60
@@ -115,18 +115,26 @@ def integrals_after(d, once, twice, w, dw, a, b):
 def arrival(s, i, level, side, end, at_end):
     """When w passes `level` towards `side` (+1, -1), `end` at the latest; by how much y rises till then; the work.
 
-    at_end : w and its first three derivatives at `end`; the third may be 0. As a rule all lanes have been asked already
-    (`crossings.py`).
+    at_end : w and its first three derivatives at `end`; the third may be 0.
+    """
+    t, rise, w, fallen = passage(s, i, level, side, end, at_end)
+    return t, rise, friction_work(s, i, t, rise, w, fallen)
+
+
+@compiled(inline=True)
+def passage(s, i, level, side, end, at_end):
+    """`arrival`, with w there and its double integral in place of the work.
+
+    As a rule all lanes have been asked already (`crossings.py`).
     """
     if s[at.CROSSES + i] > 0.0 and s[at.CROSS_LEVEL + i] == level and s[at.CROSS_TIME + i] <= end:
-        t, rise = s[at.CROSS_TIME + i], s[at.CROSS_RISE + i]
-        return t, rise, friction_work(s, i, t, rise, level, s[at.CROSS_FALLEN + i])
-    return arrival_in_lane(s, i, level, side, end, at_end)
+        return s[at.CROSS_TIME + i], s[at.CROSS_RISE + i], level, s[at.CROSS_FALLEN + i]
+    return passage_in_lane(s, i, level, side, end, at_end)
 
 
 @compiled
-def arrival_in_lane(s, i, level, side, end, at_end):
-    """`arrival`, searched for in this lane."""
+def passage_in_lane(s, i, level, side, end, at_end):
+    """`passage`, searched for in this lane."""
     w, dw, jerk, _ = at_end
     t = inverse_cubic(s[at.W + i] - level, s[at.DW + i], w - level, dw, end)
     if not 0.0 < t <= end:  # true for NaN: as far from the end as Halley's method goes
@@ -141,11 +149,11 @@ def arrival_in_lane(s, i, level, side, end, at_end):
             once, twice = integrals_after(d, once, twice, w, dw, a, b)
             t += d
             rise = t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once
-            return t, rise, friction_work(s, i, t, rise, level, twice)
+            return t, rise, level, twice
         t += d
     t = crossing(s, i, 0, level, end, at_end, TO_ROUNDING)
-    _, rise, work = rise_and_work(s, i, t)
-    return t, rise, work
+    w, _, _, _, once, twice, _ = horner(s, i, t)
+    return t, t * (s[at.B + i] + 0.5 * t * s[at.ALPHA + i]) - once, w, twice
 
 
 @compiled

@@ -8,7 +8,7 @@ from stickslip_kernels.contacts.stribeck.laws import LAWS
 from stickslip_kernels.crossings import find_crossings
 from stickslip_kernels.dense import speed
 from stickslip_kernels.observers.tops import find_tops
-from stickslip_kernels.roots import arrival_in_lane
+from stickslip_kernels.roots import passage_in_lane
 
 RANDOM = np.random.default_rng(5)
 ASKING = np.flatnonzero(RANDOM.random(at.WIDTH) < 0.4)  # more than one group
@@ -36,7 +36,7 @@ def test_crossings_are_those_of_the_scalar_search():
     find_crossings(s)
     assert np.count_nonzero(s[at.CROSSES : at.CROSSES + at.WIDTH]) == len(ASKING) > 8
     for i in ASKING:
-        t, rise, _ = arrival_in_lane(s, i, 0.5, 1.0, 1.0, speed(s, i, 1.0))
+        t, rise, _, _ = passage_in_lane(s, i, 0.5, 1.0, 1.0, speed(s, i, 1.0))
         assert s[at.CROSS_LEVEL + i] == 0.5
         assert (s[at.CROSS_TIME + i], s[at.CROSS_RISE + i]) == pytest.approx((t, rise), rel=1e-14)
         assert s[at.CROSS_FALLEN + i] == pytest.approx(polynomials[i].integ(2)(t), rel=1e-13)

@@ -132,10 +132,11 @@ def test_motion_is_that_of_scipy(law):
         assert b - of_cell[at.ETA_END] == pytest.approx(w, rel=3e-6, abs=3e-6 * abs(b))
 
 
-def test_motion_under_a_belt_that_turns_round_is_that_of_scipy():
+@pytest.mark.parametrize("own", [(2.0, 0.3), (0.0, 0.0)], ids=["implicit", "series"])
+def test_motion_under_a_belt_that_turns_round_is_that_of_scipy(own):
     law, cell = LAWS[0], draw(1, 0, LAWS[0])[:, 0]
     cell[[at.GAMMA, at.A1, at.A2, at.A3, at.A4]] = 0.05, 0.3, 0.0, 0.2, 0.1
-    cell[[at.CONTACT_STIFFNESS, at.CONTACT_DAMPING, at.CONTACT_DAMPING_RATE, at.ELASTIC_PART]] = 300.0, 8.0, 2.0, 0.3
+    cell[[at.CONTACT_STIFFNESS, at.CONTACT_DAMPING, at.CONTACT_DAMPING_RATE, at.ELASTIC_PART]] = 300.0, 8.0, *own
     table = np.array([[2.0, 0.0, 0.1], [9.0, 0.2, 0.0], [4.0, 0.2, -0.1], [9.0, -0.2, 0.0], [2.0, -0.2, 0.1]])
     starts = np.concatenate([[0.0], np.cumsum(table[:, 0])])
 
@@ -212,6 +213,31 @@ def test_under_a_belt_at_rest_the_mass_comes_to_rest_where_bristles_hold_it(step
     found = run(cells, law=LAWS[0])
     assert (found[at.REGIME, 0], found[at.STATUS, 0]) == (at.STUCK, at.NEVER_BREAKS_AWAY)
     assert 0.0 <= found[at.XI_END, 0] <= steps
+
+
+def test_soft_bristles_settle_when_the_judge_says_they_do():
+    """Steps by series are long: the start counts for the band, and no swing inside a step is lost (twice above b)."""
+    cells = np.zeros((at.CELL_ROWS, 3))
+    cells[at.A1], cells[at.A3], cells[at.DELTA] = 0.25, 0.05, 1.0
+    cells[at.BELT] = 0.0061, 0.4, 0.05
+    cells[at.A4], cells[at.GAMMA] = 0.016, np.array([0.14, 0.02, 0.1])
+    cells[at.CONTACT_STIFFNESS], cells[at.CONTACT_DAMPING] = np.array([0.1, 0.3, 0.5]), np.array([0.7, 0.1, 0.5])
+    cells[at.ETA_START], cells[at.HORIZON] = NAN, np.inf
+    p = np.zeros((3, memory_judge.ROWS))
+    for row, values in (
+        (memory_judge.BELT, at.BELT), (memory_judge.GAMMA, at.GAMMA), (memory_judge.A1, at.A1),
+        (memory_judge.A3, at.A3), (memory_judge.A4, at.A4), (memory_judge.S_0, at.CONTACT_STIFFNESS),
+        (memory_judge.S_1, at.CONTACT_DAMPING), (memory_judge.DELTA, at.DELTA),
+    ):  # fmt: skip
+        p[:, row] = cells[values]
+    p[:, memory_judge.KIND] = memory_judge.BRISTLES
+    exact = memory_judge.judge_memory(p)
+    assert (exact[:, memory_judge.REGIME] == memory_judge.SETTLES).all()
+    for rtol, off in ((1e-6, 1e-3), (1e-9, 1e-5)):
+        found = run(cells, rtol, law=LAWS[0])
+        np.testing.assert_allclose(found[at.SETTLING_TIME], exact[:, memory_judge.SETTLING], rtol=off)
+        np.testing.assert_array_equal(found[at.CROSSINGS], exact[:, memory_judge.CROSSINGS])
+        np.testing.assert_allclose(found[at.SPEED_MAX], exact[:, memory_judge.WHOLE_FASTEST], rtol=10.0 * rtol)
 
 
 def test_cycles_of_several_loops_are_told_from_one():

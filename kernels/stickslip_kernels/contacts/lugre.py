@@ -14,123 +14,45 @@ it begins with, and one that would pass zero is tried again so that it ends ther
 """
 
 from math import exp as exp_of
-from math import factorial, pi
-from typing import NamedTuple
+from math import inf, nan
 
 from .. import contacts
 from .. import layout as at
-from ..dense import interpolate, work_by_ends
+from ..dense import interpolate
 from ..drive import SMALLEST_SPEED
-from ..events import end_motion, reaches
-from ..exponential import exp
-from ..intrinsics import select, widest_vectors
+from ..events import end_motion, grazes, reaches
+from ..intrinsics import select
 from ..jit import compiled
 from ..machine import DONE, RUNNING
+from ..observers import return_map
 from ..observers.recurrence import Recurrence
 from ..roots import TO_ROUNDING, crossing, extreme_speed
-from . import smooth
-from .implicit import end_of_step, errors, factorise, judge_steady_sliding, rates, slopes, stages, step_factor
+from . import bristle_series, bristle_steps, smooth
+from .bristle_series import LEVEL_OF_CURVE, LOAD_SCALE, MOST, QUIET, S_0, S_1, SIGN, SPEED_SCALE
+from .bristle_steps import ELASTIC, S_1_RATE, LuGre, derivatives
+from .implicit import judge_steady_sliding
 from .stribeck import laws
 from .stribeck.friction import coefficient, coefficient_slope
-
-
-class LuGre(NamedTuple):
-    """Tag of this contact."""
-
-    code: int
-
+from .stribeck.resolvable import know_steepness
 
 TAG = LuGre(0)
 PREFIX = "lugre_"
 LAWS, REGIMES = {f"{PREFIX}{name}": law for name, law in laws.LAWS.items()}, Recurrence
 
-# rows of a lane, in room that steps of other contacts need: sign of w; a1; s_0, s_1 and how fast s_1 falls; the elastic
-# part; scales of speeds and of loads
-(SIGN, LEVEL_OF_CURVE, S_0, S_1, S_1_RATE, ELASTIC, SPEED_SCALE, LOAD_SCALE) = (
-    at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.K_2, at.K_3, at.K_4,
+# rows of a lane, beside: time when stock was taken; 1 in lanes that step by series again once they swing
+SINCE, FITS = at.AGE, at.GAIN_TOP
+# what one kind of step, and its dense output, would overwrite of the other
+OF_STEP = (
+    at.TAKEN, at.STEP, at.WORK, at.GOOD, at.JERK, at.Y_NEW, at.W_NEW, at.DW_NEW, at.JERK_NEW, at.WEAK_NEW,
 )  # fmt: skip
-SPENT = 0.3  # of the tolerance that one step may spend
-HELD = 30.0  # periods of bristles in a step from which on the slip follows the load
+TERMS = 6  # of a series between ends
+OF_SERIES = (at.WORK, *range(at.SERIES, at.SERIES + TERMS * at.WIDTH, at.WIDTH))
 PASSED = 0.1  # tolerances, of the speed: slip back by less has not passed zero
 BEYOND, AT_MOST = 1.5, 2.0  # of this: where a step that passes zero is to end, and the most it may be beyond
-TINIEST_STEP, NOTHING = 1e-60, 1e-300
-CURVED = 4.0  # slip speeds by which w may curve in a step; more is what errors of the load do to stiff bristles
-FLOOR = 1e-3  # of the speed scale
-SLIDING = 0.1  # by how much bristles that slide may be off the deflection at which they do
-SINE = tuple((-1.0) ** n / factorial(2 * n + 1) for n in range(8))  # coefficients of sin(x)/x
-
-
-# --- the equations ----------------------------------------------------------------------------------------------------
-
-
-@compiled(inline=True)
-def yielding(elastic, q):
-    """alpha(q) q and its derivative. elastic : 0 for LuGre."""
-    ramp = min(max((q - elastic) / (1.0 - elastic), 0.0), 1.0)
-    x = pi * (ramp - 0.5)
-    x2 = x * x
-    sine, cosine = SINE[7], 15.0 * SINE[7]
-    for n in range(6, -1, -1):
-        sine, cosine = sine * x2 + SINE[n], cosine * x2 + (2 * n + 1) * SINE[n]
-    alpha, slope = 0.5 + 0.5 * x * sine, 0.5 * pi * cosine / (1.0 - elastic)
-    plain = elastic == 0.0
-    slope = select((ramp > 0.0) & (ramp < 1.0), slope, 0.0)
-    return select(plain, q, alpha * q), select(plain, 1.0, alpha + q * slope)
-
-
-@compiled(inline=True)
-def bristles(law, s, i, w, f):
-    """z' and its derivatives by w and by f; s_1 and its derivative by w; g and its slope."""
-    sign, rate, drop, delta = s[SIGN + i], s[at.RATE + i], s[at.DROP + i], s[at.EXPONENT + i]
-    over = max(rate * sign * w, 0.0)
-    weakening = drop * laws.shape(law, over, delta)
-    g = s[LEVEL_OF_CURVE + i] + weakening
-    per_g = 1.0 / g
-    g_slope = laws.weakening_slope(law, over, weakening, drop, delta) * rate
-    q = sign * f * per_g
-    yields, yields_slope = yielding(s[ELASTIC + i], q)
-    fade = s[S_1_RATE + i] * w
-    s_1 = s[S_1 + i] * exp(-fade * fade)
-    by_w = 1.0 - yields + sign * w * yields_slope * q * g_slope * per_g
-    s_1_slope = -2.0 * fade * s[S_1_RATE + i] * s_1
-    return w * (1.0 - yields), by_w, -sign * w * yields_slope * per_g, s_1, s_1_slope, g, g_slope
-
-
-@rates.of(LuGre)
-def _rates(kind, s, i, y, w, f):
-    give, _, _, s_1, _, _, _ = bristles(kind[1], s, i, w, f)
-    return w, y - (s[at.G + i] + s[at.SLOPE + i]) * w - f - s_1 * give, s[S_0 + i] * give
-
-
-@slopes.of(LuGre)
-def _slopes(kind, s, i, y, w, f):
-    give, by_w, by_f, s_1, s_1_slope, _, _ = bristles(kind[1], s, i, w, f)
-    damping = s[at.G + i] + s[at.SLOPE + i] + s_1 * by_w + s_1_slope * give
-    return 1.0, 1.0, -damping, -1.0 - s_1 * by_f, s[S_0 + i] * by_w, s[S_0 + i] * by_f
-
-
-@compiled(inline=True)
-def derivatives(law, s, i, t, h, y, w, f):
-    """w' and w'' at t after the start of a step of length h.
-
-    Where bristles hold w back, w' is the small difference of large forces, and what the step leaves of an error in them
-    would be all of it. There slip follows the load, f' = y', so that w = B/(1 + s_0 (1 - q)). Where they follow the
-    slip at once, f is g, and the same holds of w''.
-    """
-    sign, s_0, drag = s[SIGN + i], s[S_0 + i], s[at.G + i] + s[at.SLOPE + i]
-    give, by_w, by_f, s_1, s_1_slope, g, g_slope = bristles(law, s, i, w, f)
-    damping, firm, drive = drag + s_1 * by_w + s_1_slope * give, s_0 * by_w, s[at.B + i] + t * s[at.ALPHA + i]
-    follows = abs(w * (1.0 + firm) - drive) < 0.5 * abs(drive) + FLOOR * s[SPEED_SCALE + i]
-    held = follows & (h * h * firm > HELD * HELD) & (h * firm > HELD * abs(damping))
-    dw = y - drag * w - f - s_1 * give
-    bend = drive - w - damping * dw - (1.0 + s_1 * by_f) * s_0 * give
-    slow = (s[at.ALPHA + i] - s_0 * by_f * s_0 * give) / (1.0 + firm)
-    rate = s_0 * abs(w) / g
-    slides = (rate * h > HELD) & (abs(1.0 - sign * f / g) < SLIDING)
-    sliding = (y - drag * w - sign * g) / (1.0 + g_slope * (s_1 / s_0 - 1.0 / rate))
-    dw = select(held, slow, select(slides, sliding, dw))
-    bend = select(slides, drive - w - (drag + g_slope) * dw, bend)
-    return dw, select(held, 2.0 * slow * slow * w / (w * w + NOTHING), bend)
+TINIEST_STEP = 1e-60
+SOFT = 1e3  # s_0 up to which steps are those of series ...
+STOCK, SHORT, SWINGING = 256.0, 0.15, 0.5  # ... stock being taken after so many; of the longest: short ones; of a swing
+LONGEST = 3.0  # of them, in radians of bristles that swing
 
 
 # --- cells ------------------------------------------------------------------------------------------------------------
@@ -147,11 +69,15 @@ def begin_cell(m, i, c):
     s[S_0 + i], s[S_1 + i] = cells[at.CONTACT_STIFFNESS, c], cells[at.CONTACT_DAMPING, c]
     s[S_1_RATE + i] = cells[at.CONTACT_DAMPING_RATE, c]
     s[ELASTIC + i] = cells[at.ELASTIC_PART, c]
+    s[MOST + i], s[QUIET + i], s[FITS + i] = LONGEST / (1.0 + s[S_0 + i]) ** 0.5, 0.0, 0.0
+    know_steepness(m.law, s, i, cells, c)
+    s[at.STEP + i] = 1e-3 / (1.0 + s[S_0 + i] ** 0.5 + s[S_1 + i])
+    if not is_later(m, c):
+        step_by_series(m, i)
     s[LOAD_SCALE + i] = cells[at.A1, c] + max(cells[at.A3, c], 0.0)
     fastest = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt
     s[SPEED_SCALE + i] = fastest if fastest > 0.0 else s[LOAD_SCALE + i] / s[S_0 + i] ** 0.5
-    s[at.STEP + i] = 1e-3 / (1.0 + s[S_0 + i] ** 0.5 + s[S_1 + i])
-    s[at.WEAK + i], s[SIGN + i] = 0.0, 1.0
+    s[at.WEAK + i], s[SIGN + i], s[return_map.TIMES + i] = 0.0, 1.0, return_map.MOST_FIRM
     if b > 0.0:
         judge(m, i, c, b)
     derive(m, i)
@@ -159,6 +85,14 @@ def begin_cell(m, i, c):
     slide(m, i, -1.0 if sign < 0.0 else 1.0)
     derive(m, i)
     return RUNNING
+
+
+@compiled
+def is_later(m, c):
+    """Cells whose steps are not those of series."""
+    cells = m.cells
+    plain = cells[at.ELASTIC_PART, c] == 0.0 and cells[at.CONTACT_DAMPING, c] * cells[at.CONTACT_DAMPING_RATE, c] == 0.0
+    return not (bristle_series.has_series(m.law) and plain and cells[at.CONTACT_STIFFNESS, c] < SOFT)
 
 
 @compiled
@@ -176,6 +110,7 @@ def slide(m, i, sign):
     """Let lane i hold on to this sign of w, until w is beyond zero by more than steps leave of it."""
     passed = PASSED * m.s[SPEED_SCALE + i] * min(m.rtol, 1.0 / (1.0 + m.s[S_0 + i]))
     m.s[SIGN + i], m.s[at.SIDE + i], m.s[at.LEVEL + i] = sign, -sign, -sign * passed
+    m.s[at.RATE + i] = sign * abs(m.s[at.RATE + i])
 
 
 @compiled(inline=True)
@@ -183,6 +118,9 @@ def derive(m, i):
     """w' and w'' of lane i at its present state."""
     s = m.s
     w = s[at.W + i]
+    if s[at.BY_SERIES + i] > 0.0:
+        s[at.DW + i], s[at.JERK + i], _ = bristle_series.motion(m.law, s, i, 0.0, s[at.Y + i], w, s[at.WEAK + i])
+        return
     s[at.DW + i], s[at.JERK + i] = derivatives(m.law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], w, s[at.WEAK + i])
 
 
@@ -190,19 +128,51 @@ def derive(m, i):
 def handle_event(m, i):
     """Look at lane i, whose step was flagged: one that passes zero is tried again, to end there."""
     s = m.s
-    turns = False
+    if s[at.FLAG + i] == at.HALTED and s[at.TRIED + i] < m.max_steps and s[at.STEP + i] >= TINIEST_STEP:
+        take_stock(m, i)
+        return RUNNING
     if s[at.FLAG + i] != at.HALTED:
-        turns = reaches(s, i, s[at.W_NEW + i])
         t = time_to_zero(s, i)
-        if t > 0.0:
+        if t > 0.0 and s[at.BY_SERIES + i] == 0.0:
             s[at.STEP + i] = t
             return RUNNING
+        if s[at.BY_SERIES + i] > 0.0:
+            if t > 0.0:
+                bristle_series.end_earlier(m.law, s, i, t)
+            t = bristle_series.passes_twice(s, i, s[at.B + i])
+            if t > 0.0:
+                bristle_series.end_earlier(m.law, s, i, t)
+        if reaches(s, i, s[at.W_NEW + i]):
+            slide(m, i, -s[SIGN + i])
+    swings = s[at.DW + i] * s[at.DW_NEW + i] < 0.0 and s[FITS + i] > 0.0 and s[at.TAKEN + i] < SWINGING * s[MOST + i]
     if smooth.commit(m, i) == DONE:
         return DONE
-    if turns:
-        slide(m, i, -s[SIGN + i])
+    if swings:
+        s[FITS + i] = 0.0
+        step_by_series(m, i)
     derive(m, i)
     return RUNNING
+
+
+@compiled
+def take_stock(m, i):
+    """Let lane i step by the implicit method where steps by series turn out to be short, or nothing swings."""
+    s = m.s
+    short = s[at.TAU + i] - s[SINCE + i] < SHORT * STOCK * s[MOST + i]
+    if short or s[QUIET + i] >= STOCK:
+        s[at.BY_SERIES + i], s[at.STEP + i], s[at.PAUSE + i] = 0.0, s[at.TAKEN + i], m.max_steps
+        s[FITS + i] = 0.0 if short else 1.0
+        derive(m, i)
+    else:
+        step_by_series(m, i)
+
+
+@compiled
+def step_by_series(m, i):
+    """Let lane i step by series from here on."""
+    s = m.s
+    s[at.BY_SERIES + i], s[bristle_series.CAP + i], s[at.STEP + i] = 1.0, inf, inf
+    s[SINCE + i], s[at.PAUSE + i] = s[at.TAU + i], min(s[at.TRIED + i] + STOCK, m.max_steps)
 
 
 @compiled
@@ -213,7 +183,7 @@ def time_to_zero(s, i):
         if side * at_end[0] <= AT_MOST * side * level:
             return 0.0
         return crossing(s, i, 0, BEYOND * level, h, at_end, TO_ROUNDING)
-    if side * s[at.DW + i] > 0.0 and side * at_end[1] < 0.0:
+    if grazes(s, i, h, at_end[0], at_end[1]):
         t, w = extreme_speed(s, i, h, at_end, TO_ROUNDING)
         if side * w > AT_MOST * side * level:
             return crossing(s, i, 0, BEYOND * level, t, (w, 0.0, 0.0, 0.0), TO_ROUNDING)
@@ -224,15 +194,53 @@ def time_to_zero(s, i):
 def deviation(m, i):
     """Of w over b and over the scale of the curve, and of the deflection."""
     s = m.s
-    b, c = s[at.B + i], int(s[at.CELL + i])
-    sign, over = 1.0 if b > 0.0 else -1.0, abs(s[at.W + i] - b)
-    g = coefficient(m.law, m.cells, c, abs(b)) - s[at.SLOPE + i] * abs(b)
-    return max(over / abs(b), over * s[at.RATE + i], abs(sign * s[at.WEAK + i] / g - 1.0))
+    b, over = s[at.B + i], abs(s[at.W + i] - s[at.B + i])
+    return max(over / abs(b), over * abs(s[at.RATE + i]), abs(s[at.WEAK + i] / on_curve(m, i) - 1.0))
+
+
+def inner_load(m, i, t, y, w):
+    """Of f, by how much it is off the curve: in loops about steady sliding that slide all the time. In others bristles
+    may swing at any phase, and a deviation is not that of such a loop.
+    """
+    s = m.s
+    sign = 1.0 if w > 0.0 else -1.0
+    slides = s[at.V_LOW + i] > 0.0 if w > 0.0 else s[at.V_HIGH + i] < 0.0
+    if s[at.BY_SERIES + i] == 0.0 or not (slides and sign * (y - s[at.Y_STAR + i]) > 0.0):
+        return nan
+    return bristle_series.state_after(s, i, t)[0] - on_curve(m, i)
+
+
+def put(m, i, y, w, load):
+    """Put lane i there."""
+    m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, on_curve(m, i) + load
+    slide(m, i, 1.0 if w > 0.0 else -1.0)
+
+
+@compiled
+def on_curve(m, i):
+    """f of lane i in steady sliding."""
+    b = m.s[at.B + i]
+    g = coefficient(m.law, m.cells, int(m.s[at.CELL + i]), abs(b)) - m.s[at.SLOPE + i] * abs(b)
+    return g if b > 0.0 else -g
 
 
 def expand(m):
     """Series of the step between its ends."""
-    interpolate(m.s)
+    s = m.s
+    if not bristle_series.has_series(m.law):
+        interpolate(s)
+        return
+    by_series, others = kinds_of_steps(s)
+    if not others:
+        return
+    if by_series:
+        set_aside(s, OF_SERIES)
+    for n in range(TERMS, at.ORDER + 1):
+        for i in range(at.WIDTH):
+            s[at.SERIES + n * at.WIDTH + i] = select(s[at.BY_SERIES + i] > 0.0, s[at.SERIES + n * at.WIDTH + i], 0.0)
+    interpolate(s)
+    if by_series:
+        bring_back(s, OF_SERIES)
 
 
 def smallest_step(contact):
@@ -250,53 +258,51 @@ def steady_friction(contact, law, cells, c, w):
 
 @compiled
 def try_step(m):
-    """A step of the size STEP in every lane; nothing is committed."""
-    kind = (m.contact, m.law)
-    factorise(kind, m.s)
-    stages(kind, m.s)
-    control_step(m.law, m.s, m.rtol)
+    """A step in every lane, by series or of the size STEP; nothing is committed."""
+    s, law = m.s, m.law
+    if not bristle_series.has_series(law):
+        bristle_steps.try_step(m)
+        return
+    by_series, others = kinds_of_steps(s)
+    if by_series:
+        bristle_series.try_step(law, s, m.rtol)
+    if others:
+        if by_series:
+            set_aside(s, OF_STEP)
+        bristle_steps.try_step(m)
+        if by_series:
+            bring_back(s, OF_STEP)
 
 
 @compiled
-def control_step(law, s, rtol):
-    """End of the step, its error, and the size of the next."""
-    widest_vectors()
-    tolerance2 = 1.0 / (SPENT * rtol) ** 2
+def kinds_of_steps(s):
+    """Return whether any lane at work steps by series, and whether any does not."""
+    by_series, others = False, False
     for i in range(at.WIDTH):
-        (y, w, f), (e_y, e_w, e_f) = end_of_step(s, i), errors(s, i)
-        per_load, per_speed = 1.0 / s[LOAD_SCALE + i], 1.0 / max(abs(w), s[SPEED_SCALE + i])
-        e_y, e_w, e_f = e_y * per_load, e_w * per_speed, e_f * per_load
-        error2 = (e_y * e_y + e_w * e_w + e_f * e_f) * tolerance2
-        h = s[at.TAKEN + i]
-        s[at.Y_NEW + i], s[at.W_NEW + i], s[at.WEAK_NEW + i] = y, w, f
-        s[at.DW_NEW + i], s[at.JERK_NEW + i] = derivatives(law, s, i, h, h, y, w, f)
-        most = CURVED / (h * h * per_speed)
-        s[at.JERK + i] = min(max(s[at.JERK + i], -most), most)
-        s[at.JERK_NEW + i] = min(max(s[at.JERK_NEW + i], -most), most)
-        leaps = leaps_over_breakaway(s, i, h, f) | passes_friction(law, s, i, h)
-        s[at.GOOD + i] = select((error2 <= 1.0) & (not leaps), 1.0, 0.0)
-        s[at.STEP + i] = select(leaps, 0.5, step_factor(error2)) * s[at.STEP + i]
-        s[at.WORK + i] = work_by_ends(s, i, h)
+        works = s[at.CELL + i] >= 0.0
+        by_series |= works & (s[at.BY_SERIES + i] > 0.0)
+        others |= works & (s[at.BY_SERIES + i] == 0.0)
+    return by_series, others
 
 
 @compiled(inline=True)
-def leaps_over_breakaway(s, i, h, f):
-    """Return whether a long step brings bristles that hold the slip back closer to giving way than half way.
-
-    Beyond, equations with the sign of w held on to have a motion backwards under any load, and nothing in a step that
-    ends there tells.
-    """
-    sign, per_g = s[SIGN + i], 1.0 / (s[LEVEL_OF_CURVE + i] + s[at.DROP + i])
-    room = 1.0 - sign * s[at.WEAK + i] * per_g
-    return (h * h * s[S_0 + i] * room > HELD * HELD) & (sign * (f - s[at.WEAK + i]) * per_g > 0.5 * room)
+def set_aside(s, rows):
+    """Copy these rows to where the state is put together after a step."""
+    to = at.AFTER
+    for row in rows:
+        for i in range(at.WIDTH):
+            s[to + i] = s[row + i]
+        to += at.WIDTH
 
 
 @compiled(inline=True)
-def passes_friction(law, s, i, h):
-    """Return whether a step may have passed over friction unseen."""
-    rate = s[SIGN + i] * s[at.RATE + i]
-    z, z_end, rise = rate * s[at.W + i], rate * s[at.W_NEW + i], h * rate
-    return laws.passes_unseen(law, z, z_end, rise * s[at.DW + i], rise * s[at.DW_NEW + i])
+def bring_back(s, rows):
+    """Copy them back in lanes that step by series."""
+    of = at.AFTER
+    for row in rows:
+        for i in range(at.WIDTH):
+            s[row + i] = select(s[at.BY_SERIES + i] > 0.0, s[of + i], s[row + i])
+        of += at.WIDTH
 
 
 contacts.register(LuGre, globals())

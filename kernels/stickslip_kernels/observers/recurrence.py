@@ -11,41 +11,44 @@ from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
-from ..dense import load_and_speed
-from ..intrinsics import select, widest_vectors
+from ..dense import friction_work, load_and_speed
+from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
+from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
 from ..machine import DONE
-from ..roots import FOR_A_VALUE, arrival, extreme_speed
-from . import return_map
-from .return_map import ALIKE, NOISE, STICK_BELOW
+from ..roots import FOR_A_VALUE, extreme_speed, passage
+from . import peaks, return_map
+from .loops import (
+    AFTER,
+    FAST,
+    HARD,
+    HEAT,
+    HIGH,
+    LOW,
+    MOST_LOOPS,
+    RANGE,
+    SLOW,
+    TIME,
+    forget_loops,
+    is_repeated,
+    keep_loop,
+    least_slip,
+    recurs,
+)  # fmt: skip
+from .return_map import BAND, STICK_BELOW
 
-BAND = 1e-4  # of the largest distance from steady sliding so far
-TIMES = 2.0  # in a row, that loops must be alike
 CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
 STAYS = 0.03  # by what a deviation has fallen, over that at which the motion came into the band, once it stays there
 HALVINGS = 40
-MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
-MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
-AS_LONG = 0.01  # by how much, of its duration, one loop may differ from the same one before
-DRIFT = 0.01  # and by how much of the range of a cycle its maxima
-SPIRAL = 100.0  # tolerances, of the range: as much for a cycle, to which the range alone may seem to have come
-DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
 IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
+MOST_IRREGULAR = 1000.0  # as many after which one that may yet settle is given up
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
 
-# The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
-# + 1 of them; the extremes in each, w' among them, its friction work and its duration. How often in a row u has ranged
-# as so many loops before; how often it has changed little, and from what on.
-RANGE = at.INWARD
-_FIRST = RANGE + (2 * MOST_LOOPS + 1) * at.WIDTH
-_ROWS = (MOST_LOOPS + 1) * at.WIDTH
-HIGH, LOW, FAST, SLOW, HARD, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 10 * _ROWS, _ROWS)
-_AFTER = _FIRST + 10 * _ROWS
 # Extremes while the motion sticks in every loop; those before the loop under way; in the settling band, the deviation
 # at which it came there, and how often w has passed b since; FASTEST when the lane was first put ahead, NaN before.
 (
     TOP, BOTTOM, FASTEST, SLOWEST, HARDEST, WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
-) = range(_AFTER, _AFTER + 11 * at.WIDTH, at.WIDTH)  # fmt: skip
+) = range(AFTER, AFTER + 11 * at.WIDTH, at.WIDTH)  # fmt: skip
 
 
 class Recurrence(NamedTuple):
@@ -64,16 +67,6 @@ def begin_cell(m, i, c):
     s[at.ENTERED + i], s[AWAY + i], s[TURNED + i], s[REAL_FASTEST + i] = 0.0, nan, 0.0, nan
     forget(s, i)
     s[WHOLE_HIGH + i], s[WHOLE_LOW + i], s[WHOLE_HARD + i] = -inf, inf, 0.0
-
-
-@compiled
-def forget_loops(s, i):
-    """Loops are counted from here on."""
-    s[at.LOOP_STILL + i], s[at.LOOP_TAU + i] = 0.0, nan
-    for row in range(RANGE, ALIKE_BEFORE, at.WIDTH):
-        s[row + i] = nan
-    for loops in range(MOST_LOOPS + 1):
-        s[ALIKE_BEFORE + loops * at.WIDTH + i], s[WITHIN + loops * at.WIDTH + i] = 0.0, 0.0
 
 
 @compiled(inline=True)
@@ -132,16 +125,20 @@ def before_commit(m):
     for i in range(at.WIDTH):
         b, w, dw = s[at.B + i], s[at.W_NEW + i], s[at.DW_NEW + i]
         way = select(b < 0.0, -1.0, 1.0)  # zeros count alike for belts both ways
-        dw_0, bend_0, bend = s[at.DW + i], s[at.JERK + i], s[at.JERK_NEW + i]
         turns = (way * s[at.W + i] > way * b) != (way * w > way * b)
-        peaks = (way * dw_0 > 0.0) != (way * dw > 0.0)
-        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(dw_0))
-        beyond = s[at.TAKEN + i] * min(abs(bend_0), abs(bend))
-        bends = (way * bend_0 > 0.0) != (way * bend > 0.0)
-        peaks = peaks | (bends & (max(abs(dw_0), abs(dw)) + beyond > s[at.DW_TOP + i]))
+        turning = (way * s[at.DW + i] > 0.0) != (way * dw > 0.0)
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(s[at.DW + i]))
+        steepest = peaks.may_be_steepest(s, i, s[at.TAKEN + i], dw, s[at.JERK_NEW + i])
+        by_series = s[at.BY_SERIES + i] > 0.0
+        s[peaks.SEEK_SPEED + i] = select(by_series & turning, 1.0, 0.0)
+        s[peaks.SEEK_SLOPE + i] = select(by_series & steepest, 1.0, 0.0)
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance_from_steady(s, i, s[at.Y + i], s[at.W + i]))
         settled = distance_from_steady(s, i, s[at.Y_NEW + i], w) <= BAND * s[at.AMPLITUDE + i]
         s[at.SIDE_LAST_NEW + i], s[at.CROSSED_NEW + i] = s[at.SIDE_LAST + i], s[at.CROSSED + i]
-        s[at.LOOK + i], s[at.TURNING + i] = select(turns | peaks | settled, 1.0, 0.0), select(turns, 1.0, 0.0)
+        look = turns | settled | ((turning | steepest) & (not by_series))
+        s[at.LOOK + i], s[at.TURNING + i] = select(look, 1.0, 0.0), select(turns, 1.0, 0.0)
+    if nonzero_bits(s, at.BY_SERIES, WIDTH) != 0:
+        peaks.find(s)
 
 
 @compiled(inline=True)
@@ -159,22 +156,29 @@ def after_commit(m):
         w = s[at.W + i]
         s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance_from_steady(s, i, s[at.Y + i], w))
         s[at.FASTEST + i] = max(s[at.FASTEST + i], abs(w))
+    if nonzero_bits(s, at.BY_SERIES, WIDTH) != 0:
+        peaks.keep(s)
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
     s, b, at_end = m.s, m.s[at.B + i], (w, dw, jerk, 0.0)
     note(s, i, y - s[at.G + i] * b, w, dw)
     if s[at.DW + i] * dw < 0.0:
-        peak = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        peak = s[peaks.SPEED + i]
+        if s[at.BY_SERIES + i] == 0.0 or isnan(peak):
+            peak = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
         note(s, i, y - s[at.G + i] * b, peak, 0.0)
         s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], abs(peak - b))
-    if s[at.JERK + i] * jerk < 0.0:
-        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(contacts.extreme_slope(m, i, h, at_end)))
+    if s[at.JERK + i] * jerk < 0.0 and (s[at.BY_SERIES + i] == 0.0 or peaks.may_be_steepest(s, i, h, dw, jerk)):
+        steepest = s[peaks.SLOPE + i]
+        if s[at.BY_SERIES + i] == 0.0 or isnan(steepest):
+            steepest = contacts.extreme_slope(m, i, h, at_end)
+        s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(steepest))
     start, outside = 0.0, is_outside(s, i, s[at.Y + i], s[at.W + i])
     is_beyond = w < b if b < 0.0 else w > b
     if (s[at.W + i] < b if b < 0.0 else s[at.W + i] > b) != is_beyond:
         s[TURNED + i] += 1.0
-        t, rise, so_far = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
+        t, rise, there, fallen = passage(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         u = s[at.Y + i] + rise - s[at.G + i] * b
         note(s, i, u, b, 0.0)
         off = abs(s[at.Y + i] + rise - s[at.Y_STAR + i])
@@ -183,7 +187,7 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
             s[at.CROSSED + i] += 1.0
             start, outside = t, True
         if is_beyond:
-            look_back(m, i, t, u, s[at.HEAT + i] + so_far)
+            look_back(m, i, t, u, s[at.HEAT + i] + friction_work(s, i, t, rise, there, fallen))
     if outside and not is_outside(s, i, y, w):
         note_entry(s, i, start, h)
 
@@ -229,15 +233,9 @@ def look_back(m, i, t, u, heat):
         return
     if s[at.LOOP_STILL + i] > 0.0:
         forget_loops(s, i)
-    for row in range(ALIKE_BEFORE - at.WIDTH, RANGE, -at.WIDTH):  # what falls into the next quantity is replaced there
-        s[row + i] = s[row - at.WIDTH + i]
-    s[RANGE + i] = span
-    s[HIGH + i], s[LOW + i] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
-    s[FAST + i], s[SLOW + i] = s[at.V_HIGH + i], s[at.V_LOW + i]
-    s[HARD + i], s[TIME + i], s[HEAT + i] = s[at.DW_TOP + i], tau - s[at.LOOP_TAU + i], heat - s[at.LOOP_HEAT + i]
-    s[at.LOOP_TAU + i], s[at.LOOP_HEAT + i] = tau, heat
+    keep_loop(s, i, tau, span, heat)
     for loops in range(1, MOST_LOOPS + 1):
-        if recurs(m, i, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(m, i, loops):
+        if recurs(s, i, m.rtol, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(s, i, m.rtol, loops):
             tell_cycle(m, i, loops * at.WIDTH)
     if s[at.DECIDED + i] == 0.0 and m.observer.until != at.UNTIL_HORIZON:
         least, least_before = least_slip(s, i, 0), least_slip(s, i, at.WIDTH)
@@ -250,58 +248,6 @@ def look_back(m, i, t, u, heat):
     count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
-
-
-@compiled
-def recurs(m, i, loops):
-    """Return whether the last loops, so many, are those to which the motion tends.
-
-    What is left of a geometric sequence of changes (Aitken) must be small; changes within the noise of steps say no
-    more than that noise does where small motions hardly grow or shrink, unless the mass came to rest on the belt. Where
-    steps leave more noise than that, changes within the tolerance that lead nowhere, in many such loops.
-    """
-    s, row = m.s, loops * at.WIDTH + i
-    last, span = s[RANGE + row], 0.0
-    change, previous = s[RANGE + i] - last, last - s[RANGE + loops * at.WIDTH + row]
-    firmness = s[at.FIRMNESS + i]
-    for one in range(0, loops * at.WIDTH, at.WIDTH):
-        span = max(span, s[RANGE + one + i])
-        if s[SLOW + one + i] <= 0.0 <= s[FAST + one + i]:
-            firmness = 1.0
-    tolerance = m.rtol * span
-    noise, ratio = NOISE * tolerance, abs(change / previous)
-    left = abs(change) * ratio / (1.0 - ratio) if ratio < 1.0 else inf
-    if abs(change) <= noise and abs(previous) <= noise:
-        left = noise
-    as_long = abs(s[TIME + i] - s[TIME + row]) <= AS_LONG * s[TIME + i]
-    top = HIGH if s[at.B + i] > 0.0 else LOW
-    moved = abs(s[top + i] - s[top + row])
-    as_long = as_long and moved <= DRIFT * span  # else it rings on its way
-    is_alike = as_long and moved <= SPIRAL * tolerance and max(left, noise / firmness) <= ALIKE * tolerance
-    s[ALIKE_BEFORE + row] = s[ALIKE_BEFORE + row] + 1.0 if is_alike else 0.0
-    if not (as_long and abs(change) <= tolerance):
-        s[WITHIN + row] = 0.0
-    elif s[WITHIN + row] == 0.0:
-        s[WITHIN + row], s[WITHIN_FROM + row] = 1.0, s[RANGE + i]
-    else:
-        s[WITHIN + row] += 1.0
-    times = (s[WITHIN + row] - 1.0) / loops
-    leads_nowhere = times >= MANY and times % 1.0 == 0.0 and abs(s[RANGE + i] - s[WITHIN_FROM + row]) <= tolerance
-    return s[ALIKE_BEFORE + row] >= TIMES * loops or (leads_nowhere and firmness == 1.0)
-
-
-@compiled
-def is_repeated(m, i, loops):
-    """Return whether the last loops, so many, are fewer of them several times over, and these are not certain yet."""
-    s = m.s
-    for fewer in range(1, loops // 2 + 1):
-        off, row = 0.0 if loops % fewer == 0 else inf, fewer * at.WIDTH + i
-        for one in range(0, min(loops, MOST_LOOPS + 1 - fewer) * at.WIDTH, at.WIDTH):
-            off = max(off, abs(s[RANGE + one + i] - s[RANGE + one + row]) / s[RANGE + one + i] / (DISTINCT * m.rtol))
-            off = max(off, abs(s[TIME + one + i] - s[TIME + one + row]) / s[TIME + one + i] / AS_LONG)
-        if off < 1.0:
-            return True
-    return False
 
 
 @compiled
@@ -332,12 +278,6 @@ def tell_attractor(m, i, high, low, fast, slow):
     results[at.SLOWEST_SLIP, c] = slow if s[at.B + i] > 0.0 else -fast
 
 
-@compiled(inline=True)
-def least_slip(s, i, row):
-    """Least slip speed, forwards, in a loop."""
-    return s[SLOW + row + i] if s[at.B + i] > 0.0 else -s[FAST + row + i]
-
-
 @compiled
 def count_sticking(m, i):
     """Count loops that stick, each or those before it; so many of them are stick-slip where nothing settles."""
@@ -353,7 +293,12 @@ def count_sticking(m, i):
     s[TOP + i], s[BOTTOM + i] = max(s[TOP + i], s[HIGH + i]), min(s[BOTTOM + i], s[LOW + i])
     s[FASTEST + i], s[SLOWEST + i] = max(s[FASTEST + i], s[FAST + i]), min(s[SLOWEST + i], s[SLOW + i])
     s[HARDEST + i] = max(s[HARDEST + i], s[HARD + i])
-    if s[at.LOOP_STEPS + i] > IRREGULAR and s[at.DECIDED + i] == 0.0 and s[at.ATTRACTS + i] == 0.0:
+    if not s[at.LOOP_STEPS + i] > IRREGULAR or s[at.DECIDED + i] > 0.0:
+        return
+    if s[at.ATTRACTS + i] > 0.0:
+        if s[at.LOOP_STEPS + i] > MOST_IRREGULAR and m.observer.until != at.UNTIL_HORIZON:
+            decide_by_whole(m, i, at.UNRESOLVED, at.IRREGULAR)
+    else:
         high, low, fast, slow = s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i]
         tell_attractor(m, i, high, low, fast, slow)
         decide(m, i, at.STICK_SLIP, at.IRREGULAR, high, low, max(fast, -slow), s[HARDEST + i])

@@ -24,6 +24,8 @@ FIRST, LONG, SHORT = 0.1, 0.4, 0.2  # leaps, over the amplitude at the time ...
 SHRUNK = 1e-3  # ... and over the largest so far, from where on they are short
 CLOSE, MOST_OF_WAY, HALF_WAY, WORTH_IT = 0.01, 0.95, 0.5, 8.0  # of the amplitude: a limit; of the way to it; loops
 ROUNDING = 1e-15
+BAND = 1e-4  # of settling: of the largest distance from steady sliding so far
+BEFORE, SLOWLY = 1.05, 0.01  # bands from steady sliding; share of a deviation that a loop takes: `most_of_settling`
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
 
 GO_ON, CLOSED, TOO_SLOW = range(3)
@@ -102,6 +104,8 @@ def leap(m, i, y, z, by, tolerance, loop, least, least_before):
     if is_close and abs(y - s[NODE_Y + i]) <= CLOSE * off and -bend * ALIKE >= NOISE:
         if abs(by) <= ENOUGH * tolerance * -bend:
             return CLOSED
+    if by * (y - s[at.Y_STAR + i]) < 0.0:
+        reach = min(reach, most_of_settling(m, i, off, by) / abs(by))
     if least < least_before:
         reach = min(reach, HALF_WAY * least / (least_before - least))
     loops = log1p(bend * reach) / log1p(bend) if abs(bend * reach) > 1e-6 else reach
@@ -111,6 +115,18 @@ def leap(m, i, y, z, by, tolerance, loop, least, least_before):
         s[TO_Y + i], s[TO_Z + i], s[TO_TAU + i] = y + reach * by, z * (1.0 + reach * by / (y - s[at.Y_STAR + i])), tau
         s[at.CROSSED + i] += 2.0 * floor(loops)
     return GO_ON
+
+
+@compiled
+def most_of_settling(m, i, off, by):
+    """By how much y may change in a leap of lane i, which settles, where it is asked when: not into the settling band.
+
+    Where loops are cheap, not at all, unless there are about a thousand of them.
+    """
+    s = m.s
+    if s[at.BY_SERIES + i] == 0.0 or s[at.ATTRACTS + i] == 0.0 or m.observer.until == at.UNTIL_REGIME:
+        return off
+    return 0.0 if abs(by) > SLOWLY * off else max(off - BEFORE * BAND * s[at.AMPLITUDE + i], 0.0)
 
 
 @compiled

@@ -23,14 +23,15 @@ def know_steepness(law, s, i, cells, c):
 
 
 @compiled(inline=True)
-def may_hide(s, i, h, w, dw):
+def may_hide(s, i, h, w, dw, sign=1.0):
     """Return whether the step of lane i over h, to w and w' = dw, may have met friction that its ends do not show.
 
-    A trough of w inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a and b meet.
+    sign : of w. A trough of |w| inside lies at most h a b/(a + b) below its nearer end, where the tangents of slopes -a
+    and b meet.
     """
-    down, nearer = -s[at.DW + i], min(s[at.W + i], w)
-    slopes = down + dw
-    return (slopes > 0.0) & (MARGIN * h * down * dw > slopes * max(s[at.HIDES + i], nearer - s[at.FAR + i]))
+    down, up, nearer = -sign * s[at.DW + i], sign * dw, min(sign * s[at.W + i], sign * w)
+    slopes = down + up
+    return (slopes > 0.0) & (MARGIN * h * down * up > slopes * max(s[at.HIDES + i], nearer - s[at.FAR + i]))
 
 
 @compiled(inline=True)
