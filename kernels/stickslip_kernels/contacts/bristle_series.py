@@ -187,8 +187,9 @@ def end_step(law, s):
         dw, jerk, df = motion(law, s, i, h, y, w, f)
         agrees = abs(slope - df) * h <= (at.ORDER + 1) * s[ALLOWED_LOAD + i]
         agrees = agrees & (abs(s[at.DW_NEW + i] - dw) * h <= (at.ORDER + 1) * s[at.ALLOWED + i])
-        z, z_end = s[at.RATE + i] * s[at.W + i], s[at.RATE + i] * w
-        hides = may_hide(s, i, h, w, dw, s[SIGN + i]) | steps_over(law, z, z_end)
+        rate, rise = s[at.RATE + i], s[at.RATE + i] * h
+        hides = may_hide(s, i, h, w, dw, s[SIGN + i])
+        hides = hides | steps_over(law, rate * s[at.W + i], rate * w, rise * s[at.DW + i], rise * dw)
         hides = hides | may_bend_twice(s, i, h, dw, jerk) | may_turn_twice(s, i, h, dw, jerk)
         good = (s[at.GOOD + i] > 0.0) & agrees & (not hides)
         s[at.WEAK_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i] = f, dw, jerk
