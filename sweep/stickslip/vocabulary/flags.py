@@ -31,7 +31,7 @@ STATUS_MESSAGES = {
     "too_slow_to_tell": "the amplitude grows or decays too slowly for the integration to tell the two apart",
     "negative_friction": "the slip reached speeds at which the law makes the friction coefficient negative",
     "hysteresis_undefined": "mu_stop was given for a curve that rises first and falls without end: it has no minimum",
-    "irregular": "it sticks again and again, but not in the same way; steady sliding is unstable: seen, not proven",
+    "irregular": "it sticks again and again, but not in the same way; stick-slip unless steady sliding is stable",
 }
 MODE_MESSAGES = {
     "stick": "the mass moves with the belt",
