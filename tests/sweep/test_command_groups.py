@@ -147,7 +147,7 @@ def test_another_file_than_a_table_is_recognised(here):
             "map.nc: this is a netCDF file, expected a CSV file\n  hint: `stickslip inspect"
             in call(*command, "map.nc").stderr
         )
-        assert "this is an Excel workbook" in call(*command, "points.xlsx").stderr
+        assert "an Excel workbook" in call(*command, "points.xlsx").stderr
         assert "this is a configuration" in call(*command, "small.yaml").stderr
         assert "no such file\n  hint: this folder holds points.csv" in call(*command, "pints.csv").stderr
 
