@@ -60,7 +60,8 @@ def add(name, kind, of_shape, of_slope):
 
 def add_functions(name, *plain):
     """Add a law given by two functions of (z, delta), z >= 0, and its recurrence (`recurrences.of_slope`), if any."""
-    of_z, slope_of_z, *series = (compiled(getattr(one, "py_func", one), inline=True, keep=False) for one in plain)
+    of_z, slope_of_z, *series = (getattr(one, "py_func", one) for one in plain)
+    of_z, slope_of_z = (compiled(one, inline=True, keep=False) for one in (of_z, slope_of_z))
 
     def tangent(law, z, delta):
         return of_z(max(z, 0.0), delta) + min(z, 0.0) * slope_of_z(0.0, delta)

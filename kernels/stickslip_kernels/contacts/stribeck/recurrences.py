@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from ... import layout as at
 from ...intrinsics import select
 from ...jit import compiled
+from .straight import straight
 
 
 class Recurrence(NamedTuple):
@@ -165,7 +166,8 @@ def row_up_to(n, row, factor):
 
 def of_slope(slope_of_z, series):
     """The recurrence of a shape with slope_of_z(z, delta), whose coefficient n along a motion is series(n, z, x, d,
-    delta), given those of z and of the shape up to n, and of the slope up to n - 1.
+    delta), a function of Python (`straight.py`), given those of z and of the shape up to n, and of the slope up to
+    n - 1.
     """
 
     def next_slope(n):
@@ -177,12 +179,12 @@ def of_slope(slope_of_z, series):
 
             return first
         z, x = row_up_to(n - 1, at.SERIES, at.RATE), row_up_to(n - 1, at.SERIES_WEAK, PER_DROP)
-        d = row_up_to(n - 1, at.SERIES_FACTOR, 0)
+        d, formula = row_up_to(n - 1, at.SERIES_FACTOR, 0), straight(series, n)
 
         @compiled(inline=True)
         def coefficient(s, i, x_n, w_n):
             all_z, all_x = z(s, i) + (w_n * s[at.RATE + i],), x(s, i) + (x_n * s[PER_DROP + i],)
-            return series(n, all_z, all_x, d(s, i), s[at.EXPONENT + i])
+            return formula(all_z, all_x, d(s, i), s[at.EXPONENT + i])
 
         return coefficient
 
