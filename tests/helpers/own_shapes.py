@@ -12,13 +12,17 @@ def squared(z):
     return z * z
 
 
-def shape(z, delta):
-    """Lorentzian weakening."""
-    return 1.0 / (1.0 + squared(z) * CENTRE)
+def shape(z, delta):  # this and its slope and recurrence are those of docs/own-law.md, so that both are compiled once
+    """Lorentzian weakening, Hess and Soom (1990)."""
+    return 1.0 / (1.0 + z * z)
 
 
 def slope(z, delta):
-    return -2.0 * z * CENTRE / (1.0 + squared(z) * CENTRE) ** 2
+    return -2.0 * z / (1.0 + z * z) ** 2
+
+
+def with_helper(z, delta):
+    return 1.0 / (1.0 + squared(z) * CENTRE)
 
 
 def stretched(z, delta):
@@ -30,7 +34,7 @@ def stretched_slope(z, delta):
 
 
 def recurrence(n, z, s, d, delta):
-    """Of slope = -2 z s^2."""
+    """Coefficient n of -2 z s^2."""
     total = 0.0
     for i in range(n + 1):
         for j in range(n + 1 - i):

@@ -98,12 +98,10 @@ def decades(random, n):
 
 
 @pytest.mark.parametrize("with_recurrence", [True, False])
-def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell, with_recurrence):
-    plain = stickslip.register_law("own_plain_bell", own_shapes.bell, own_shapes.bell_slope)
-    law, cells = bell if with_recurrence else plain, decades(np.random.default_rng(6), 500)
-    own, ours = (
-        stickslip.evaluate(cells | more, law=name) for name, more in ((law, {}), ("stribeck_delta", {"delta": 2.0}))
-    )
+def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell, stretched, with_recurrence):
+    cells, delta = decades(np.random.default_rng(6), 500), {"delta": 2.0}
+    law = (bell, {}) if with_recurrence else (stretched, delta)
+    own, ours = (stickslip.evaluate(cells | more, law=name) for name, more in (law, ("stribeck_delta", delta)))
     known = own["regime"].values != REGIMES.index("unresolved")
     assert known.mean() > (0.999 if with_recurrence else 0.99)
     np.testing.assert_array_equal(own["regime"].values[known], ours["regime"].values[known])
@@ -119,16 +117,18 @@ def test_a_recurrence_takes_a_fraction_of_the_steps(lorentzian, expanded):
     assert steps[1] < 0.35 * steps[0]
 
 
-@pytest.mark.parametrize("with_recurrence", [True, False])
-@pytest.mark.parametrize("gamma", [0.02, 5.0])
-def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, gamma, with_recurrence):
+@pytest.mark.parametrize(
+    ("gamma", "with_recurrence"),
+    [(0.02, True), (0.02, False), (5.0, True), pytest.param(5.0, False, marks=pytest.mark.slow)],
+)
+def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, stretched, gamma, with_recurrence):
     """Where loops grow or shrink too slowly to be followed."""
-    plain = stickslip.register_law("own_plain_bell", own_shapes.bell, own_shapes.bell_slope)
+    delta = {"delta": 2.0}
     damper = 0.2 / 0.05 * -own_shapes.bell_slope(1.2, 2.0)  # that of the fall at 60 mm/s
     cell = CELL | {"a2": 0.0, "damping": damper, "stiffness": (damper / gamma) ** 2}
     (own, ours) = (
         stickslip.border(cell | more, "belt_speed", (0.03, 0.5), 1e-7, law=law, scan=12)
-        for law, more in ((bell if with_recurrence else plain, {}), ("stribeck_delta", {"delta": 2.0}))
+        for law, more in ((bell, {}) if with_recurrence else (stretched, delta), ("stribeck_delta", delta))
     )
     first = [float(np.ravel(found["border"].values)[0]) for found in (own, ours)]
     assert int(np.ravel(ours["regime_below"].values)[0]) == REGIMES.index("stick_slip")
@@ -228,12 +228,12 @@ def test_what_numba_cannot_compile_is_said():
 
 def test_an_edited_law_has_kernels_of_another_name(monkeypatch):
     """Whatever the code refers to: another constant, a helper, a global number, an array, a closure."""
-    digests = {code_digest(own_shapes.shape, own_shapes.slope)}
-    assert code_digest(own_shapes.shape, own_shapes.slope) in digests
+    digests = {code_digest(own_shapes.with_helper)}
+    assert code_digest(own_shapes.with_helper) in digests
     monkeypatch.setattr(own_shapes, "CENTRE", 2.0)
-    digests.add(code_digest(own_shapes.shape, own_shapes.slope))
+    digests.add(code_digest(own_shapes.with_helper))
     monkeypatch.setattr(own_shapes, "squared", lambda z: z * z * 1.5)
-    digests.add(code_digest(own_shapes.shape, own_shapes.slope))
+    digests.add(code_digest(own_shapes.with_helper))
     for factor in (1.0, 1, 2.0, np.array([1.0]), np.array([2.0]), (1.0, 2.0)):
         digests.add(code_digest(lambda z, delta: z * factor))  # noqa: B023
     digests.add(code_digest(lambda z, delta: own_shapes.squared(z)))
@@ -274,6 +274,7 @@ def test_a_process_that_gets_the_options_knows_the_law(lorentzian, law):
     subprocess.run([sys.executable, "-c", script], input=pickle.dumps(options), check=True)
 
 
+@pytest.mark.slow
 def test_options_carry_functions_that_no_module_has():
     """Behind bristles, with a recurrence, into a process that computes with them."""
     law = stickslip.register_law(

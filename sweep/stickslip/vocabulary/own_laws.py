@@ -222,7 +222,7 @@ def register_law(name: str, shape: Shape, slope: Shape, recurrence: Series | Non
             _try_recurrence(name, (shape, slope, recurrence), delta)
     with_exponent = any(not np.array_equal(one[0], tables[1.0][0]) for one in tables.values())
     law = RegisteredLaw(name)
-    law.kernel, law.functions, law.coefficients, law.fastest = f"{name}_{digest}", functions, {}, inf
+    law.kernel, law.functions, law.coefficients, law.fastest = f"own_{digest}", functions, {}, inf
     law.text = f"{getattr(shape, '__doc__', None) or 'a law of your own'}".strip().partition("\n")[0].rstrip(".")
     law.positive = False
     places = np.unique(np.concatenate([_plain_places(_Z, *one) for one in tables.values()]))
