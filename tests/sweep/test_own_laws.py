@@ -97,7 +97,7 @@ def decades(random, n):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("with_recurrence", [True, False])
+@pytest.mark.parametrize("with_recurrence", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell, stretched, with_recurrence):
     cells, delta = decades(np.random.default_rng(6), 500), {"delta": 2.0}
     law = (bell, {}) if with_recurrence else (stretched, delta)
@@ -117,10 +117,8 @@ def test_a_recurrence_takes_a_fraction_of_the_steps(lorentzian, expanded):
     assert steps[1] < 0.35 * steps[0]
 
 
-@pytest.mark.parametrize(
-    ("gamma", "with_recurrence"),
-    [(0.02, True), (0.02, False), (5.0, True), pytest.param(5.0, False, marks=pytest.mark.slow)],
-)
+@pytest.mark.parametrize("with_recurrence", [pytest.param(True, marks=pytest.mark.slow), False])
+@pytest.mark.parametrize("gamma", [0.02, pytest.param(5.0, marks=pytest.mark.slow)])
 def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, stretched, gamma, with_recurrence):
     """Where loops grow or shrink too slowly to be followed."""
     delta = {"delta": 2.0}
