@@ -46,6 +46,7 @@ _PER_POINT = 40  # cells a border takes per grid point along one side of the pla
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
 
 _POINTS = by_model(STRIBECK.contour_points, CONTOUR_POINTS)
+_COUNTS = ("lines", "looked_at", "computed", "undecided")
 _LINE, _NODE = ("line",), ("node",)
 VARIABLES = table(
     Variable("node_count", "1", "nodes of the line", dims=_LINE),
@@ -127,7 +128,7 @@ class ContourStudy(Study):
     name, counted, ragged = "contours", "panels", True
     columns: Mapping[str, np.dtype[Any]] = {
         "lines": np.dtype(np.int32), "looked_at": np.dtype(np.float64), "computed": np.dtype(np.float64),
-        "node_count": np.dtype(np.int32), "closed": np.dtype(np.int8),
+        "undecided": np.dtype(np.float64), "node_count": np.dtype(np.int32), "closed": np.dtype(np.int8),
         "regime_left": np.dtype(np.int8), "regime_right": np.dtype(np.int8),
         "x": np.dtype(np.float64), "y": np.dtype(np.float64),
         "node_width": np.dtype(np.float64), "node_along": np.dtype(np.int8),
@@ -188,7 +189,7 @@ class ContourStudy(Study):
     def blank(self, items: range) -> Results:
         """Panels without lines, at no point of which was looked."""
         blank = {name: np.zeros(0, dtype) for name, dtype in self.columns.items()}
-        return blank | {name: np.zeros(len(items), self.columns[name]) for name in ("lines", "looked_at", "computed")}
+        return blank | {name: np.zeros(len(items), self.columns[name]) for name in _COUNTS}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The lines of all panels (`lines_dataset`)."""
@@ -277,7 +278,12 @@ def attributes_of_lines(
         found = "none: no change of regime was found"
     if wide:
         found += f"; {wide} of {inside.size} nodes wider than the tolerance, around cells that are undecided"
-    looked, computed = (int(whole[name].sum()) for name in ("looked_at", "computed"))
+    looked, computed, undecided = (int(whole[name].sum()) for name in _COUNTS[1:])
+    if undecided:
+        found += (
+            "; undecided grid points taken for the regime of a decided one, on their side of where small motions "
+            f"neither grow nor decay: {undecided}"
+        )
     return {
         "contour_parameters": f"{x.name} {y.name}",
         "contour_grid": f"{rows} x {columns} points over {y.name} and {x.name}: what is narrower than "

@@ -63,7 +63,7 @@ class PlaneSearch:
         self.cells, self.x, self.y, self.panel = cells, x, y, panel
         self.scan, self.tolerance = scan, tolerance
         self.options, self.stop, self.moved = options, stop, moved
-        self.computed = 0
+        self.computed, self.undecided = 0, 0  # undecided: grid points that take the label of another
         self.points = Points((1, y.points, x.points), self.labels_of_points)
 
     def columns(self) -> Results:
@@ -71,7 +71,8 @@ class PlaneSearch:
         cells = border_cells(self.points, (self.scan, self.scan))
         nodes = self.nodes(cells)
         chains = chained(self.segments(cells, nodes))
-        counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed}
+        counts = {"lines": len(chains), "looked_at": self.points.looked_at, "computed": self.computed,
+                  "undecided": self.undecided}  # fmt: skip
         return {name: np.array([one]) for name, one in counts.items()} | _table(chains, nodes)
 
     @property
@@ -103,6 +104,7 @@ class PlaneSearch:
             found = self.labels(panel[here], self.x.places[columns[best]], self.y.places[rows[best]])
             found[rates[best] <= 0] = OPEN
             labels[here] = found
+            self.undecided += int(np.count_nonzero(found != OPEN))
             here, side = here[found == OPEN], side[found == OPEN]
         return labels
 
