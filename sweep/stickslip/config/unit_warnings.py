@@ -201,12 +201,14 @@ def friction_question_of_cells(cells: Mapping[str, NDArray[np.float64]]) -> str 
 
     Cells of ratios, of which two of mass, stiffness and load are 1, are not questioned.
     """
-    start = model_with(cells).static_of(cells)
+    model = model_with(cells)
+    start = model.static_of(cells)
     if not (start > _FRICTION).any():
         return None
     ones = sum((cells[name] == 1.0).astype(np.int8) for name in ("mass", "stiffness", "normal_load"))
     odd = start[(start > _FRICTION) & (ones < 2)]
-    return _friction_question(float(odd.max()), BREAKAWAY) if odd.size else None
+    what = model.levels[0] if len(model.levels) == 1 else BREAKAWAY
+    return _friction_question(float(odd.max()), what) if odd.size else None
 
 
 def friction_question_of_fit(breakaway: float, measured: ArrayLike | None) -> str | None:
