@@ -146,3 +146,24 @@ def test_the_heat_of_stiff_bristles_is_that_of_the_belt_in_long_steps():
     # all but all of the work of the belt is heat where the damper is weak: mean force times way
     bound = float(tight["cycle_force_max"][0]) * cell["belt_speed"] * float(tight["period"][0])
     assert 0.3 * bound < float(tight["energy_per_cycle"][0]) < bound
+
+
+def test_slip_runs_away_in_the_time_of_dieterich(beyond=1e4):
+    """Nucleation (Dieterich 1992, eq. 14): friction without healing, on a soft spring without mass.
+
+    With H = b/D_c - k/N the time until a speed w is -(a N/(k v)) ln((1/w + H N/(k v))/(1/w_0 + H N/(k v))); healing
+    and mass change it by shares of D_c/(w theta), and of m w/(a N).
+    """
+    belt, slip, stiffness = 1e-9, 1e-9, 0.2 * (B - A) * LOAD / DISTANCE
+    state = beyond * DISTANCE / slip
+    start = friction(slip, state)
+    loading, growth = stiffness * belt / LOAD, B / DISTANCE - stiffness / LOAD
+    last = A / loading * np.log1p(loading / (growth * slip))  # until the speed is beyond all bounds
+    trace = stickslip.simulate(
+        duration=0.999 * last, samples=2001, law=LAWS[0], rtol=1e-9, mass=1e-9, stiffness=stiffness, belt_speed=belt,
+        displacement=start * LOAD / stiffness, velocity=belt - slip, contact_time=state, **CONTACT,
+    )  # fmt: skip
+    speed = trace["relative_speed"].values
+    assert speed[-1] > 500.0 * slip
+    time = -A / loading * np.log((1.0 / speed + growth / loading) / (1.0 / slip + growth / loading))
+    np.testing.assert_allclose(time, trace["time"].values, atol=2.0 * last / beyond)
