@@ -205,8 +205,9 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     MAP_NODES,  # nodes so far
     MAP_STEPS,  # steps tried before
     MAP_OFF,  # by how much the last node differed from what those before foretold
+    MULTIPLIER,  # of a deviation from the cycle, the share that a loop leaves; 0 where no map told
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 68 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 69 * WIDTH, WIDTH)  # fmt: skip
 MAP_ROWS_ASIDE, MAP_MOST_NODES = 11, 24
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_R = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the ratio of amplitudes

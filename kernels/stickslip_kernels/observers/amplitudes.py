@@ -9,22 +9,23 @@ with R and T analytic through a = 0, where they are those of the linear oscillat
 turns to come lie between the last two, a_0 and a_1. So R and T are interpolated there (Newton's form), from half loops
 that begin at points of a Leja sequence, in which each new one shows by how much those before were wrong. Once that is
 within the tolerance the map is iterated to the turn before the settling band (`ring_down.py`), and the motion goes on
-from there. Where it does not come within the tolerance, or the map has a fixed point on the way, the motion goes on
-from where it was.
+from there. Where the map has a fixed point on the way that attracts, the motion goes on from that (`slip_cycle.py`).
+Where it does not come within the tolerance, the motion goes on from where it was.
 
 L. Reichel, Newton interpolation at Leja points, BIT 30 (1990) 332-346.
 """
 
-from math import e, inf, log, nan, pi
+from math import e, inf, isnan, log, nan, pi
 
 from .. import layout as at
 from ..exponential import exp
 from ..jit import compiled
 from ..roots import arrival
-from .cycles import forget_loops
+from .cycles import begin_confirming, forget_loops, set_reference
 from .margin import note_closest_trough
-from .ring_down import ring_down
+from .ring_down import ring_down, to_powers
 from .settling import drag_at
+from .slip_cycle import cycle_inside
 from .verdict import decide_settled, ends_with_regime
 from .weak import put
 
@@ -42,6 +43,8 @@ WORTH = 30.0  # half loops still to come from which the map costs less than they
 FEWEST = 5  # nodes before an agreement counts
 AGREEMENT = 0.5  # of the tolerance: the last node may differ by this from what those before foretold ...
 EARLIER = 0.1  # ... and the one before by ten times as much: one agreement may be chance
+BEYOND = 1e-15  # of the belt speed: where a turn is not seen again
+FAR_OFF = 1e-3  # of the amplitude: a cycle that the map misses by as much is none
 NEARER = 3.0  # by which every further node must bring it nearer, as a mean
 # Of [-1, 1]; the third stands for a = 0, wherever that is.
 LEJA = (
@@ -55,7 +58,8 @@ ASIDE = (
 )  # fmt: skip
 INSIDE = 1.5  # step in loops inside another one: all extremes are behind
 QUARTER = 1.7  # step while half loops are measured, whose only events are their ends: two of them are half a loop
-UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER = 0.0, 1.0, 2.0, 3.0, 4.0  # codes of MAP_STATE
+# Codes of MAP_STATE; the last two once the lane was put on a cycle, for a loop and after it.
+UNTRIED, TO_BEGIN, MEASURING, REFUSED, OVER, ON_CYCLE, CORRECTED = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 
 
 # --- when it is worth it ----------------------------------------------------------------------------------------------
@@ -81,6 +85,8 @@ def consider_map(m, i, tau, xi):
             if inward and is_on_one_curve(s, i) and 0.5 * drag_at(m.law, s, i, s[at.B + i]) < STRONGEST:
                 s[at.LONGEST + i] = INSIDE
         s[at.MAP_TAU + i], s[at.MAP_FROM + i], s[at.INWARD + i] = tau, amplitude, 1.0 if inward else 0.0
+    elif state == ON_CYCLE:
+        correct_cycle(s, i, amplitude)
 
 
 @compiled(inline=True)
@@ -96,9 +102,11 @@ def is_worth_it(m, i, amplitude):
     if not is_on_one_curve(s, i):
         return False
     other = s[at.DECIDED + i] + s[at.LEAPT + i] + s[at.CONFIRMING + i] + s[at.PUSH_STATE + i]
-    if other > 0.0 or s[at.B + i] <= 0.0 or m.observer.until == at.UNTIL_HORIZON or not WEAKEST < ratio < STRONGEST:
+    if other > 0.0 or s[at.B + i] <= 0.0 or m.observer.until == at.UNTIL_HORIZON:
         return False
-    if m.max_steps - s[at.TRIED + i] < DEAREST:
+    if not WEAKEST < abs(ratio) < STRONGEST or m.max_steps - s[at.TRIED + i] < DEAREST:
+        return False
+    if ratio < 0.0 and s[at.TAU_END + i] < inf:
         return False
     return amplitude > s[at.BAND + i] and log(amplitude / s[at.BAND + i]) > WORTH * pi * ratio
 
@@ -220,11 +228,46 @@ def follow_map(m, i):
 def leap_down(m, i):
     """Put lane i where the map takes it."""
     s = m.s
+    if drag_at(m.law, s, i, s[at.B + i]) < 0.0:
+        leap_to_cycle(m, i)
+        return
     a, tau, half_loops = ring_down(s, i, s[at.MAP_FROM + i], s[at.MAP_TAU + i], s[at.MAP_ASIDE + i], m.rtol)
     if half_loops < 0.0:
         refuse_map(m, i)
     else:
         end_map(m, i, tau, a, half_loops)
+
+
+@compiled
+def leap_to_cycle(m, i):
+    """Put lane i on the cycle to which the map leads."""
+    s, nodes = m.s, int(m.s[at.MAP_NODES + i])
+    to_powers(s, i, nodes)
+    a, left = cycle_inside(s, i, nodes, s[at.MAP_FROM + i], m.rtol)
+    if isnan(a) or not a > s[at.BAND + i]:
+        refuse_map(m, i)
+        return
+    go_on_from(m, i, s[at.MAP_TAU + i], a, 0.0)
+    put(m, i, a, BEYOND * s[at.B + i])
+    s[at.MAP_FROM + i], s[at.MULTIPLIER + i], s[at.MAP_STATE + i] = a, left, ON_CYCLE
+
+
+@compiled
+def correct_cycle(s, i, amplitude):
+    """After a loop from the cycle of the map to `amplitude`: where the cycle is (Newton's method)."""
+    off = (amplitude - s[at.MAP_FROM + i]) / (1.0 - s[at.MULTIPLIER + i])
+    s[at.MAP_STATE + i] = CORRECTED if abs(off) <= FAR_OFF * amplitude else OVER
+    s[at.MAP_FROM + i] += off
+
+
+@compiled
+def confirm_corrected(m, i):
+    """Put lane i on the cycle, as corrected, which is gone through once more."""
+    s, a = m.s, m.s[at.MAP_FROM + i]
+    put(m, i, a, BEYOND * s[at.B + i])
+    set_reference(s, i, s[at.TAU + i], s[at.HEAT + i], s[at.XI_STAR + i] + s[at.SIGMA + i] * a)
+    begin_confirming(m, i)
+    s[at.LOOP_MOVED + i], s[at.MAP_STATE + i] = 1.0, OVER
 
 
 @compiled
@@ -239,17 +282,23 @@ def refuse_map(m, i):
 
 @compiled
 def end_map(m, i, tau, a, half_loops):
+    """The motion of lane i comes to the turn with amplitude a, so many half loops after the map began, and settles."""
+    s = m.s
+    go_on_from(m, i, tau, a, half_loops)
+    if ends_with_regime(m, i):
+        note_closest_trough(s, i)
+        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+
+
+@compiled
+def go_on_from(m, i, tau, a, half_loops):
     """Let the motion of lane i go on from the turn with amplitude a, so many half loops after the map began."""
     s = m.s
     take_up(s, i)
     s[at.MAP_STATE + i], s[at.TAU + i], s[at.CROSSED + i] = OVER, tau, s[at.CROSSED + i] + half_loops
     s[at.SIDE_LAST + i] = s[at.SIGMA + i] if a > 0.0 else -s[at.SIGMA + i]
     put(m, i, a, 0.0)
-    if ends_with_regime(m, i):
-        note_closest_trough(s, i)
-        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
-    else:
-        forget_loops(s, i)
+    forget_loops(s, i)
 
 
 @compiled(inline=True)

@@ -16,7 +16,18 @@ from ..exponential import exp
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..machine import DONE
-from .amplitudes import MEASURING, OVER, TO_BEGIN, begin_map, follow_map, note_half_loop, refuse_map
+from .amplitudes import (
+    CORRECTED,
+    MEASURING,
+    ON_CYCLE,
+    OVER,
+    TO_BEGIN,
+    begin_map,
+    confirm_corrected,
+    follow_map,
+    note_half_loop,
+    refuse_map,
+)
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
 from .extrema import (
     has_low_speed,
@@ -90,7 +101,7 @@ def begin_cell(m, i, c):
     s[at.STABLE_FROM + i], s[at.STABLE_TO + i] = stable_speeds(m.law, m.cells, c)
     s[at.SLIP_START + i], s[at.CYCLE_START + i], s[at.MU_TURN + i] = nan, nan, nan
     s[at.ENTERED + i], s[at.TROUGH_TIME + i], s[at.MAP_REST + i] = -inf, -inf, -inf
-    s[at.MAP_TAU + i] = -inf
+    s[at.MAP_TAU + i], s[at.MULTIPLIER + i] = -inf, 0.0
     s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)
@@ -243,6 +254,8 @@ def observe_no_event(m, i):
     if m.s[at.MAP_STATE + i] == TO_BEGIN:
         begin_map(m, i)
         return
+    if m.s[at.MAP_STATE + i] == CORRECTED:
+        confirm_corrected(m, i)
     if m.s[at.MAP_STATE + i] == MEASURING:
         follow_map(m, i)
         if m.s[at.MAP_STATE + i] == MEASURING:
@@ -269,7 +282,7 @@ def observe_mode_end(m, i, u, kind):
     if s[at.MAP_STATE + i] == MEASURING:
         refuse_map(m, i)
         return True
-    if s[at.MAP_STATE + i] == TO_BEGIN:
+    if s[at.MAP_STATE + i] == TO_BEGIN or s[at.MAP_STATE + i] >= ON_CYCLE:
         s[at.MAP_STATE + i] = OVER
     note_ends(s, i, u, s[at.W + i], s[at.DW + i])
     if kind == TURNED:
