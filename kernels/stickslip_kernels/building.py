@@ -152,7 +152,7 @@ def _symbols(module) -> list[str]:
 def _remember() -> None:
     """Have Numba remember what an operator does with numbers of some types, signatures, and sizes of types.
 
-    Of an operator it asks every implementation, those of strings, sets and dates too, at each `+`: a quarter of the time.
+    Of an operator it asks every implementation, those of strings and dates too, at each `+`: a quarter of the time.
     """
     resolve, known = types.BaseFunction.get_call_type, {}
 

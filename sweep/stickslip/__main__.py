@@ -1,7 +1,5 @@
 """The command `stickslip` as a process; `python -m stickslip` is the same."""
 
-from __future__ import annotations
-
 import atexit
 import errno
 import gc

@@ -4,8 +4,6 @@ An entry point of the package names this module to xarray, which imports it when
 have `ds.stickslip` even where `stickslip` was imported before xarray, or not at all.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable
 from typing import Any

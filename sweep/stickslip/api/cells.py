@@ -1,7 +1,5 @@
 """The calls for cells and trajectories: evaluate, simulate."""
 
-from __future__ import annotations
-
 import json
 import warnings
 from collections.abc import Mapping, Sequence

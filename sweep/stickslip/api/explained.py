@@ -1,7 +1,5 @@
 """The Python calls for explanations: from what was measured back to what causes it, and what to measure next."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The Python calls for studies of cells: border, contours, goal, margins, attractors, ramp."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Unpack
 

@@ -4,8 +4,6 @@ Everything slow is imported inside the command that needs it, so that `--help` a
 output; progress, notices and errors to standard error.
 """
 
-from __future__ import annotations
-
 import warnings
 
 import click

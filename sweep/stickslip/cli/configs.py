@@ -1,7 +1,5 @@
 """`validate`, `init` and `schema`: configurations, without computing anything."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import sys

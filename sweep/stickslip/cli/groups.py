@@ -1,7 +1,5 @@
 """Groups of commands: listed in sections, forgiving where a file is named instead of a command; names to complete."""
 
-from __future__ import annotations
-
 from collections import UserDict
 from collections.abc import Mapping, Sequence
 from copy import copy

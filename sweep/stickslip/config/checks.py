@@ -3,8 +3,6 @@
 The first part looks at plain data before it is read, the second at what was read.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any

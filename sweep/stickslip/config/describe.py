@@ -1,7 +1,5 @@
 """A configuration as it was understood: every quantity with its SI value and unit, every axis with its points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The step between reading a document and checking it: the draws of an explanation in place of distributions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -6,8 +6,6 @@ are the folder ``configs`` at its root. Those in folders below it are called by 
 checkout work everywhere.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The cells of a configuration: its grid."""
 
-from __future__ import annotations
-
 import math
 
 from stickslip.config.model import Config, Group, Range, Values

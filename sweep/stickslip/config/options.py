@@ -1,7 +1,5 @@
 """The sections `solver` and `output` as options of the engine."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf
 

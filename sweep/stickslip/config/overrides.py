@@ -1,7 +1,5 @@
 """`--set key=value`: what a command line puts into the tree of a configuration before it is checked."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The problems of a document, collected with their places, and hints about mistakes that are easy to make in YAML."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping
 from typing import Any, get_args

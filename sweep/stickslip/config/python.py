@@ -7,8 +7,6 @@ In arrays, which hold no words, NaN stands for the word of its quantity (none, s
 is none of these is left as it is, for the reader to refuse.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from numbers import Integral, Real

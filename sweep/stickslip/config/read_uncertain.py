@@ -1,7 +1,5 @@
 """The section `uncertain` read: distributions against what is physically possible, matrices put together."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

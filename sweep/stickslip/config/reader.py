@@ -5,8 +5,6 @@ what a configuration consists of, `rules.py` what must hold between its parts, `
 data that is read here; this file finds what is missing or given twice, and explains.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Collection, Iterable, Mapping

@@ -1,7 +1,5 @@
 """The sections of a test rig: how its plate moves, how it is read, how its records are evaluated."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Annotated

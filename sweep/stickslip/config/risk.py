@@ -9,8 +9,6 @@ It rises with every feature, logarithmically, as loudness does. A comment on `RI
 default values come from; `rig/calibration.py` fits them to measured numbers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

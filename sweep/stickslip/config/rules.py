@@ -5,8 +5,6 @@ it involves: along an axis that varies one of them only the worst end can break 
 points are tried. What is reported is the worst cell.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

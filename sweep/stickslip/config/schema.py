@@ -4,8 +4,6 @@ It is generated from the tables and models that the reader uses. It cannot say e
 exactly once, and what must hold between quantities, is checked by `load_config` alone.
 """
 
-from __future__ import annotations
-
 from stickslip.config.model import SECTIONS, Range
 from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE

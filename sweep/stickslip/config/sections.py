@@ -7,8 +7,6 @@ which both the reader and the JSON Schema take it from.
 Validators report what they refuse through `refused`, so that every message says what was expected.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass

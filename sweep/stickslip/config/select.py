@@ -3,8 +3,6 @@
 A result holds the configuration it was computed from, so a cell can be picked out of a file as well.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

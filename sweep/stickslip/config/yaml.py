@@ -4,8 +4,6 @@ What is read is YAML 1.2 with its core types: ``1e-3`` is a number, ``yes`` a wo
 aliases are refused: a configuration is plain data, and with these YAML files can grow without bound when read.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Iterator

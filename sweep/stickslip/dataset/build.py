@@ -11,8 +11,6 @@ The conventions are CF. They shape two things here: neither flags nor coordinate
 also make xarray read floats), and attributes are text, numbers or arrays of one type.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache

@@ -8,8 +8,6 @@ pixel holds others as well, or the mean of the cells that have a value. Nothing 
 least as a mark.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product

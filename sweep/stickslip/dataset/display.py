@@ -12,8 +12,6 @@ The rule for units, in this order:
 Files and Python stay SI.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Hashable, Mapping
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Materials compared as a labelled dataset, the best first."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

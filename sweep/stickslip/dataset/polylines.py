@@ -4,8 +4,6 @@ A crossing goes on where the neighbouring line has one with the same regimes bel
 line has more of a kind than its neighbour, those are taken that lie nearest. Where nothing agrees there is a gap.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

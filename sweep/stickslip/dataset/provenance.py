@@ -1,7 +1,5 @@
 """The global attributes of a dataset: what made its numbers, from what, when."""
 
-from __future__ import annotations
-
 import os
 import platform
 import subprocess

@@ -3,8 +3,6 @@
 The last two dimensions of a result are the axes of a picture, the others become panels.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from math import prod

@@ -3,8 +3,6 @@
 Flags are counted in one pass, a chunk at a time, whatever the size of the map.
 """
 
-from __future__ import annotations
-
 import math
 import shlex
 from collections.abc import Collection, Mapping

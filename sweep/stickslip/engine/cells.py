@@ -5,8 +5,6 @@ since they lie beside a border of regimes, or have next to no friction at speed.
 alone, so its numbers do not depend on its neighbours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from math import ceil
 from time import perf_counter

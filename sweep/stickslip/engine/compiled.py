@@ -1,7 +1,5 @@
 """The compiled kernels: in the cache or not, and which they are."""
 
-from __future__ import annotations
-
 import os
 import threading
 import warnings

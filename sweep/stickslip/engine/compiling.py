@@ -4,8 +4,6 @@ It needs Numba, and memory, which the run does not. What it makes is a file of m
 load, so that all of them run the same instructions.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import subprocess

@@ -5,8 +5,6 @@ Which kernels compute a cell depends on that cell alone, so its numbers do not d
 `friction_at_belt_speed` is the friction curve itself, as the kernels have it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Test rigs: blocks of them through the kernels, with samples of their motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """From SI to kernel units and back, by the scales of a cell (`vocabulary/scales.py`) and by its model."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Work spread over threads: the kernels run without the interpreter's lock."""
 
-from __future__ import annotations
-
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator

@@ -1,7 +1,5 @@
 """Cells over time: rigs whose drive is a single segment."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

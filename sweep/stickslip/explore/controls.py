@@ -1,7 +1,5 @@
 """The widgets beside the map (sides, variable, sliders) and below it (pins, sound, files, what reproduces it)."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Words of the page: legend, numbers of a cell, the command that reproduces them, and tables to download."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace

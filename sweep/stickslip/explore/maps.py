@@ -1,7 +1,5 @@
 """The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from math import prod

@@ -1,7 +1,5 @@
 """The motions of one cell, from stick and from near sliding: samples over time, friction curve, unstable cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite, isnan, pi, sqrt

@@ -1,7 +1,5 @@
 """The page: its map, the four figures of a cell and the words around them, drawn by Bokeh; `page.js` is its browser."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from importlib.resources import files

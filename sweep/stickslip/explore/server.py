@@ -1,7 +1,5 @@
 """The server of the page: on this machine alone, and for nobody who does not know its token."""
 
-from __future__ import annotations
-
 import asyncio
 import secrets
 import socket

@@ -1,7 +1,5 @@
 """One tab of the browser: its events, the work they ask for beside the loop of the server, and what comes of it."""
 
-from __future__ import annotations
-
 import logging
 import shlex
 from collections.abc import Callable, Iterator

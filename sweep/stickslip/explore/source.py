@@ -1,7 +1,5 @@
 """The source of an explorer: a configuration, or a map that was computed from one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

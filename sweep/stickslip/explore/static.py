@@ -1,7 +1,5 @@
 """A page that needs no server: everything it can answer is computed beforehand, and in the one file."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import product

@@ -1,7 +1,5 @@
 """The view: two sides of a map, everything else at a value or on a slider; its configuration, its cells."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce

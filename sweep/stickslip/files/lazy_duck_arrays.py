@@ -5,8 +5,6 @@ Of every variable xarray asks whether it holds an array of dask or pint, and imp
 (`xarray.namedarray.pycompat`, private; seen in 2026.9) says so, and so does its question for collections of dask.
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -7,8 +7,6 @@ is a StoreError that names file, variable and place. Chunks carry checksums and 
 Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); Zarr needs none.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Hashable, Iterator, Mapping

@@ -12,8 +12,6 @@ What no checksum can detect is a chunk that is not there, because its place in t
 it reads as fill values. So these differ from all values that are written.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

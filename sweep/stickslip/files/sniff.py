@@ -1,7 +1,5 @@
 """Files of another kind than a command expects: their kind, and the command that takes them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -8,8 +8,6 @@ Records have ten million lines: what lies below their beginning stays bytes, of 
 numbers by pandas; any other block, and all that is wrong, is read line by line.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -10,8 +10,6 @@ root, without which nobody sees a store there, is removed first and written last
 the new one whole, and `finish` goes on from there. One process at a time writes (`runs/workdir/lock.py`).
 """
 
-from __future__ import annotations
-
 import glob
 import hashlib
 import os

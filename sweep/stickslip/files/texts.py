@@ -10,8 +10,6 @@ might be read otherwise than line by line is not: quotation marks, remarks, empt
 lines of another number of cells. Numbers are the nearest doubles, as Python reads them.
 """
 
-from __future__ import annotations
-
 import codecs
 import csv
 import re

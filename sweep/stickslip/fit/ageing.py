@@ -1,7 +1,5 @@
 """Measured static friction over waiting time, fitted by mu_s(t) = mu0 + beta log10(1 + t/t0); lubricants in order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace

@@ -3,8 +3,6 @@
 Measured points, records in steps, records of a rig and pairs of features are all read by it.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace

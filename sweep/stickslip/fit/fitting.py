@@ -10,8 +10,6 @@ of points. Coefficients above 0 vary by factors, as levels of friction do from s
 which may be 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace

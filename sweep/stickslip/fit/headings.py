@@ -7,8 +7,6 @@ behind the name of a physical quantity and is no known qualifier (`set`, `soll`)
 nobody understands is refused rather than left out.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Collection, Iterator

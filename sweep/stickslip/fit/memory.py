@@ -13,8 +13,6 @@ d mu/dx = (sigma_0/N)(1 - s mu/mu_k), s being the sign of the motion (P. R. Dahl
 exponential from sample to sample.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence

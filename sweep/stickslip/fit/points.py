@@ -11,8 +11,6 @@ are called. A table without a column of that name is wide: every other column of
 its heading, and may have gaps. A column called material, lubricant or sample tells materials apart row by row.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress

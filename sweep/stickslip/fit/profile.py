@@ -11,8 +11,6 @@ s is profiled as well, by the restricted likelihood, since a wrong weighting mak
 lie from 0 is limited by a normal prior: few points say nothing about it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

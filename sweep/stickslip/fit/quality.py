@@ -1,7 +1,5 @@
 """Quality of a fitted curve, in plain words: what speaks against using it, and what the points do not determine."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Fits in words: coefficients with their intervals, the section of a configuration they make, materials in order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -3,8 +3,6 @@
 Friction forces are divided by a column of loads, a line above the heading (`Prüflast;15;N`), or the load of the caller.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

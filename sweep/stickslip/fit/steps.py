@@ -12,8 +12,6 @@ known best. Samples within a step follow each other: their mean is known as that
 are integrated autocorrelation times in the step (Sokal's window, in: Functional Integration, Plenum 1997, p. 131).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

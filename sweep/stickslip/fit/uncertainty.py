@@ -5,8 +5,6 @@ points is most of it. So each statistic is compared with that of residuals of sc
 projection; then it has its nominal level at any number of points (Dufour et al. 2004, Monte Carlo tests).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Materials compared in one system: `stickslip.compare`."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,6 @@
 """The report of a comparison, to read, to send and to print: the decision, what limits it, table and
 picture on the first sheet, and on the second what they rest on."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from itertools import starmap

@@ -6,8 +6,6 @@ are two: vibrates, or does not. The borders of curves drawn from a fit are the i
 measured points leaves, and tell which points would narrow it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -1,8 +1,6 @@
 """The system that materials are compared in, as people give it: numbers, texts with units, shares of critical damping,
 several values of one quantity, ranges."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Materials compared, in words: the table of ranks, the decision, the remarks; for screen, workbook and page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, pairwise

@@ -3,8 +3,6 @@
 Their parts come from the templates in `page.html`, which escape all text; what goes out is HTML.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from base64 import b64encode

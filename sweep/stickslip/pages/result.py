@@ -1,7 +1,5 @@
 """The page of a result: its pictures, and what one needs to read them without the program."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice

@@ -1,7 +1,5 @@
 """Attractors along one parameter: what settles, what a shock may be, ramps, and bifurcation diagrams."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import product
 from typing import Any

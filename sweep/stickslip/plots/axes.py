@@ -1,7 +1,5 @@
 """Axes of plots, drawn as the dimensions of a dataset require."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Plots of explanations: regimes over the axes, where laws disagree, and quantities before and after observations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import ceil
 from typing import Any

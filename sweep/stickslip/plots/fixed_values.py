@@ -1,7 +1,5 @@
 """The quantities that are held fixed in a picture; and why there may be no picture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

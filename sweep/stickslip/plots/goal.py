@@ -1,7 +1,5 @@
 """Plots of goals: the region that is quiet, its borders, and what panels have and would need."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The plot of any result, by its kind: for the command, for Python and for pages."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figure, title, legend and file of a plot; texts are shown as they are."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Maps of regimes and of metrics."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Mapping, Sequence
 from itertools import product
 from math import ceil, prod

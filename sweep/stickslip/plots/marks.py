@@ -1,7 +1,5 @@
 """What is drawn over maps: operating points, borders of linear theory, and exact ones."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from textwrap import fill
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """Values of maps as pixels with colours and hatching, the same in all panels of a figure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ The palette is that of Okabe and Ito, which colour-blind readers can tell apart;
 black.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from math import ceil, copysign, floor, log10

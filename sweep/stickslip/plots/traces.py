@@ -1,7 +1,5 @@
 """Trajectories over time and their phase portraits; sounds and their spectrograms."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

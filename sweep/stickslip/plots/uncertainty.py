@@ -1,7 +1,5 @@
 """Plots of scatter: the probability of a regime over the axes, and which uncertain quantity decides."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -10,8 +10,6 @@ Butterworth of order 4), and what is above the Nyquist frequency is removed befo
 flat to 0.82 of that frequency and 80 dB down from 0.98 of it on. So nothing is aliased, unless `oversampling` is 1.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

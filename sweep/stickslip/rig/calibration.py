@@ -9,8 +9,6 @@ at an end of the scale (1 or 10) says that the level is there or beyond, so leve
 Its quality is that of predictions: each pair is left out in turn, and the others predict it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import log, sqrt

@@ -5,8 +5,6 @@ samples that are none are left out, a force of the wrong sign is turned. Feature
 become NaN.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

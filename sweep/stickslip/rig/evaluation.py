@@ -1,7 +1,5 @@
 """The features of a record; `rig/quantities.py` names them with their units."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 

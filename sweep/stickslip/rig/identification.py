@@ -4,8 +4,6 @@ Features rather than samples, because two records of the same rig soon differ in
 (sticks, drops) are discontinuous and stop a search that follows gradients; the rates and means of `SMOOTH` do not.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The dimensions of a test matrix in everyday terms: units such as mm/s, labels of points, names of tests."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Pairs of features and measured RPN, from the tables that people have: features, or the names of records."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

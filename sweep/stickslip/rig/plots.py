@@ -1,7 +1,5 @@
 """Plots of a rig: records over time, and a test matrix as a heat map."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, log, prod

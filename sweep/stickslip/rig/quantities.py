@@ -1,7 +1,5 @@
 """Every quantity of a rig record, and every feature, declared once."""
 
-from __future__ import annotations
-
 from stickslip.config.risk import FORMULA, RPN_NAME
 from stickslip.vocabulary.parameter import Variable
 

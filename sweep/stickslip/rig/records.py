@@ -13,8 +13,6 @@ Time need not be evenly spaced, but must increase. The record holds the samples 
 makes them equidistant.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 The frame and its parts are those of `stickslip.pages`, which escape everything that users wrote.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from itertools import islice

@@ -11,8 +11,6 @@
 Every section and every key is optional. Everything is checked at once, with lines and columns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath

@@ -1,7 +1,5 @@
 """Signals: evenly spaced samples, gaps, smoothed slopes, band limits, spectra, turning points and drops."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

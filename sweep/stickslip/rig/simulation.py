@@ -1,8 +1,6 @@
 """Simulated rigs: records of tests as sensors would make them, the features of a matrix of tests, and records as a
 function of parameters."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -16,8 +16,6 @@ after which the contact sticks is a stick as well; a constant force that follows
 sliding, or a drive at rest.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

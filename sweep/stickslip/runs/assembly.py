@@ -3,8 +3,6 @@
 A block of a plain map is a chunk of the file, packed as the file wants it: it is checked, and put in as it is.
 """
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

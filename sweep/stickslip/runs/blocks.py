@@ -3,8 +3,6 @@
 A block of a map is a chunk of its file too, so that what a thread has compressed goes into the file as it is.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from math import gcd, prod

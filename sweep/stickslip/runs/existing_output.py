@@ -1,7 +1,5 @@
 """An existing result where a run will write: finished, to be extended, or not to be touched."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

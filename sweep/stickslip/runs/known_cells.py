@@ -1,7 +1,5 @@
 """Cells of a finished result that a new run takes over: of the same map, or of one whose axes were extended since."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

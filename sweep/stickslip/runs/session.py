@@ -1,7 +1,5 @@
 """Runs that resume where they stopped: finished blocks are kept, what is missing computed, then the result written."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Missing blocks computed on the threads of this process, each written as soon as it is there."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Collection
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ the contact says where it is. One without begins at the largest displacement alo
 lies on the curve whatever came before. Both follow from what the kernels say of a cell.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

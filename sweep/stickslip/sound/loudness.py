@@ -8,8 +8,6 @@ A-weighting, how much less the ear hears of low and very high tones, is the anal
 Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and 0 dB at 1 kHz.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from typing import Any, Unpack, cast

@@ -6,8 +6,6 @@ it lasts. Other motions are a series of the stretch that is heard.
 That of a record is made from an acceleration that was measured, or simulated on a rig.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction

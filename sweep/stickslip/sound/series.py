@@ -11,8 +11,6 @@ between both ends away, so that the rest is periodic with a continuous slope, an
 mean acceleration. A stretch of any motion is thus a series too, though its last acceleration jumps to its first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 It is written as a WAV file: samples between -1 and 1, and what they are in words.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import os

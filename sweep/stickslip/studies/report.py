@@ -1,7 +1,5 @@
 """Reports of studies on their results: lines for the screen, tables for pages."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import islice
 

@@ -1,7 +1,5 @@
 """Count of the finished items of a study, and columns of several ranges in one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import exp
 from threading import Lock

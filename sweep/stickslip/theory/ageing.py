@@ -1,7 +1,5 @@
 """Static friction that grows with the logarithm of the time in contact, mu_s(t) = mu0 + beta log10(1 + t/t0)."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike

@@ -6,8 +6,6 @@ followed by oscillation in pure slip, and that by steady sliding. The thresholds
 here for SI; they hold for small (mu_start - mu_reversal) N/(v_reversal sqrt(k m)).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

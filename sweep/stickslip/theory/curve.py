@@ -8,8 +8,6 @@ possible.
 a2 and a3 may be negative, as in fits of measured curves: friction that weakens at high speed, or that strengthens.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

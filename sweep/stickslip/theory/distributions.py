@@ -6,8 +6,6 @@ Gaussian copula) and the walks of subset simulation all go through one map, and 
 probability has lost them, a deviate has not.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

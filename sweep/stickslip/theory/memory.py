@@ -8,8 +8,6 @@ being what it was, and S in steady sliding, the damper in both. Small motions go
 J. R. Rice, A. L. Ruina, Stability of steady frictional slipping, J. Appl. Mech. 50 (1983) 343.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

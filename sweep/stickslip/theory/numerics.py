@@ -1,7 +1,5 @@
 """Arrays of numbers, and the roots of many equations at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -3,8 +3,6 @@
 And one that it has without a name of its own.
 """
 
-from __future__ import annotations
-
 PAGE = "comparison"  # of the documentation: which tools have it
 
 # A sentence, and the words that ask for it: keys of configurations and topics of `help`, spaces as underscores.

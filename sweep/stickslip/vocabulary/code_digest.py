@@ -3,8 +3,6 @@
 Functions that differ in it compute something else, so that compiled code named by it is never that of an older version.
 """
 
-from __future__ import annotations
-
 import hashlib
 import sys
 from collections.abc import Callable

@@ -4,8 +4,6 @@ Stricter than `units.py` about symbols: only those below are units of a column, 
 (pint knows c, t and mu), and nobody measures in Mm/s, which is a slip for mm/s.
 """
 
-from __future__ import annotations
-
 import re
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """The meaning of integers in results: regimes, ends of an integration, contact modes. The value is the position."""
 
-from __future__ import annotations
-
 # Regimes are int8 and 0 means "this cell was not computed".
 REGIME_MESSAGES = {
     "not_computed": "this cell was not computed",

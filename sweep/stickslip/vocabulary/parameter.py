@@ -1,7 +1,5 @@
 """Numbers that people give: names, units, bounds, and reading them; and what comes out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass

@@ -5,8 +5,6 @@ those of all models of the contact (`models/`); what people measure instead of s
 the belt of a test rig. `settings.py` has all other numbers.
 """
 
-from __future__ import annotations
-
 from math import inf
 
 from stickslip.vocabulary.models import MODELS, Model

@@ -7,8 +7,6 @@ Datasets, plots and documentation read these
 tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
-from __future__ import annotations
-
 from stickslip.vocabulary.models import CURVE, FITTED, MODELS, Model
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE

@@ -4,8 +4,6 @@ They are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sq
 accelerations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cached_property
 

@@ -3,8 +3,6 @@
 By section of the configuration; what is no number (a law, a file) is declared where it is read.
 """
 
-from __future__ import annotations
-
 from stickslip.vocabulary.models import WRITTEN_LAWS
 from stickslip.vocabulary.parameter import NAN, Parameter, table
 from stickslip.vocabulary.quantities import PARAMETERS

@@ -4,8 +4,6 @@ Words of others for ours (symbols of formulas, the field's words, other programs
 should say the same to everyone; messages name ours.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

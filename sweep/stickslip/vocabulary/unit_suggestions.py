@@ -1,7 +1,5 @@
 """Units as people write them by mistake, and what they were probably meant to be."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 

@@ -4,8 +4,6 @@ A block exists once its file does; it is accepted once its checksum, its run and
 is kept anywhere else, so there is nothing to repair after a crash but to compute what is missing.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -6,8 +6,6 @@ Everything is little-endian; a column is one value that all cells share (NaN, mo
 a chunk of the file that is to be written, so that it goes there as it is (`files/netcdf.py`). Format 1 packed nothing.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import struct

@@ -9,8 +9,6 @@ coefficients do. A result without some variables is another one: of it they can 
 where it replaces one that holds them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """The unstable cycle of the plain curve: found backwards in time, where it attracts, and sampled over one period."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 For a phase portrait, the unstable cycle of a single cell as a closed line.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

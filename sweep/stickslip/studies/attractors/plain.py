@@ -16,8 +16,6 @@ Lienard system, q'' + F'(q) q' + q = 0, where F' = gamma + mu' rises with w:
   cycle is excluded by a motion from farther out than any cycle can be, which ends in steady sliding.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Cells whose phase plane is not known: starting states are drawn, and critical disturbances searched for."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

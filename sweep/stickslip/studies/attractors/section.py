@@ -1,7 +1,5 @@
 """The section `attractors`, a box of starting states and how it is sampled, and the variables of its result."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field, field_validator

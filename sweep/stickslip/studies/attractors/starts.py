@@ -1,7 +1,5 @@
 """Starting states of motions, and the regimes they reach."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Cells of which one or two parameters are left open, and the ranges in which borders are searched along these."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product

@@ -1,7 +1,5 @@
 """The borders in one plane: every node solved along a side of a fine grid, joined to lines and loops."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

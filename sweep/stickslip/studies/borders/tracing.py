@@ -7,8 +7,6 @@ or more labels meet: all crossings left are joined to one point inside, a juncti
 Junctions are closed in upon in all such cells together.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Grid points and grid cells are numbered by (panel, row, column), flat; cell (p, 
 (p, i + 1, j + 1) as corners. Rows run along y, columns along x. Labels are small integers, 0 is "not looked at".
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

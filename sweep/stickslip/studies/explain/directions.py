@@ -7,8 +7,6 @@ taken of all quantities that are positive. Sums of quantities of one unit ("a1 +
 for the first direction where the observations fix one better than any product.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ Cells without a verdict (unresolved, failed) might have the regime that was seen
 do, and `unsure` is by how much it would be less if they did not. Impossible cells explain nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -7,8 +7,6 @@ scatter, and weighed against what all draws would show. Measured in bits: one bi
 possible. With n draws no more than log2 n bits can be seen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

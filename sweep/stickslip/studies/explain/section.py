@@ -1,8 +1,6 @@
 """The section `explain`: what was observed, and how the draws that explain it are made; `document.py` of the room
 config puts the words of a file of observations into it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

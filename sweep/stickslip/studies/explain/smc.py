@@ -12,8 +12,6 @@ Tsagaris (2011), Scand. J. Stat. 38, 1-22, choose them; the number of moves afte
 as the first, 84, 114-148, who show that a fixed one is what goes wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Populations of draws reduced to what people read: laws, intervals, directions, predictions, contradictions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 

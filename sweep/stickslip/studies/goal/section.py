@@ -1,7 +1,5 @@
 """The section `goal`, and the plane, the ranges and the cells that it asks about."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any

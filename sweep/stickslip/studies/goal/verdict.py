@@ -5,8 +5,6 @@ slip speed over the belt speed), at ever smaller distances. All places have the 
 borders are smooth, and what differs between places is no luck.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product

@@ -4,8 +4,6 @@ A change is the logarithm of the ratio to the value that the cell has; where tha
 its sign (the starting state), it is the difference over a scale of the cell.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

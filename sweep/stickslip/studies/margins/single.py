@@ -1,7 +1,5 @@
 """Labels of cells that were changed, and the nearest borders below and above the value of a parameter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -10,8 +10,6 @@ Points with labels below 0 are undecided: they differ from everything, themselve
 computed.
 """
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 

@@ -6,8 +6,6 @@ not depend on who computes which tile. A tile looks at one box more on each side
 seen from both sides.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import prod
 

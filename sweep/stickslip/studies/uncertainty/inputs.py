@@ -1,7 +1,5 @@
 """The cells behind draws: what the configuration fixes or varies, and what it leaves to chance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -10,8 +10,6 @@ too large, and one scrambling alone has none. (Owen 1997; L'Ecuyer, Nakayama, Ow
 the most reliable of those tried.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 

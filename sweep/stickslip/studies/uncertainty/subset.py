@@ -13,8 +13,6 @@ against 16 %).
 Subset simulations computed: items of a run are the repetitions of every cell of the axes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

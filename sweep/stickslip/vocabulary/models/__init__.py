@@ -4,8 +4,6 @@ A new one is a file and a row in `MODELS`. The `law` that users name chooses the
 (`own_laws.py` beside this folder) are added to the models of a friction curve while the program runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container
 from typing import Any
 
