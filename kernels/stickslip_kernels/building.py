@@ -164,7 +164,7 @@ def _remember() -> None:
         return known[self, args]
 
     types.BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
-    base.BaseContext.get_abi_sizeof = cache(base.BaseContext.get_abi_sizeof)
+    base.BaseContext.get_abi_sizeof = cache(base.BaseContext.get_abi_sizeof)  # type: ignore[method-assign]
     inspect.signature = cache(inspect.signature)
 
 
@@ -177,7 +177,7 @@ def _leave_out_passes() -> None:
         pipeline.passes = [(one, text) for one, text in pipeline.passes if one.__name__ not in _LEFT_OUT]
         return pipeline
 
-    DefaultPassBuilder.define_nopython_pipeline = staticmethod(define_nopython_pipeline)
+    setattr(DefaultPassBuilder, define.__name__, staticmethod(define_nopython_pipeline))
 
 
 def _look_at_variables_once() -> None:
@@ -204,4 +204,4 @@ def _look_at_variables_once() -> None:
         return [variable for part in value for variable in variables(self, part)]
 
     postproc.PostProcessor.run = run_lazily  # type: ignore[method-assign]
-    numba_ir.Inst._rec_list_vars = variables
+    numba_ir.Inst._rec_list_vars = variables  # type: ignore[method-assign]
