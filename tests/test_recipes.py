@@ -161,7 +161,7 @@ from pydantic import Field
 
 from stickslip.config.grid import build_grid
 from stickslip.config.sections import BOOLEAN, StudySection, of_row
-from stickslip.config.studies import Finished, Study
+from stickslip.config.studies import Study
 from stickslip.dataset.build import grid_coordinates, study_dataset
 from stickslip.engine import compute_range
 from stickslip.studies.study import joined
@@ -193,8 +193,8 @@ class PaceStudy(Study):
 
     def compute(self, items, stop, moved=None):
         computed = compute_range(self.cells, items.start, items.stop, self.options, stop, moved)
-        speed = computed.results["slip_speed_max"] * self.pace.factor
-        return Finished({"pace": speed**2 if self.pace.squared else speed}, computed.complete)
+        speed = computed["slip_speed_max"] * self.pace.factor
+        return {"pace": speed**2 if self.pace.squared else speed}
 
     def dataset(self, parts, attributes):
         coordinates = grid_coordinates(self.cells)

@@ -73,7 +73,7 @@ def all_regimes(config: Config) -> np.ndarray:
 
     def compute(part: range) -> None:
         found = engine.compute_range(grid, part.start, part.stop, options, stop)
-        regimes[part.start : part.stop] = found.results["regime"]
+        regimes[part.start : part.stop] = found["regime"]
 
     engine.spread(compute, _ranges(regimes), None, stop, lambda done: None)
     return regimes

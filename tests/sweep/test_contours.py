@@ -276,7 +276,7 @@ def test_three_regimes_meet_in_a_junction(monkeypatch):
 
     monkeypatch.setattr(plane_search, "solve", sectors)
     study = ContourStudy(*plane, *fine_enough(Contours(scan=8), options))
-    ds = study.dataset([study.compute(range(1), stop_flag()).results], {})
+    ds = study.dataset([study.compute(range(1), stop_flag())], {})
     assert sorted((one.left, one.right) for one in polylines(ds)) == [(1, 2), (1, 3), (2, 3)]
     junction = ds["node_along"].values == 2
     assert junction.sum() == 3  # the same node, once per line

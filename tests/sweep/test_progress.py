@@ -65,8 +65,8 @@ def test_cells_that_take_long_are_told_of_every_second_and_keep_their_numbers(mo
     monkeypatch.setattr(cells, "perf_counter", lambda: next(clock))
     parts = compute_range(some, 0, 1000, Options(early_stop=True), stop_flag(), seen.append, often=True)
     assert seen[0] == 512 and seen[1] == 64 and sum(seen) == 1000
-    for name, values in whole.results.items():
-        np.testing.assert_array_equal(values, parts.results[name])
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, parts[name])
 
 
 def test_a_bar_shows_the_part_of_a_single_item_and_the_time_left():

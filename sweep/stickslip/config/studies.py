@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from math import prod
@@ -91,14 +90,6 @@ class Table(NamedTuple):
     words: Sequence[str]
     numbers: Sequence[str]
     rows: Iterable[Sequence[str]]
-
-
-@dataclass(frozen=True)
-class Finished:
-    """The results of a range of items; complete : False if computing was stopped on the way, and they are no use."""
-
-    results: Results
-    complete: bool = True
 
 
 class Study(ABC):
@@ -183,10 +174,10 @@ class Study(ABC):
         return (self.options.law,)
 
     @abstractmethod
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The results of a range of items, by the calling thread alone.
 
-        stop : once it is raised, computing ends within milliseconds. moved : called with cells computed, now and then.
+        Raises StoppedError within milliseconds once `stop` is raised. moved : called with cells computed, now and then.
         """
 
     def blank(self, items: range) -> Results:

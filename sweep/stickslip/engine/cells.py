@@ -98,36 +98,31 @@ def compute_range(
     stop: StopFlag,
     moved: Callable[[int], None] | None = None,
     often: bool = False,
-) -> Computed:
+) -> Results:
     """The cells from `start` to `end`, by this thread alone: the numbers of `compute`, cell for cell.
 
-    stop : once it is raised, what is left stays "not computed". moved : called with cells finished, now and then;
-    often : about every second even where cells take long, which costs quick ones a few percent.
+    Raises StoppedError once `stop` is raised: half of them say nothing. moved : called with cells finished, now and
+    then; often : about every second even where cells take long, which costs quick ones a few percent.
     """
-    results, done, first = _room(end - start, options), 0, start
+    results, first = _room(end - start, options), start
     size = min(options.block, _TRIED) if often else options.block
     while first < end:
         numbers, began = range(first, min(first + size, end)), perf_counter()
-        part = _fill(results, cells, numbers, start, options, stop)
-        done, first = done + part, numbers.stop
+        done, first = _fill(results, cells, numbers, start, options, stop), numbers.stop
+        if done < len(numbers):
+            raise StoppedError
         if moved:
-            moved(part)
+            moved(done)
         if often:
             each = (perf_counter() - began) / len(numbers)
             size = min(options.block, max(_FEWEST, int(_EVERY / max(each, 1e-9))))
-    return Computed(results, done)
+    return results
 
 
 def solve(cells: Parameters, options: Options, stop: StopFlag, moved: Callable[[int], None] | None = None) -> Results:
-    """The results of some cells, by this thread alone; `moved` is called about every second.
-
-    Raises StoppedError once `stop` is raised: half of them say nothing.
-    """
+    """The results of some cells, as by `compute_range`; `moved` is called about every second."""
     listed = Cells.of(cells)
-    computed = compute_range(listed, 0, listed.size, options, stop, moved, often=True)
-    if not computed.complete:
-        raise StoppedError
-    return computed.results
+    return compute_range(listed, 0, listed.size, options, stop, moved, often=True)
 
 
 def _fill(results: Results, cells: Cells, numbers: range, origin: int, options: Options, stop: StopFlag) -> int:

@@ -1,6 +1,7 @@
 """The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
 
 from collections.abc import Hashable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import prod
 
@@ -12,11 +13,12 @@ from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.model import Config, Range
 from stickslip.config.options import options_of
-from stickslip.config.studies import Finished, Study, section_of_call
+from stickslip.config.studies import Study, section_of_call
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis, unit_of
-from stickslip.engine import StopFlag, blocks, spread, warm_up
+from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
+from stickslip.errors import StoppedError
 from stickslip.explore.source import Source
 from stickslip.explore.view import FULL, Sides, View
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
@@ -124,18 +126,19 @@ def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:
     for kernel in study.kernels:
         warm_up(kernel)
     parts = [*blocks(prod(study.shape), study.options)]
-    finished: dict[int, Finished] = {}
+    finished: dict[int, Results] = {}
 
     def compute(cells: range) -> None:
-        finished[cells.start] = study.compute(cells, stop)
+        with suppress(StoppedError):
+            finished[cells.start] = study.compute(cells, stop)
 
     if len(parts) == 1:
         compute(parts[0])
     else:
         spread(compute, parts, study.options.threads, stop, lambda _: None)
-    if stop[0] or not all(part.complete for part in finished.values()):
+    if stop[0]:
         return None
-    return study.dataset([finished[start].results for start in sorted(finished)], {"title": config.title})
+    return study.dataset([finished[start] for start in sorted(finished)], {"title": config.title})
 
 
 def read(source: Source, view: View) -> xr.Dataset:
@@ -320,13 +323,14 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
         section = section_of_call(borders.Border, along=ranges[0].name, **limits)
         lines = borders.lines_along(config, section.along, None, section.scan, options)
         study = borders.BorderStudy(*lines, section, options)
-    finished = study.compute(range(prod(study.shape)), stop)
-    if not finished.complete:
+    try:
+        results = study.compute(range(prod(study.shape)), stop)
+    except StoppedError:
         return None
     if len(ranges) == 1:
-        return _strokes(study.dataset([finished.results], {}), shown, ranges[0].name == shown.x.name)
-    ends = np.cumsum(finished.results["node_count"])[:-1]
-    columns = (shown.x.places(finished.results["x"]), shown.y.places(finished.results["y"]))
+        return _strokes(study.dataset([results], {}), shown, ranges[0].name == shown.x.name)
+    ends = np.cumsum(results["node_count"])[:-1]
+    columns = (shown.x.places(results["x"]), shown.y.places(results["y"]))
     return [(x, y) for x, y in zip(*(np.split(column, ends) for column in columns), strict=True) if x.size]
 
 

@@ -16,9 +16,9 @@ from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config, make_config
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import grid_coordinates, variable_of
-from stickslip.errors import NotReachedError
+from stickslip.errors import NotReachedError, StoppedError
 from stickslip.rig import apparatus
 from stickslip.rig.evaluation import PEAKS, features, rate
 from stickslip.rig.identification import Parameters, Simulator
@@ -140,12 +140,12 @@ class RigTests(Study):
 
     # --- as a study ---------------------------------------------------------------------------------------------------
 
-    def compute(self, items: range, stop: engine.StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: engine.StopFlag, moved: Moved | None = None) -> engine.Results:
         """The features of a range of tests."""
         rows: list[dict[str, Any]] = []
         for test in self.tests(items, stop):
             if stop[0]:
-                return Finished({}, False)
+                raise StoppedError
             row: dict[str, Any] = {**self.blank(range(1)), **test.exact}
             if test.record is not None:
                 found = features(test.record, self.features)
@@ -153,9 +153,7 @@ class RigTests(Study):
             rows.append(row)
             if moved:
                 moved(1)
-        return Finished(
-            {name: np.ravel([row[name] for row in rows]).astype(kind) for name, kind in self.columns.items()}
-        )
+        return {name: np.ravel([row[name] for row in rows]).astype(kind) for name, kind in self.columns.items()}
 
     def blank(self, items: range) -> engine.Results:
         """Tests that were not run: NaN."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from math import prod
 from typing import Any
@@ -17,7 +18,7 @@ from stickslip.config.sections import StudySection
 from stickslip.config.studies import Study, study_class
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress, Results, SolverKeywords, spread, stop_flag, warm_up
-from stickslip.errors import Interrupted
+from stickslip.errors import Interrupted, StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.blocks import blocks_of
 from stickslip.studies.study import Meter
@@ -39,10 +40,9 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
 
     def compute(number: int) -> None:
         items = blocks.cells(number)
-        finished = study.compute(items, stop, meter.watch(number, len(items)))
-        if finished.complete:
-            computed[number] = finished.results
-        meter.end(number, len(items) if finished.complete else 0)
+        with suppress(StoppedError):
+            computed[number] = study.compute(items, stop, meter.watch(number, len(items)))
+        meter.end(number, len(items) if number in computed else 0)
 
     def show(_: list[None]) -> None:
         if progress:

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from stickslip.engine import Progress, StopFlag, processors, spread
-from stickslip.errors import BlockFailedError, StoreError
+from stickslip.errors import BlockFailedError, StoppedError, StoreError
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir.block_store import BlockStore
 from stickslip.studies.study import Meter
@@ -54,14 +54,14 @@ def compute_blocks(
         """A block and what its file holds; no more than `threads` at a time, while others wait for the disk."""
         with turns:
             if stop[0]:
-                return Block({}, 0, False), b""
+                raise StoppedError
             try:
                 block = work.compute(number, stop, meter.watch(number, items))
             except Exception:
                 if stop_on_error:
                     stop[0] = 1  # before another thread has its turn
                 raise
-            return block, store.packed(number, block) if block.complete else b""
+            return block, store.packed(number, block)
 
     def compute(number: int) -> None:
         items = len(store.blocks.cells(number))
@@ -69,13 +69,14 @@ def compute_blocks(
             block, data = packed(number, items)
         except StoreError:
             raise  # the older result cannot be read: no fault of the block
+        except StoppedError:
+            return meter.end(number, 0)
         except Exception as error:
             meter.end(number, 0)
             return tally.fail(store, number, error, stop_on_error)
-        if block.complete:
-            store.put(number, data)
-            tally.finish(items, block.reused)
-        meter.end(number, items if block.complete else 0)
+        store.put(number, data)
+        tally.finish(items, block.reused)
+        meter.end(number, items)
 
     def show(_: list[None]) -> None:
         if progress:

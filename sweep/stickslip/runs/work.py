@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.options import map_options_of, options_of
-from stickslip.config.studies import Finished, Moved, Study, study_class
+from stickslip.config.studies import Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag
 from stickslip.files.locations import Location
@@ -39,14 +39,10 @@ def study_of(config: Config) -> Study:
 
 @dataclass(frozen=True)
 class Block:
-    """The results of a block, and how many of its items were taken over from an older result.
-
-    complete : False if computing was stopped on the way; such a block is thrown away.
-    """
+    """The results of a block, and how many of its items were taken over from an older result."""
 
     results: Results
     reused: int
-    complete: bool
 
 
 @dataclass(frozen=True)
@@ -94,17 +90,16 @@ class Work:
         items, stop = self.blocks.cells(number), stop_flag() if stop is None else stop
         old = self.known_cells(number)
         if old is None:
-            found = self.study.compute(items, stop, moved)
-            return Block(found.results, 0, found.complete)
+            return Block(self.study.compute(items, stop, moved), 0)
         have = old[0]
         some = self.map.compute_some(items, ~have, stop, moved)
         if moved:
             moved(int(have.sum()))
-        return Block(self.joined(number, old, some.results), int(have.sum()), some.complete)
+        return Block(self.joined(number, old, some), int(have.sum()))
 
     def compute_some(self, number: int, wanted: NDArray[np.bool_]) -> Results:
         """Those cells of a block of a map that `wanted` marks, one flag per cell."""
-        return self.map.compute_some(self.blocks.cells(number), wanted, stop_flag()).results
+        return self.map.compute_some(self.blocks.cells(number), wanted, stop_flag())
 
     @property
     def map(self) -> MapStudy:
@@ -158,18 +153,16 @@ class MapStudy(Study):
         """By the cells, of which some may have kernels of their own."""
         return kernels_for(self.grid, self.options)
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The numbers of an undivided run, bit for bit."""
-        computed = compute_range(self.grid, items.start, items.stop, self.options, stop, moved)
-        return Finished(computed.results, computed.complete)
+        return compute_range(self.grid, items.start, items.stop, self.options, stop, moved)
 
     def compute_some(
         self, items: range, chosen: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
-    ) -> Finished:
+    ) -> Results:
         """Those cells of a range that `chosen` marks, one flag per cell."""
         cells = self.grid.pick(items.start + np.flatnonzero(chosen))
-        computed = compute_range(cells, 0, cells.size, self.options, stop, moved)
-        return Finished(computed.results, computed.complete)
+        return compute_range(cells, 0, cells.size, self.options, stop, moved)
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The map, in memory."""

@@ -20,7 +20,7 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
@@ -199,21 +199,18 @@ class LevelStudy(Study):
         self.dims, self.shape, self.options = cells.dims, cells.shape, options
         check_law(options)
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The levels of a range of cells."""
         parts = [self.blank(range(0))]
         for start in range(items.start, items.stop, _BLOCK):
             part = self._cells[start : min(start + _BLOCK, items.stop)]
             cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, self.options.law)
-            try:
-                results, level = levels_of(cells, self.options, stop)
-            except StoppedError:
-                return Finished({}, False)
+            results, level = levels_of(cells, self.options, stop)
             results[LEVEL.name] = level - self._reference
             parts.append({name: results[name].astype(np.float64) for name in self.columns})
             if moved:
                 moved(level.size)
-        return Finished(joined(parts))
+        return joined(parts)
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The levels with the dimensions of the cells."""

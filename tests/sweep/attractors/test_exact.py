@@ -100,7 +100,7 @@ def test_shocks_just_below_and_above_the_critical_ones_part_what_becomes_of_slid
                 change = sign * share * found[f"critical_{kind}_{way}"]
                 x, v = (steady, change) if kind == "shock" else (steady + change, 0.0 * change)
                 start = cells | {"displacement": x, "velocity": v}
-                regimes = compute_range(Cells.of(start), 0, 12, Options(rtol=1e-10), stop_flag()).results["regime"]
+                regimes = compute_range(Cells.of(start), 0, 12, Options(rtol=1e-10), stop_flag())["regime"]
                 assert (np.isin(regimes, [REGIMES.index("damped"), REGIMES.index("creep")]) == ends).all()
 
 

@@ -140,7 +140,7 @@ def test_other_readers_of_zarr_find_the_same(few, whole, tmp_path):
 def test_regimes_alone_are_a_byte_a_cell_in_memory_on_disk_and_in_the_plan(regimes, tmp_path):
     study = study_of(load_config(regimes))
     assert bytes_per_cell(study.options) == 1
-    found = study.compute(range(100), np.zeros(1, np.int64)).results
+    found = study.compute(range(100), np.zeros(1, np.int64))
     assert sum(values.nbytes for values in found.values()) == 100
     stickslip.run(regimes, tmp_path / "regimes.nc", keep_parts=True).close()
     store = tmp_path / "regimes.nc.parts"

@@ -169,7 +169,7 @@ class _Flight:
         known = self.work.known_cells(number)
         if known is not None:
             results = self.work.joined(number, known, decode(data)[1])
-            return self._save(number, Block(results, int(known[0].sum()), True))
+            return self._save(number, Block(results, int(known[0].sum())))
         if not self._has_warned:
             self._has_warned = True
             self.cluster.notice(f"workers do not write to {self.store.where}: blocks are sent here to be written")

@@ -14,11 +14,11 @@ from pydantic import BeforeValidator, Field
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, StudySection, of_row
-from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.studies import Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
 from stickslip.dataset.display import displayed
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import ArgumentError, StoppedError
+from stickslip.errors import ArgumentError
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.attractors.section import Attractors
@@ -159,14 +159,11 @@ class RampStudy(Study):
         moved = {self._side.name: np.array(np.broadcast_to(value, lines.size))}
         return as_cells(self._cells.take(lines, **moved), self.options.law)
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The ramps of a range of lines."""
         lines, work, count = np.arange(items.start, items.stop), Work(self.options, stop), moved or (lambda cells: None)
-        try:
-            results = self._followed(lines, work, count) | self._between(lines, work, count)
-        except StoppedError:
-            return Finished({}, False)
-        return Finished({name: results[name].ravel() for name in self.columns})
+        results = self._followed(lines, work, count) | self._between(lines, work, count)
+        return {name: results[name].ravel() for name in self.columns}
 
     def blank(self, items: range) -> Results:
         """Lines of which nothing is known."""

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.studies import Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import ArgumentError, Path, StoppedError
+from stickslip.errors import ArgumentError, Path
 from stickslip.studies.attractors import cycle, exact, sampled, starts
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.plain import slips_on_curve
@@ -188,12 +188,9 @@ class AttractorStudy(Study):
         check_plain(look, "no map: lines over one parameter")
         return plot_attractors(ds, select=select, title=title)
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The attractors of a range of cells."""
-        try:
-            return Finished(find_attractors(self._cells, items, self._box, self.options, stop, moved))
-        except StoppedError:
-            return Finished({}, False)
+        return find_attractors(self._cells, items, self._box, self.options, stop, moved)
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The attractors with the dimensions of the cells."""

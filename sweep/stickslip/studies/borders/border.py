@@ -13,11 +13,10 @@ from pydantic import BeforeValidator, Field
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, StudySection, of_row
-from stickslip.config.studies import Finished, Moved, Regime, Study, Table
+from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
-from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
     PARAMETER,
     CellsOrConfig,
@@ -143,18 +142,15 @@ class BorderStudy(Study):
         """True for borders of many lines of a configuration."""
         return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The borders of a range of lines."""
-        try:
-            brackets, undecided, regime = self._search(items, stop, moved)
-        except StoppedError:
-            return Finished({}, False)
+        brackets, undecided, regime = self._search(items, stop, moved)
         counts = np.bincount(brackets["line"], minlength=len(items))
         throughout = np.where(counts == 0, regime, _OPEN)
         results = {"found": counts, "undecided": undecided, "throughout": throughout} | {
             name: brackets[name] for name in ("low", "high", "below", "above", "guided", "place")
         }
-        return Finished({name: results[name].astype(dtype) for name, dtype in self.columns.items()})
+        return {name: results[name].astype(dtype) for name, dtype in self.columns.items()}
 
     def _search(self, items: range, stop: StopFlag, moved: Moved | None) -> tuple[Brackets, Integers, Labels]:
         """The brackets of some lines, counted from the first; by line how many places of the scan were undecided, and

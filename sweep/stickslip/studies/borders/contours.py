@@ -12,12 +12,11 @@ from pydantic import Field
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
-from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.studies import Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import StoppedError
 from stickslip.studies.borders.lines import (
     PARAMETER,
     CellsOrConfig,
@@ -170,16 +169,11 @@ class ContourStudy(Study):
         """Lines always are."""
         return True
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The lines of a range of panels."""
-        parts = []
-        for panel in items:
-            try:
-                parts.append(self._searched(panel, stop, moved))
-            except StoppedError:
-                return Finished({}, False)
+        parts = [self._searched(panel, stop, moved) for panel in items]
         whole = end_to_end(parts) if parts else self.blank(items)
-        return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
+        return {name: whole[name].astype(dtype) for name, dtype in self.columns.items()}
 
     def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
         """The columns of a panel. Raises StoppedError."""

@@ -23,7 +23,6 @@ from scipy import stats  # type: ignore[import-untyped]
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
-from stickslip.errors import StoppedError
 from stickslip.studies.explain.section import POINT, Measured, Observation
 from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -80,10 +79,7 @@ class Experiment:
         """How well points explain each observation. Raises StoppedError."""
         size, count = next(iter(drawn.values())).size, len(self.observed)
         cells, possible = self.cells(drawn)
-        computed = computed_where(cells, possible, self._measuring, stop, moved)
-        if not computed.complete:
-            raise StoppedError
-        columns = computed.results
+        columns = computed_where(cells, possible, self._measuring, stop, moved)
         if any(POINT in one.metrics for one in self.observed):
             columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
         results = {name: values.reshape(count, size) for name, values in columns.items()}
@@ -106,10 +102,7 @@ def results_over(
     """The results of the cells of some axes. known : quantities they have in common. Raises StoppedError."""
     here = {name: np.full(grid.size, value) for name, value in known.items() if name not in grid.along}
     cells, possible = drawn_cells(grid, np.arange(grid.size), here, options.law)
-    computed = computed_where(cells, possible, options, stop, moved)
-    if not computed.complete:
-        raise StoppedError
-    return computed.results
+    return computed_where(cells, possible, options, stop, moved)
 
 
 def observation_terms(observed: Observation, results: Results, mislabelled: float) -> Terms:

@@ -19,9 +19,8 @@ from matplotlib.figure import Figure
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.studies import Moved, Study, Table
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import StoppedError
 from stickslip.studies.explain import proposals, summary
 from stickslip.studies.explain.likelihood import Experiment, Floats, grid_of_predictions, results_over
 from stickslip.studies.explain.section import Explain
@@ -170,16 +169,13 @@ class ExplainStudy(Study):
         points = np.random.default_rng(int(self.request.seed)).standard_normal((draws, len(self.prior.names)))
         return Cells.of(taken(*self._law(self.laws[0]).cells(self.prior.values(points))))
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """Populations, one after the other."""
         parts = []
-        try:
-            for item in items:
-                number, repetition = divmod(item, self.shape[1])
-                parts.append(self._population(number, repetition, stop, moved))
-        except StoppedError:
-            return Finished({}, False)
-        return Finished(joined(parts) if parts else self.blank(items))
+        for item in items:
+            number, repetition = divmod(item, self.shape[1])
+            parts.append(self._population(number, repetition, stop, moved))
+        return joined(parts) if parts else self.blank(items)
 
     def _population(self, number: int, repetition: int, stop: StopFlag, moved: Moved | None) -> Results:
         experiment, dimensions = self._law(self.laws[number]), len(self.prior.names)

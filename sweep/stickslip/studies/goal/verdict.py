@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import StoppedError
 from stickslip.studies.borders import Looked, Side
 from stickslip.studies.borders.plane import OPEN
 from stickslip.studies.borders.search import Floats, Integers, Labels
@@ -143,10 +142,8 @@ class _Lanes:
         cells = model.without_measured(cells) if demand.measured else cells
         possible = ~impossible(cells, model.rules.get(law, ()))
         computed = computed_where(cells, possible, demand.options, demand.stop, demand.moved)
-        if not computed.complete:
-            raise StoppedError
         demand.computed[0] += int(possible.sum())
-        regime, margin = computed.results["regime"], computed.results.get("restick_margin")
+        regime, margin = computed["regime"], computed.get("restick_margin")
         margin = np.full(regime.shape, np.nan) if margin is None else margin
         self.possible[which] |= possible
         self.vibrates[which] |= np.isin(regime, _VIBRATING)

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.studies import Moved, Study, Table
 from stickslip.dataset import build
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import ArgumentError, StoppedError
+from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import CellsOrConfig, fine_enough, search_options
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
@@ -87,17 +87,14 @@ class MarginStudy(Study):
         yield Table("", ("parameter",), ("cells with a border", "nearest", "median", "farthest"), rows)
         yield from attributes(ds, found="margin_found", within="margin_within", scan="margin_scan")
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The margins of a range of cells."""
         parts = []
         for start in range(items.start, items.stop, _TOGETHER):
             cells = self._parameters(start, min(start + _TOGETHER, items.stop))
-            try:
-                parts.append(_margins(Search(cells, self.options, stop, self._section.speeds, moved), self._section))
-            except StoppedError:
-                return Finished({}, False)
+            parts.append(_margins(Search(cells, self.options, stop, self._section.speeds, moved), self._section))
         whole = joined(parts) if parts else self.blank(items)
-        return Finished({name: whole[name].astype(dtype) for name, dtype in self.columns.items()})
+        return {name: whole[name].astype(dtype) for name, dtype in self.columns.items()}
 
     def _parameters(self, start: int, stop: int) -> Parameters:
         """Cells, with what is measured of their curves where that is to change."""

@@ -60,7 +60,7 @@ def drawn(tile: Tile, density: float) -> Places:
 
 
 Asking = Generator[Places, Labels, Audit]
-Look = Callable[[Indices], Labels | None]
+Look = Callable[[Indices], Labels]
 
 
 def asking(tile: Tile, depth: int, density: float) -> Asking:
@@ -103,11 +103,11 @@ class Refined:
     audits: list[Audit]
 
 
-def refine(tiles: Sequence[Tile], depth: int, density: float, look: Look) -> Refined | None:
+def refine(tiles: Sequence[Tile], depth: int, density: float, look: Look) -> Refined:
     """Refine tiles side by side: what they ask for in a round is computed together.
 
-    look : computes cells of the grid and gives their labels; None ends everything, and this returns None. Where windows
-    overlap, the same cell may be asked for more than once.
+    look : computes cells of the grid and gives their labels. Where windows overlap, the same cell may be asked for more
+    than once.
     """
     running = {i: asking(tile, depth, density) for i, tile in enumerate(tiles)}
     wanted = {i: next(one) for i, one in running.items()}
@@ -115,8 +115,6 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Look) -> Ref
     audits: dict[int, Audit] = {}
     while wanted:
         labels = look(np.concatenate([tiles[i].cells(places) for i, places in wanted.items()]))
-        if labels is None:
-            return None
         asked += wanted.items()
         ends = np.cumsum([places.size for places in wanted.values()])[:-1]
         answers = zip(list(wanted), np.split(labels, ends), strict=True)

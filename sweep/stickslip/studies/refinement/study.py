@@ -19,7 +19,7 @@ from stickslip.config.model import Axis, Config, Range
 from stickslip.config.options import map_options_of
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import BOOLEAN, StudySection, of_row
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
 from stickslip.studies.refinement.boxes import Boxes, Labels, Places
@@ -122,19 +122,15 @@ class RefinedMap(Study):
         axes = " x ".join(f"{dim} ({n})" for dim, n in zip(self.dims, self.grid.shape, strict=True))
         return f"{self.grid.size:,} cells: {axes}, refined in {self.tiles.count:,} tile{'s' * (self.tiles.count != 1)}"
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """Tiles are refined side by side, so that there are many cells to compute together."""
         tiles, parts = [self.tiles.tile(number) for number in items], list[Results]()
 
-        def look(cells: Indices) -> Labels | None:
-            computed = compute_range(self.grid.pick(cells), 0, cells.size, self.options, stop, moved, often=True)
-            parts.append(computed.results)
-            return labels_of(computed.results["regime"]) if computed.complete else None
+        def look(cells: Indices) -> Labels:
+            parts.append(compute_range(self.grid.pick(cells), 0, cells.size, self.options, stop, moved, often=True))
+            return labels_of(parts[-1]["regime"])
 
-        refined = refine(tiles, self._section.depth, self._density, look)
-        if refined is None:
-            return Finished(self.blank(items), False)
-        return Finished(_columns(refined, joined(parts)))
+        return _columns(refine(tiles, self._section.depth, self._density, look), joined(parts))
 
     def blank(self, items: range) -> Results:
         """Tiles of which nothing is computed."""

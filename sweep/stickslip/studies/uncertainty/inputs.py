@@ -13,7 +13,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.uncertain import Uncertain
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
-from stickslip.engine import Computed, Options, StopFlag, blank_results, compute_range
+from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
@@ -102,8 +102,8 @@ class Inputs:
         options: Options,
         stop: StopFlag,
         moved: Callable[[int], None] | None = None,
-    ) -> Computed:
-        """Their results, by the calling thread."""
+    ) -> Results:
+        """Their results, by the calling thread. Raises StoppedError."""
         return computed_where(*self.cells(numbers, normals), options, stop, moved)
 
     def dataset(
@@ -149,12 +149,12 @@ def drawn_cells(
 def computed_where(
     cells: Parameters, possible: NDArray[np.bool_], options: Options, stop: StopFlag,
     moved: Callable[[int], None] | None = None,
-) -> Computed:  # fmt: skip
-    """The results of cells, by the calling thread; those of impossible ones are `failed`."""
+) -> Results:  # fmt: skip
+    """The results of cells, by the calling thread; those of impossible ones are `failed`. Raises StoppedError."""
     chosen = Cells.of(taken(cells, possible))
     computed = compute_range(chosen, 0, chosen.size, options, stop, moved)
     results = blank_results(possible.size, options)
     results["regime"][:] = REGIMES.index("failed")
     for name, values in results.items():
-        values[possible] = computed.results[name]
-    return Computed(results, computed.done + possible.size - chosen.size)
+        values[possible] = computed[name]
+    return results

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.model import Config
-from stickslip.config.studies import Finished, Moved, Study, Table
+from stickslip.config.studies import Moved, Study, Table
 from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Options, Results, StopFlag, columns
 from stickslip.studies.report import attributes
@@ -112,11 +112,11 @@ class SampleStudy(Study):
         place = self.design.place(part.start, part.stop)
         return self.inputs.cells(place.cell, self.design.normals(place))[0]
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The results of draws."""
         place = self.design.place(items.start, items.stop)
-        computed = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
-        return Finished({name: computed.results[name] for name in self.columns}, computed.complete)
+        results = self.inputs.compute(place.cell, self.design.normals(place), self.options, stop, moved)
+        return {name: results[name] for name in self.columns}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""

@@ -22,10 +22,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.model import Config
-from stickslip.config.studies import Finished, Moved, Study
+from stickslip.config.studies import Moved, Study
 from stickslip.config.uncertain import Subset, Uncertain
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.errors import StoppedError
 from stickslip.studies.study import joined
 from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
 from stickslip.vocabulary.flags import REGIMES
@@ -131,7 +130,7 @@ class RareStudy(Study):
         self.dims, self.shape = (*grid.dims, "repetition"), (*grid.shape, subset.repetitions)
         self.cells_each = self.weight = _LEVELS * subset.samples
 
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Finished:
+    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The results of simulations."""
         results = self.blank(items)
         quantities = len(self.inputs.uncertain.names)
@@ -139,22 +138,16 @@ class RareStudy(Study):
             cell, repetition = divmod(item, self.subset.repetitions)
             # The same numbers in every cell, so that cells differ by what they are and not by luck.
             rng = np.random.default_rng([self.subset.seed, repetition])
-            try:
-                found = subset_simulation(self._limit_state(cell, stop, moved), quantities, self.subset.samples, rng)
-            except StoppedError:
-                return Finished({}, False)
+            found = subset_simulation(self._limit_state(cell, stop, moved), quantities, self.subset.samples, rng)
             for name in results:
                 results[name][place] = getattr(found, name)
-        return Finished(results)
+        return results
 
     def _limit_state(self, cell: int, stop: StopFlag, moved: Moved | None) -> Callable[[Floats], Floats]:
         """The margin of a cell of the axes as a function of independent standard normal deviates (n, quantities)."""
 
         def margin(normals: Floats) -> Floats:
-            found = self.inputs.compute(np.full(len(normals), cell), normals, self.options, stop, moved)
-            if not found.complete:
-                raise StoppedError
-            return limit_of(found.results)
+            return limit_of(self.inputs.compute(np.full(len(normals), cell), normals, self.options, stop, moved))
 
         return margin
 
