@@ -5,6 +5,7 @@ import pytest
 
 from helpers.kernel_runs import block_of, cell
 from helpers.kernel_runs import run as run_cells
+from helpers.nightly import few
 from helpers.rig_runs import NO_STOPS, drive_of, run
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck.laws import LAWS
@@ -35,7 +36,7 @@ def contacts(law, hysteretic, n):
 
 
 @pytest.mark.parametrize("hysteretic", [False, True], ids=["plain", "hysteretic"])
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", few(LAWS, ("stribeck", "stribeck_delta")))
 def test_one_segment_at_constant_speed_is_the_map(law, hysteretic):
     cells = [cell(horizon=HORIZON, **case) for case in contacts(law, hysteretic, 150)]
     tight, loose = (run_cells(block_of(*cells), rtol, until=at.UNTIL_HORIZON, law=law) for rtol in (RTOL, 100 * RTOL))

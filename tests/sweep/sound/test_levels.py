@@ -5,7 +5,18 @@ import pytest
 import xarray as xr
 
 import stickslip
-from helpers.cycles import COULOMB, PAIR, STICKING, SUSTAINED, UNIT, coulomb_harmonics, faster, hard_cells
+from helpers.cycles import (
+    COULOMB,
+    OTHERS,
+    PAIR,
+    STICKING,
+    SUSTAINED,
+    UNIT,
+    common_first,
+    coulomb_harmonics,
+    faster,
+    hard_cells,
+)  # fmt: skip
 from stickslip import sound
 from stickslip.engine import Options, stop_flag
 from stickslip.sound import levels
@@ -61,7 +72,7 @@ def test_the_level_is_that_of_the_sound():
     assert level(SQUEAL) == pytest.approx(10.0 * np.log10(power / 1e-12), abs=0.01)
 
 
-@pytest.mark.parametrize("name", STICKING | SUSTAINED)
+@pytest.mark.parametrize("name", common_first(STICKING | SUSTAINED))
 def test_more_samples_change_nothing(name, monkeypatch):
     law, cell = (STICKING | SUSTAINED)[name]
     cell = cell if name == "two_way_slip_cycle" else faster(cell)
@@ -70,14 +81,15 @@ def test_more_samples_change_nothing(name, monkeypatch):
     assert level(cell, law) == pytest.approx(once, abs=0.01) and np.isfinite(once)
 
 
-def test_hard_cells_need_no_more_samples_either(monkeypatch):
+@OTHERS
+def test_hard_cells_need_no_more_samples_either(others, monkeypatch):
     """Every tenth of those with stick-slip, all laws, parameters over decades."""
-    some = [(law, cell) for law, cell, row in hard_cells("stick_slip") if float(row["period"]) < 3.0][::9]
+    some = [(law, cell) for law, cell, row in hard_cells("stick_slip", others) if float(row["period"]) < 3.0][::9]
     once = [level(cell, law) for law, cell in some]
     monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
     monkeypatch.setattr("stickslip.sound.loudness.FORGOTTEN", 10.0)
     np.testing.assert_allclose([level(cell, law) for law, cell in some], once, atol=0.02)
-    assert len(some) > 8 and np.isfinite(once).all()
+    assert len(some) > 3 and np.isfinite(once).all()
 
 
 @pytest.mark.parametrize("stiffness", [1e6, 1e8, pytest.param(1e10, marks=pytest.mark.slow)])

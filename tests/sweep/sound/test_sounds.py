@@ -10,7 +10,7 @@ from scipy import signal
 from scipy.io import wavfile
 
 import stickslip
-from helpers.cycles import COULOMB, PAIR, STICKING, UNIT, coulomb_harmonics, faster, hard_cells
+from helpers.cycles import COULOMB, OTHERS, PAIR, STICKING, UNIT, common_first, coulomb_harmonics, faster, hard_cells
 from stickslip import sound
 from stickslip.theory.coulomb import coulomb_cycle
 
@@ -85,7 +85,7 @@ def test_a_cycle_that_lasts_longer_than_the_sound_is_a_stretch_of_it():
     np.testing.assert_allclose(heard.acceleration[inside], longer.acceleration[inside], atol=2e-3 * longer.peak)
 
 
-@pytest.mark.parametrize("name", STICKING)
+@pytest.mark.parametrize("name", common_first(STICKING))
 def test_the_peak_is_that_of_the_cell_but_for_the_overshoot_of_a_limited_band(name):
     law, cell = STICKING[name]
     fast = faster(cell)
@@ -95,11 +95,12 @@ def test_the_peak_is_that_of_the_cell_but_for_the_overshoot_of_a_limited_band(na
     assert 0.7 * float(found["acceleration_max"][0]) < heard.peak < 1.2 * float(found["acceleration_max"][0])
 
 
-def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajectory():
+@OTHERS
+def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajectory(others):
     """Started in slip, thrown at once, sticking for minutes first; of every law."""
     compared = 0
     for regime in ("stick_slip", "settles"):
-        for law, cell, row in list(hard_cells(regime))[:: 3 if regime == "settles" else 8]:
+        for law, cell, row in list(hard_cells(regime, others))[:: 3 if regime == "settles" else 8]:
             heard = sound.of(cell, 0.5, law=law, transient=True)
             assert np.isfinite(heard.acceleration).all() and heard.acceleration.size == 22_050, row
             heard.remarks()
@@ -110,7 +111,7 @@ def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajector
                 motion = stickslip.simulate(duration=over, samples=40_001, law=law, rtol=1e-9, **cell)
                 assert heard.peak == pytest.approx(float(np.abs(motion["acceleration"]).max()), rel=0.35), row
                 compared += 1
-    assert compared > 20
+    assert compared > 5
 
 
 def test_a_start_that_is_thrown_at_once_is_heard_from_there():
