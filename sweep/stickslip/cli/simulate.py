@@ -69,7 +69,6 @@ def simulate(
     from stickslip.api import cells
     from stickslip.config.select import cell_of, config_at, seconds
     from stickslip.dataset.display import shown_as_written
-    from stickslip.vocabulary.models import CURVE_LAWS
 
     loaded = config_at(params.recipe_in(config), at)
     given = None if duration is None else seconds(duration)
@@ -79,8 +78,7 @@ def simulate(
     screen.print_rows(_rows(result))
     answer = _answer(result)
     if output is None and plot is None:
-        heard = "; as sound: stickslip listen" if law in CURVE_LAWS else ""
-        screen.echo(f"over time: -o trace.nc, --plot trace.png{heard}")
+        screen.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
         return answer
     ds = cells.simulate(
         duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,

@@ -27,7 +27,7 @@ from stickslip.config.examples import points_path
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Path, Place, QuantityError, UnitWarning
-from stickslip.vocabulary.models import CURVE, own_law
+from stickslip.vocabulary.models import CURVE, PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
@@ -135,7 +135,7 @@ def with_table(document: Document) -> Document:
             return document
         given = known.points()
     table, kept = _table(document, given)
-    if law not in (None, table):
+    if law not in (None, table, f"{PREFIX}{table}"):  # behind bristles, in a resolved configuration
         raise document.refused(("friction", "law"), f"got {law} besides a table, expected none: the table is the law")
     if friction.get("fit") is not None:
         raise document.refused(("friction", "fit"), "got fit besides a table, expected one of them")

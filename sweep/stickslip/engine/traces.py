@@ -35,18 +35,18 @@ def trajectory(cell: Parameters, times: NDArray[np.float64], options: Options) -
 
 
 def sampled(
-    cells: Parameters, steps: Floats, counts: NDArray[np.int64], options: Options
+    cells: Parameters, steps: Floats, counts: NDArray[np.int64], options: Options, first: Floats | float = 0.0
 ) -> tuple[list[Floats], Floats, NDArray[np.int8]]:
-    """Displacements (m) of many cells, each at times of its own from the start on: one array per cell.
+    """Displacements (m) of many cells, each at times of its own: one array per cell.
 
-    steps, counts : time between samples (s) and number of samples, at least 2, by cell.
+    steps, counts : time between samples (s) and number of samples, at least 2, by cell. first : time of the first (s).
 
     Beside them the velocities at the first and the last sample (m/s), shape (n, 2), and the status: other than
     horizon_reached where the integration ended early, from where on there is NaN. In this thread.
     """
     by, columns, ends = Scales(cells), to_kernel(cells, 1.0, options), np.cumsum(counts)
-    columns[layout.HORIZON] = steps * (counts - 1 + _BEYOND) * by.rate
-    signals, status = _signals(columns, columns[layout.HORIZON], steps * by.rate, counts, options)
+    columns[layout.HORIZON] = (first + steps * (counts - 1 + _BEYOND)) * by.rate
+    signals, status = _signals(columns, columns[layout.HORIZON], steps * by.rate, counts, options, first * by.rate)
     velocities = signals[layout.SIGNAL_ETA][np.column_stack([ends - counts, ends - 1])]
     displacements = np.split(signals[layout.SIGNAL_XI], ends[:-1])
     for displacement, length in zip(displacements, by.length, strict=True):
@@ -70,16 +70,18 @@ def flows(cells: Parameters, durations: NDArray[np.float64], samples: int, optio
 
 
 def _signals(
-    columns: Floats, ends: Floats, steps: Floats, counts: NDArray[np.int64], options: Options
-) -> tuple[Floats, NDArray[np.int8]]:
+    columns: Floats, ends: Floats, steps: Floats, counts: NDArray[np.int64], options: Options,
+    first: Floats | float = 0.0,
+) -> tuple[Floats, NDArray[np.int8]]:  # fmt: skip
     """Signals of cells on steady belts, one cell after the other, and the status of each.
 
-    columns : of cells, in kernel units, as are `ends` of the drives and the `steps` between `counts` samples.
+    columns : of cells, in kernel units, as are `ends` of the drives, the `steps` between `counts` samples, and the time
+    of the `first`.
     """
     n, last = counts.size, np.cumsum(counts)
     numbers, rows = np.arange(n, dtype=np.float64), new_signals(n)
     belts = np.column_stack([ends, columns[layout.BELT], np.zeros(n)]), np.column_stack([numbers, numbers + 1.0])
     signals = np.full((layout.SIGNAL_ROWS, int(last[-1])), np.nan)
-    runs = np.column_stack([last - counts, last, np.zeros(n), steps]).astype(np.float64)
+    runs = np.column_stack([last - counts, last, first + np.zeros(n), steps]).astype(np.float64)
     run_signals(options, columns, stop_flag(), belts, rows, runs, signals)
     return signals, rows[layout.RIG_STATUS].astype(np.int8)

@@ -2,7 +2,8 @@
 
 A cycle with a stick phase begins a little before its break-away: there the mass moves with the belt, and the load on
 the contact says where it is. One without begins at the largest displacement along the belt, at rest, where friction
-lies on the curve whatever came before. Both follow from what the kernels say of a cell.
+lies on the curve whatever came before. Both follow from what the kernels say of a cell. A contact with memory has a
+state that no start can set: it is followed from its start until a period repeats, and sampled from there on.
 """
 
 from dataclasses import dataclass
@@ -10,17 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine import Options, Results, Scales
+from stickslip.engine import Options, Results, Scales, sampled
 from stickslip.vocabulary.cells import Parameters, taken
-from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.models import CURVE_LAWS, STRIBECK, model_of
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 Floats = NDArray[np.float64]
 
 RTOL = 1e-9  # of the motion, so that its errors are not heard beside it
 LEAD = 0.02  # s of sticking before a break-away, at most
 _PERIODIC = REGIMES.index("stick_slip"), REGIMES.index("sustained")
+_REACHED = STATUSES.index("horizon_reached")
+_FIRST, _DOUBLINGS = 8.0, 10  # periods that are waited for the cycle, and how often as many again
+_ALIKE = 1e-6  # of their ranges: displacements and velocities a period apart, on the cycle
+_PLACES = 1024  # of a period, which show where it slips
+_STUCK, _QUIET = 1e-2, 1e-3  # of the belt speed, and of the fastest slip: what slips less is not heard
+_CLOSER = 3  # looks, each at what slipped in the one before
 
 
 @dataclass(frozen=True)
@@ -29,24 +34,22 @@ class Cycles:
 
     which : their numbers among those asked for. cells : they, with start states on the cycle. period : s.
     moving : s, how long it is from the start until the mass sticks again; the period where it never does.
+    begin : s after the start state, where that is not on the cycle.
     """
 
     which: NDArray[np.intp]
     cells: Parameters
     period: Floats
     moving: Floats
+    begin: Floats
 
 
-def check_law(options: Options) -> None:
-    """Raise ValueError for a law whose cycles begin with no break-away."""
-    if model_of(options.law) is not STRIBECK:
-        raise ValueError(f"law: no sound of {options.law}, a contact with memory, expected {listed(CURVE_LAWS)}")
-
-
-def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles:
+def cycles_of(cells: Parameters, results: Results, options: Options, lead: float = LEAD) -> Cycles:
     """The cycles of cells whose results are known; lead : s of sticking before the break-away, at most."""
     which = np.flatnonzero(np.isin(results["regime"], _PERIODIC) & (results["period"] > 0.0))
     own, results = taken(cells, which), taken(results, which)
+    if "mu_breakaway" not in results:
+        return _followed(which, own, results, options)
     sticks = results["regime"] == _PERIODIC[0]
     period, sticking = results["period"], np.where(sticks, results["stick_fraction"] * results["period"], 0.0)
     belt, ahead = own["belt_speed"], np.minimum(0.5 * sticking, lead)
@@ -59,4 +62,38 @@ def cycles_of(cells: Parameters, results: Results, lead: float = LEAD) -> Cycles
         "velocity": np.where(sticks, np.nan, 0.0),
         "contact_time": np.where(sticks, sticking - ahead, 0.0),
     }
-    return Cycles(which, own | start, period, np.where(sticks, ahead + period - sticking, period))
+    return Cycles(which, own | start, period, np.where(sticks, ahead + period - sticking, period), np.zeros(which.size))
+
+
+def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, options: Options) -> Cycles:
+    """Cycles that are followed until a period repeats; those that never do are left out."""
+    period, begin, moving = results["period"], np.full(which.size, np.nan), np.array(results["period"])
+    waiting, wait = np.arange(which.size), _FIRST
+    for _ in range(_DOUBLINGS):
+        if not waiting.size:
+            break
+        some, counts = taken(cells, waiting), np.full(waiting.size, _PLACES + 1)
+        motions, ends, status = sampled(some, period[waiting] / _PLACES, counts, options, wait * period[waiting])
+        apart = np.array([abs(x[-1] - x[0]) / np.ptp(x) for x in motions])
+        apart = np.maximum(apart, np.abs(ends[:, 1] - ends[:, 0]) / (2.0 * results["velocity_amplitude"][waiting]))
+        repeats = (status == _REACHED) & (apart < _ALIKE)
+        begin[waiting[repeats]] = wait * period[waiting[repeats]]
+        waiting, wait = waiting[~repeats], 2.0 * wait
+    known = np.flatnonzero(np.isfinite(begin))
+    for i in known[results["regime"][known] == _PERIODIC[0]]:
+        begin[i], moving[i] = _slip(taken(cells, slice(i, i + 1)), begin[i], period[i], options)
+    return Cycles(which[known], taken(cells, known), period[known], moving[known], begin[known])
+
+
+def _slip(cell: Parameters, begin: float, window: float, options: Options) -> tuple[float, float]:
+    """From when on a cell slips in a period from `begin` on, and for how long, all of its slips; the rest is silence."""
+    for _ in range(_CLOSER):
+        step = window / _PLACES
+        (x,), *_ = sampled(cell, np.array([step]), np.array([_PLACES + 1]), options, begin)
+        slipped = np.abs(np.diff(x) - cell["belt_speed"] * step)
+        moves = np.flatnonzero(slipped > max(_STUCK * abs(float(cell["belt_speed"][0])) * step, _QUIET * slipped.max()))
+        gaps = np.diff(np.append(moves, moves[:1] + _PLACES))  # the longest stick phase is what is left out
+        longest = int(np.argmax(gaps))
+        begin += (int(moves[(longest + 1) % moves.size]) - 1) * step
+        window = min(_PLACES - int(gaps[longest]) + 3, _PLACES) * step
+    return begin, window

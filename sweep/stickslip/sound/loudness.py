@@ -27,7 +27,7 @@ from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
-from stickslip.sound.cycles import RTOL, Cycles, check_law, cycles_of
+from stickslip.sound.cycles import RTOL, Cycles, cycles_of
 from stickslip.sound.series import HIGHEST, natural_frequency, samples_for, series_of
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
@@ -77,7 +77,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
     """
     size = cells["mass"].size
     results = solve(cells, options, stop)
-    cycles, level = cycles_of(cells, results), np.full(size, np.nan)
+    cycles, level = cycles_of(cells, results, options), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
     intervals = samples_for(windows, HIGHEST, natural_frequency(cycles.cells), OVERSAMPLING)
@@ -111,7 +111,7 @@ def _sampled_levels(
     """The levels of the cycles in a slice, dB."""
     own = taken(cycles.cells, some)
     window, count = windows[some], intervals[some]
-    motions, ends, status = sampled(own, window / count, count + 1, options)
+    motions, ends, status = sampled(own, window / count, count + 1, options, cycles.begin[some])
     squares = np.full(window.size, np.nan)
     for i in np.flatnonzero(status == _REACHED).tolist():
         series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[some][i]))
@@ -197,7 +197,6 @@ class LevelStudy(Study):
     def __init__(self, cells: Cells, options: Options, reference: float) -> None:
         self._cells, self._reference = cells, reference
         self.dims, self.shape, self.options = cells.dims, cells.shape, options
-        check_law(options)
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The levels of a range of cells."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.sound.cycles import RTOL, check_law, cycles_of
+from stickslip.sound.cycles import RTOL, cycles_of
 from stickslip.sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
 from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.theory.ageing import static_friction
@@ -81,12 +81,11 @@ def of(
     checked(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
     options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver})).for_contact(cell)
     full = as_cells(cell, options.law)
-    check_law(options)
     if full["mass"].size != 1:
         raise ValueError("a sound is that of one cell: give every parameter one number")
     results, count = compute(Cells.of(full), options).results, max(round(seconds * rate), 2)
     motion = _Motion(rate * slow, min(HIGHEST, 0.499 * rate) * slow, _LEAD / slow, options)
-    cycles = cycles_of(full, results, motion.lead)
+    cycles = cycles_of(full, results, options, motion.lead)
     regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
     if regime == "failed":
         status = STATUSES[int(results["status"][0])]
@@ -98,11 +97,11 @@ def of(
         acceleration = _transient(full, results, motion, count)
     elif cycles.period[0] <= count / motion.rate:
         cycle = replace(
-            motion.series(cycles.cells, float(cycles.period[0])), mean=0.0
+            motion.series(cycles.cells, float(cycles.period[0]), cycles.begin), mean=0.0
         )  # what is left of it is rounding
         acceleration = cycle.values(motion.rate, count)
     else:
-        acceleration = motion.stretch(cycles.cells, count)
+        acceleration = motion.stretch(cycles.cells, count, cycles.begin)
     acceleration *= fades(count, rate)
     return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
 
@@ -117,19 +116,19 @@ class _Motion:
     lead: float
     options: Options
 
-    def series(self, cell: Parameters, duration: float) -> Series:
-        """The series of the motion over a duration (s)."""
+    def series(self, cell: Parameters, duration: float, begin: Floats | float = 0.0) -> Series:
+        """The series of the motion over a duration (s), from `begin` (s) on."""
         harmonics = int(self.highest * duration)
         intervals = samples_for(np.array([duration]), self.highest, natural_frequency(cell), OVERSAMPLING)
-        motions, ends, status = sampled(cell, duration / intervals, intervals + 1, self.options)
+        motions, ends, status = sampled(cell, duration / intervals, intervals + 1, self.options, begin)
         if status[0] != _REACHED:
             name = STATUSES[int(status[0])]
             raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
         return series_of(motions[0], ends[0], duration, harmonics)
 
-    def stretch(self, cell: Parameters, count: int) -> Floats:
-        """The first `count` values of the acceleration."""
-        return self.series(cell, count / self.rate).values(self.rate, count)
+    def stretch(self, cell: Parameters, count: int, begin: Floats | float = 0.0) -> Floats:
+        """The first `count` values of the acceleration, from `begin` (s) on."""
+        return self.series(cell, count / self.rate, begin).values(self.rate, count)
 
 
 def _transient(cell: Parameters, results: Results, motion: _Motion, count: int) -> Floats:
