@@ -72,6 +72,7 @@ def plot(
     from stickslip.dataset.summary import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
+    from stickslip.plots.theory import law_with_theory
 
     ds, picture = reading.look_into(file), Picture(**options)
     of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
@@ -98,7 +99,8 @@ def plot(
         plots.save(figure, target, picture.dpi or plots.DPI, request, picture.size)
     except PlotError as error:
         fail(f"{file}: {error}")
-    if not no_borders and "quiet_above" not in ds and (absent := why_absent(ds, "damping_ratio")):
+    of_cells = plots.kind_of(ds) in ("map", "refine") and law_with_theory(ds) is None  # borders, where they are drawn
+    if not no_borders and of_cells and (absent := why_absent(ds, "damping_ratio")):
         screen.notice(f"{file}: no borders of linear theory are drawn: the map {absent}")
     screen.row("plot", target)
 

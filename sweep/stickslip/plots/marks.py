@@ -21,6 +21,7 @@ from stickslip.dataset.selection import places
 from stickslip.errors import PlotError
 from stickslip.plots.options import Mark
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
+from stickslip.plots.theory import over_plane
 
 _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "black",
                          "markeredgewidth": 1.6, "linestyle": "none", "clip_on": False}  # fmt: skip
@@ -142,16 +143,20 @@ _PALE_HALO = [patheffects.Stroke(linewidth=3.0, foreground="white", alpha=0.8), 
 def draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pixel) -> set[float]:
     """Contours of the linear damping ratio; returns the levels that lie inside the panel.
 
-    They go through the values at single cells, so that pixels do not blur or shift them; if the map is refined, between
-    those that are computed in any case.
+    Of a contact that knows it by formulas, through points of their own; else through the values at single cells, so
+    that pixels do not blur or shift them; if the map is refined, between those that are computed in any case.
     """
-    if not (x.is_numeric and y.is_numeric and "damping_ratio" in panel.data_vars):
+    if not (x.is_numeric and y.is_numeric) or min(x.length, y.length) < 2:
         return set()
-    if min(x.length, y.length) < 2:
+    if (known := over_plane(panel, "damping_ratio", x, y)) is not None:
+        points, ratio = known[:2], known[2]
+    elif "damping_ratio" not in panel.data_vars:
         return set()
-    cells, box = panel["damping_ratio"].transpose(y.dim, x.dim), panel.attrs.get("refine_box")
-    ratio = np.ma.masked_invalid(coarse.between(cells, pixel, box) if box else coarse.centres(cells, pixel))
-    points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
+    else:
+        cells, box = panel["damping_ratio"].transpose(y.dim, x.dim), panel.attrs.get("refine_box")
+        ratio = coarse.between(cells, pixel, box) if box else coarse.centres(cells, pixel)
+        points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
+    ratio = np.ma.masked_invalid(ratio)
     inside = levels_inside(ratio)
     for level in inside:
         lines = ax.contour(*points, ratio, levels=[level], colors="black", linewidths=1.2,
