@@ -165,6 +165,7 @@ def simulate(
 CYCLES = 8.0  # shown after the first break-away
 _SETTLED = 1.1  # settling times shown
 _SLOW = 30.0  # natural periods, for what neither sticks nor settles
+_E_FOLDS = 5.0  # by which small motions grow before the cycles that are shown
 _PER_PERIOD = 60  # samples a natural period
 _MOST_SAMPLES = 40_001
 _LONGEST = 1e3  # natural periods, of what does not stick
@@ -183,12 +184,15 @@ def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
 
     result : what `evaluate` says of it: eight cycles after the first break-away; a decay until it has settled.
     """
-    names = ("breakaway_time", "period", "settling_time", "mass", "stiffness")
+    names = ("breakaway_time", "period", "settling_time", "mass", "stiffness", "spring_force_max")
     values = {name: float(result[name].values[0]) for name in names}
     natural, why = 2.0 * pi * sqrt(values["mass"] / values["stiffness"]), ""
     if duration is None:
         regime = REGIMES[int(result["regime"].values[0])]
         began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
+        if (growth := float(result.get("growth_rate", xr.DataArray([0.0]))[0])) > 0.0 and isfinite(values["period"]):
+            loaded = abs(values["spring_force_max"] / values["stiffness"] / float(result["belt_speed"].values[0]))
+            began = min(loaded + _E_FOLDS / growth, _LONGEST * natural)  # no break-away: it loads, then the cycle grows
         after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
         if regime == "stick_slip" and isfinite(values["period"]):
             after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"

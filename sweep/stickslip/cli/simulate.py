@@ -30,6 +30,7 @@ _LABELS = {  # by variable, in the order of the rows
     "spring_force_min": "least spring force", "acceleration_max": "peak acceleration",
     "slip_speed_max": "peak slip speed", "breakaway_time": "first break-away", "settling_time": "settling time",
     "settled_displacement": "settles at", "damping_ratio": "damping ratio",
+    "critical_stiffness": "critical stiffness",
 }  # fmt: skip
 _OF_CYCLES = ("displacement_amplitude", "velocity_amplitude")  # 0 elsewhere, which says nothing
 _FORCES = ("spring_force_max", "spring_force_min")
@@ -100,14 +101,15 @@ def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
     """Labels and values of a cell as texts; only what is finite."""
     regime, status = REGIMES[int(result["regime"].values[0])], STATUSES[int(result["status"].values[0])]
     rows = [("regime", f"{flag_label(regime)}: {REGIME_MESSAGES[regime]}"), ("", STATUS_MESSAGES[status])]
-    values = _values(result, *_LABELS)
+    values = _values(result, *(name for name in _LABELS if name in result))
     largest = max(abs(values[name]) for name in _FORCES)
     values |= {name: 0.0 for name in _FORCES if abs(values[name]) < _ROUNDING * largest}
     if regime not in ("stick_slip", "sustained"):
         values |= dict.fromkeys(_OF_CYCLES, nan)
     if regime == "damped" and abs(ratio := values["damping_ratio"]) < 1.0:
+        known = _values(result, "growth_frequency") if "growth_frequency" in result else {}
         cell = _values(result, "mass", "stiffness")
-        decay = sqrt((1.0 - ratio**2) * cell["stiffness"] / cell["mass"]) / (2.0 * pi)
+        decay = known.get("growth_frequency", sqrt((1.0 - ratio**2) * cell["stiffness"] / cell["mass"])) / (2.0 * pi)
         rows.append(("vibrates at", f"{quantity(decay, 's-1')} while it decays, by linear theory"))
     texts = {name: quantity(value, VARIABLES[name].units) for name, value in values.items() if isfinite(value)}
     if regime == "stick_slip" and "stick_fraction" in texts:

@@ -169,8 +169,8 @@ def _frequency(cell: Parameters, results: Results) -> float:
         return float(results["frequency"][0])
     ratio = float(results["damping_ratio"][0])
     if REGIMES[int(results["regime"][0])] == "damped" and abs(ratio) < 1.0:
-        natural = float(np.sqrt(cell["stiffness"][0] / cell["mass"][0])) / (2.0 * pi)
-        return natural * float(np.sqrt(1.0 - ratio * ratio))
+        natural = np.sqrt((1.0 - ratio * ratio) * cell["stiffness"] / cell["mass"])
+        return float(results.get("growth_frequency", natural)[0]) / (2.0 * pi)
     return nan
 
 

@@ -46,14 +46,20 @@ def _quiet_over(value: object) -> object:
     return ranges
 
 
+def _own(name: str, default: float) -> Parameter:
+    """A row of contours with a default of its own, the same for all contacts."""
+    row = Contours.rows[name]
+    return replace(row, section="goal", default=default, long_name=row.long_name.partition("; unless")[0])
+
+
 class Goal(Contours):
     """The region of a plane in which cells are quiet over whole ranges; the other axes, materials say, are panels."""
 
     key, options = "goal", {"axes": "--over", "probability": "--with"}
     rows = Contours.rows | table(
-        replace(Contours.rows["points"], section=key, default=257),
-        replace(Contours.rows["scan"], section=key, default=65),
-        replace(Contours.rows["tolerance"], section=key, default=1e-5),
+        _own("points", 257),
+        _own("scan", 65),
+        _own("tolerance", 1e-5),
         Parameter("samples", "1", "values of each range that are looked at first, by equal ratios", key,
                   default=9, at_least=2, at_most=1000, whole=True),
         Parameter("probability", "1", "probability of being quiet throughout, of what scatters (uncertain); "

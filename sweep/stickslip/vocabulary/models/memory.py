@@ -18,10 +18,10 @@ RESULTS = (
     Variable("critical_stiffness", "N m-1", "stiffness below which steady sliding is unstable", "regime",
              comment="0 where it is stable on any spring, inf where on none. Where friction falls with speed at once "
              "but not in steady sliding, it is unstable above instead."),
-    Variable("critical_frequency", "s-1", "angular frequency of small motions at the critical stiffness", "regime"),
+    Variable("critical_frequency", "rad s-1", "angular frequency of small motions at the critical stiffness", "regime"),
     Variable("growth_rate", "s-1", "rate at which small motions about steady sliding grow", "regime",
              comment="Below 0 where they decay."),
-    Variable("growth_frequency", "s-1", "angular frequency of these motions", "regime"),
+    Variable("growth_frequency", "rad s-1", "angular frequency of these motions", "regime"),
     Variable("stress_drop", "1", "drop of the spring force in a cycle, over the load"),
     Variable("slip_per_cycle", "m", "slip distance in a cycle"),
 )  # fmt: skip
