@@ -16,6 +16,7 @@ from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordin
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
+from stickslip.theory.memory import time_to_cycle
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES
@@ -165,7 +166,6 @@ def simulate(
 CYCLES = 8.0  # shown after the first break-away
 _SETTLED = 1.1  # settling times shown
 _SLOW = 30.0  # natural periods, for what neither sticks nor settles
-_E_FOLDS = 5.0  # by which small motions grow before the cycles that are shown
 _PER_PERIOD = 60  # samples a natural period
 _MOST_SAMPLES = 40_001
 _LONGEST = 1e3  # natural periods, of what does not stick
@@ -190,9 +190,10 @@ def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
     if duration is None:
         regime = REGIMES[int(result["regime"].values[0])]
         began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
-        if (growth := float(result.get("growth_rate", xr.DataArray([0.0]))[0])) > 0.0 and isfinite(values["period"]):
-            loaded = abs(values["spring_force_max"] / values["stiffness"] / float(result["belt_speed"].values[0]))
-            began = min(loaded + _E_FOLDS / growth, _LONGEST * natural)  # no break-away: it loads, then the cycle grows
+        if "growth_rate" in result and isfinite(values["period"]):  # a contact without break-away
+            one = {name: float(result[name].values[0]) for name in ("belt_speed", "growth_rate")}
+            far = values["spring_force_max"] / values["stiffness"]
+            began = min(time_to_cycle(far, one["belt_speed"], one["growth_rate"]), _LONGEST * natural)
         after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
         if regime == "stick_slip" and isfinite(values["period"]):
             after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"

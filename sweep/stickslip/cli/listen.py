@@ -181,7 +181,7 @@ def _show_summary(summary: dict[str, Any]) -> None:
             f"{summary['highest']:.1f}, half of them above {summary['median']:.1f}"
         )
     for key, fate in (
-        ("without_cycle", "no cycle, and no level: settled, stuck, or undecided"),
+        ("without_cycle", "no cycle, and no level: settled, stuck, irregular, or undecided"),
         ("not_heard", "a cycle of which nothing is heard"),
     ):
         if number := summary[key]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, compute, flows, friction_at_belt_speed
 from stickslip.studies.attractors.exact import Loop, unstable_cycle
 from stickslip.studies.attractors.starts import DISTURBANCE, steady_state
+from stickslip.theory.memory import time_to_cycle
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES
@@ -120,7 +121,13 @@ def _motion(
     beside : how long the motion is that it is shown with (s): what settles is not shown longer.
     """
     natural = 2.0 * pi * sqrt(one["mass"][0] / one["stiffness"][0])
-    begin, end = _window(results, natural, sticking, beside)
+    if "growth_rate" in results and isfinite(results["period"]):  # no break-away; it cannot be begun later either
+        far, belt = results["spring_force_max"] / one["stiffness"][0], float(one["belt_speed"][0])
+        away = min(time_to_cycle(far, belt, results["growth_rate"]), _LONGEST * natural)
+        begin, end = _window({**results, "breakaway_time": away}, natural, True, beside)
+        sticking = False
+    else:
+        begin, end = _window(results, natural, sticking, beside)
     if _is_slow(results) and one["ageing_rate"][0] != 0:
         end = min(end, results["breakaway_time"] + _ALONE * results["period"])
     first = begin if sticking else 0.0  # what sticks can be begun anywhere

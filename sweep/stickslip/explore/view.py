@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
-from math import isnan, log10, sqrt
+from math import inf, isnan, log10, sqrt
 from operator import getitem
 from typing import Any
 
@@ -235,6 +235,8 @@ def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[Slider
     ends = _ends(source.typical, model_of(law))
     for name in sorted(names, key=lambda name: name in _RARE):
         value, written = source.typical[name], source.written_in.get(name)
+        if name in ends and ends[name] is None:
+            continue
         if axis := ranges.get(name):
             yield SliderRange(name, value, axis.start, axis.stop, axis.spacing == "log", value, False, written)
         else:
@@ -256,11 +258,11 @@ def _range(name: str, value: float, ends: Slider | None) -> tuple[float, float, 
         return min(low, value), max(high, 2.0 * value if value > high else high), False, value
     if (QUANTITIES[name].above == 0.0 or name == "belt_speed") and value > 0:
         return value / _FACTOR, value * _FACTOR, True, value
-    high = _FACTOR / 2.0 * abs(value) or 1.0
+    high = min(_FACTOR / 2.0 * abs(value) or 1.0, inf if (most := QUANTITIES[name].at_most) is None else most)
     return min(0.0, -high if value < 0 else 0.0), high, False, value
 
 
-def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Slider]:
+def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Slider | None]:
     """Ends of sliders that follow from other quantities, and what they show where the quantity is absent."""
     fast = _rounded(2.0 * abs(cell["belt_speed"])) or 1.0
     return {

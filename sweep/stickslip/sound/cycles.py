@@ -25,6 +25,7 @@ _FIRST, _DOUBLINGS = 8.0, 10  # periods that are waited for the cycle, and how o
 _ALIKE = 1e-6  # of their ranges: displacements and velocities a period apart, on the cycle
 _PLACES = 1024  # of a period, which show where it slips
 _STUCK, _QUIET = 1e-2, 1e-3  # of the belt speed, and of the fastest slip: what slips less is not heard
+_PAUSE = 4  # places at least, of a stick phase
 _CLOSER = 3  # looks, each at what slipped in the one before
 
 
@@ -80,7 +81,7 @@ def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, opti
         begin[waiting[repeats]] = wait * period[waiting[repeats]]
         waiting, wait = waiting[~repeats], 2.0 * wait
     known = np.flatnonzero(np.isfinite(begin))
-    for i in known[results["regime"][known] == _PERIODIC[0]]:
+    for i in known:
         begin[i], moving[i] = _slip(taken(cells, slice(i, i + 1)), begin[i], period[i], options)
     return Cycles(which[known], taken(cells, known), period[known], moving[known], begin[known])
 
@@ -94,6 +95,8 @@ def _slip(cell: Parameters, begin: float, window: float, options: Options) -> tu
         moves = np.flatnonzero(slipped > max(_STUCK * abs(float(cell["belt_speed"][0])) * step, _QUIET * slipped.max()))
         gaps = np.diff(np.append(moves, moves[:1] + _PLACES))  # the longest stick phase is what is left out
         longest = int(np.argmax(gaps))
+        if gaps[longest] < _PAUSE:
+            break
         begin += (int(moves[(longest + 1) % moves.size]) - 1) * step
-        window = min(_PLACES - int(gaps[longest]) + 3, _PLACES) * step
+        window = (_PLACES - int(gaps[longest]) + 3) * step
     return begin, window

@@ -74,6 +74,15 @@ def critical_frequency(slopes: Slopes) -> Floats:
         return np.asarray(slopes.rate * np.sqrt(-slopes.steady / slopes.at_once))
 
 
+_E_FOLDS = 5.0  # from what the start disturbs to a cycle
+
+
+def time_to_cycle(displacement: float, belt_speed: float, growth: float) -> float:
+    """Roughly the time (s) after which a cycle is seen that begins on the belt: the spring is loaded to `displacement`
+    (m), and small motions have grown; 0 where they do not."""
+    return abs(displacement / belt_speed) + _E_FOLDS / growth if growth > 0.0 and belt_speed else 0.0
+
+
 def small_motions(mass: ArrayLike, stiffness: ArrayLike, slopes: Slopes) -> SmallMotions:
     """The leading root of the cubic equation above."""
     given = np.broadcast_arrays(*floats(mass, stiffness), *slopes)

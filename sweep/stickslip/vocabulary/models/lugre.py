@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from stickslip.vocabulary.models.memory import BORDER_TOLERANCE, CONTOUR_POINTS, RESULTS, results_to_si
-from stickslip.vocabulary.models.model import OwnKernels, Rule, Values
+from stickslip.vocabulary.models.model import OwnKernels, Rule, Slider, Values
 from stickslip.vocabulary.models.own_law import PREFIX, own_law
 from stickslip.vocabulary.models.stribeck import CURVE, OF_CURVE, STRIBECK, CurveModel
 from stickslip.vocabulary.parameter import NAN, Parameter, Variable, table
@@ -98,6 +98,11 @@ class _LuGre(CurveModel):
             "CONTACT_DAMPING_RATE": np.nan_to_num(by.speed / cells["contact_damping_speed"]),
             "ELASTIC_PART": cells["elastic_part"],
         }
+
+    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider | None]:
+        decay = cell[CURVE.decay]
+        fading = rounded(0.1 * decay), rounded(10.0 * decay), decay
+        return super().sliders(cell, rounded) | {"contact_damping_speed": fading, "contact_time": None}
 
     def conversions(self, law: str) -> Mapping[str, Callable[[Row, Scales], Floats]]:
         return {**self.to_si} | results_to_si(partial(_slopes, law))

@@ -175,6 +175,9 @@ class Model:
         """The scale with which a change of a quantity that may be 0 is compared."""
         return {"displacement": by.length}.get(name, by.mass / by.mass)
 
-    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
-        """Ends that make sense for the quantities of a cell, as it is given. rounded : to few digits."""
+    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider | None]:
+        """Ends that make sense for the quantities of a cell, as it is given; None for what cannot be moved.
+
+        rounded : to few digits.
+        """
         return {}

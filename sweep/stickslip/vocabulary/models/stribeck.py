@@ -287,7 +287,7 @@ class CurveModel(Model):
             return np.asarray(friction * by.load / by.stiffness)
         return np.asarray(cells["ageing_time"] if name == "contact_time" else friction)
 
-    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider]:
+    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider | None]:
         """Ends from the friction at break-away."""
         start = cell["mu_start"] if "mu_start" in cell else cell.get("a1", 0.0) + cell.get("a3", 0.0)
         doubling = start / max(abs(cell["belt_speed"]), 1e-3)  # so much doubles friction at the belt speed
