@@ -12,13 +12,14 @@ import numpy as np
 import xarray as xr
 
 from stickslip.config.grid import quantity_of
+from stickslip.config.select import shared_by
 from stickslip.config.unit_warnings import misread
 from stickslip.dataset.display import MapAxis
-from stickslip.errors import PlotError, QuantityError
+from stickslip.errors import ConfigError, PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
-from stickslip.vocabulary.models import MODELS
+from stickslip.vocabulary.models import MODELS, model_with
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.suggest import listed, or_meant
 
@@ -233,9 +234,12 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
         dims = dict.fromkeys(str(coords[name].dims[0]).removesuffix("_case") for name in missing)
         raise ValueError(f"which cell? give {listed(dims, 'and')}: a value, or a label or position where it has none")
     arrays = parameters_of({name: np.array([value]) for name, value in known.items()})
-    whole = [model for model in MODELS if all(name in arrays for name in model.needed)]
-    laws = (whole or MODELS)[0].laws  # which of them, is one: their quantities are the same
-    cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, next(iter(laws)))
+    try:
+        law = str(shared_by(ds)["law"])
+    except ConfigError:  # any law of the model, whose quantities are the same
+        whole = any(all(name in arrays for name in model.needed) for model in MODELS)
+        law = next(iter((model_with(arrays) if whole else MODELS[0]).laws))
+    cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, law)
     return {name: float(values[0]) for name, values in cells.items()}
 
 

@@ -192,7 +192,14 @@ def _draw_cycles(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> None:
             lone = there & ~beside[:-2] & ~beside[2:]  # through which there is no line
             look: dict[str, Any] = {"color": colour, "zorder": 3, "label": label}
             ax.plot(x, np.where(there, values, np.nan), linewidth=_LINE_WIDTH, **look)
-            ax.plot(x[lone], values[lone], marker="o", markersize=2.0 * _LINE_WIDTH, linestyle="none", **look | {"label": None})
+            ax.plot(
+                x[lone],
+                values[lone],
+                marker="o",
+                markersize=2.0 * _LINE_WIDTH,
+                linestyle="none",
+                **look | {"label": None},
+            )
 
 
 def _draw_rest(ax: Axes, ds: xr.Dataset, x: Floats) -> None:

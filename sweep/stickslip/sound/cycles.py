@@ -87,7 +87,7 @@ def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, opti
 
 
 def _slip(cell: Parameters, begin: float, window: float, options: Options) -> tuple[float, float]:
-    """From when on a cell slips in a period from `begin` on, and for how long, all of its slips; the rest is silence."""
+    """From when on a cell slips in a period from `begin` on, and for how long, all its slips; the rest is silence."""
     for _ in range(_CLOSER):
         step = window / _PLACES
         (x,), *_ = sampled(cell, np.array([step]), np.array([_PLACES + 1]), options, begin)

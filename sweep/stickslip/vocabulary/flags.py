@@ -24,7 +24,7 @@ STATUS_MESSAGES = {
     "neutral_ringing": "an undamped free vibration: the state recurred",
     "two_way_slip_cycle": "a limit cycle of slip in both directions, without sticking: the state recurred",
     "fall_hold_cycle": "a limit cycle of slip down the line of a hysteretic curve and up the curve: the state recurred",
-    "settling_observed": "the motion was seen to shrink into the settling band, or small motions to decay there: not proven",
+    "settling_observed": "seen to shrink into the settling band, or to where small motions decay: not proven",
     "settling_certain": "the settling band was not reached, but it is proven that the motion settles",
     "too_slow_to_tell": "the amplitude grows or decays too slowly for the integration to tell the two apart",
     "negative_friction": "the slip reached speeds at which the law makes the friction coefficient negative",

@@ -64,7 +64,7 @@ def test_what_is_not_rare_is_that_of_sobol_points_in_every_cell():
 def test_a_motion_without_a_margin_is_far_from_stick_slip_and_an_unknown_one_is_unknown():
     regime = np.array([1, 1, 2, 2, 5, 6, 7], np.int8)
     margin = np.array([-0.1, np.nan, 0.2, np.nan, np.nan, 0.1, -0.1])
-    found = limit_of({"regime": regime, "restick_margin": margin})
+    found = limit_of(regime, margin)
     assert found[:5].tolist() == [-0.1, -np.finfo(float).tiny, 0.2, np.inf, np.inf]
     assert np.isnan(found[5:]).all()
 

@@ -28,6 +28,7 @@ from stickslip.engine import Options, Results, StopFlag
 from stickslip.studies.study import joined
 from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
 from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import model_of
 
 Floats = NDArray[np.float64]
 
@@ -108,7 +109,6 @@ def _below(
 
 
 STATES = ("stick_slip",)
-MARGIN = "restick_margin"  # a speed, below 0 in stick-slip: the limit-state function
 UNKNOWN = [REGIMES.index(name) for name in ("not_computed", "unresolved", "failed")]
 _LEVELS = 6  # about as many as are simulated, for estimates of time
 
@@ -125,7 +125,8 @@ class RareStudy(Study):
 
     def __init__(self, config: Config, subset: Subset, options: Options) -> None:
         self.inputs, self.subset = Inputs(config), subset
-        self.options = replace(options, variables=("regime", MARGIN))
+        self.model = model_of(options.law)
+        self.options = replace(options, variables=("regime", self.model.guide))
         grid = self.inputs.grid
         self.dims, self.shape = (*grid.dims, "repetition"), (*grid.shape, subset.repetitions)
         self.cells_each = self.weight = _LEVELS * subset.samples
@@ -147,7 +148,9 @@ class RareStudy(Study):
         """The margin of a cell of the axes as a function of independent standard normal deviates (n, quantities)."""
 
         def margin(normals: Floats) -> Floats:
-            return limit_of(self.inputs.compute(np.full(len(normals), cell), normals, self.options, stop, moved))
+            results = self.inputs.compute(np.full(len(normals), cell), normals, self.options, stop, moved)
+            guide = results[self.model.guide]
+            return limit_of(results["regime"], -guide if self.model.growth else guide)
 
         return margin
 
@@ -172,14 +175,14 @@ class RareStudy(Study):
         return self.inputs.dataset(STATES, (), results, attributes)
 
 
-def limit_of(results: Results) -> Floats:
-    """The limit-state function from results of cells: the margin, NaN where the regime is not known.
+def limit_of(regime: NDArray[Any], margin: Floats) -> Floats:
+    """The limit-state function from regimes and margins, which lead to stick-slip; NaN where the regime is not known.
 
-    Its sign is made that of the regime, which is what is asked for. A motion without a break-away has no margin, and is
-    as far from stick-slip as can be.
+    Its sign is made that of the regime, which is what is asked for. A motion without a margin, since nothing breaks
+    away, is as far from stick-slip as can be.
     """
-    margin, regime = results[MARGIN], results["regime"]
     sticks = regime == REGIMES.index("stick_slip")
-    away = np.where(np.isnan(margin), np.inf, np.maximum(margin, 0.0))
-    signed = np.where(sticks, np.fmin(margin, -np.finfo(np.float64).tiny), away)
+    least = np.finfo(np.float64).tiny
+    away = np.where(np.isnan(margin), np.inf, np.maximum(margin, least))
+    signed = np.where(sticks, np.fmin(margin, -least), away)
     return np.asarray(np.where(np.isin(regime, UNKNOWN), np.nan, signed))

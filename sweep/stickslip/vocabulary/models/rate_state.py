@@ -64,7 +64,11 @@ class _RateState(Model):
         return np.asarray(cells["D_c"] / cells["v_0"] if name == "contact_time" else cells["a"])
 
     def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider | None]:
-        ends = {name: (0.0, rounded(3.0 * cell[name]), 0.0) for name in ("mu_0", "a", "b") if name in cell}
+        ends: dict[str, Slider | None] = {
+            name: (rounded(0.01 * cell[name]), rounded(3.0 * cell[name]), 0.0)
+            for name in ("mu_0", "a", "b")
+            if name in cell
+        }
         shift = rounded(2.0 * cell.get("mu_0", 0.5) * cell["normal_load"] / cell["stiffness"])
         return ends | {"displacement": (-shift, shift, 0.0)}
 

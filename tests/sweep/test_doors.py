@@ -1,0 +1,160 @@
+"""What is asked of a map, a cell or a study is asked of every contact: of curves, tables, bristles, rate and state."""
+
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip import plots, sound
+from stickslip.config.reader import parse_config
+from stickslip.dataset.display import MapAxis
+from stickslip.explore.source import _of_config
+from stickslip.explore.view import sliders_of
+from stickslip.plots.theory import over_plane
+from stickslip.sound.loudness import a_weighting
+from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import parameters_of
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.quantities import QUANTITIES
+
+TABLE = "table: {speed: [0.001, 0.005, 0.02, 0.1, 1.0], mu: [0.30, 0.29, 0.27, 0.25, 0.256]}"
+BRISTLES = "contact_stiffness: 20 N/mm, contact_damping: 5 N s/m"
+CURVE = "a1: 0.25, a2: 0, a3: 0.05, a4: 20 mm/s"
+RATE_STATE = "law: rate_state_ageing, mu_0: 0.6, v_0: 1 um/s, a: 0.010, b: 0.018, D_c: 1 um"
+CONTACTS = {  # friction; stiffness (N/mm) and belt speed (mm/s) of a map
+    "curve": (CURVE, "[0.5, 20, 200]", "[1, 30, 300]"),
+    "table": (TABLE, "[0.5, 20, 200]", "[2, 30, 300]"),
+    "bristles": (f"{CURVE}, {BRISTLES}", "[0.5, 20, 200]", "[1, 30, 300]"),
+    "table_on_bristles": (f"{TABLE}, {BRISTLES}", "[0.5, 20, 200]", "[2, 30, 300]"),
+    "rate_state": (RATE_STATE, "[20, 90, 400]", "[0.001, 0.1, 3]"),
+}
+COMPUTED = [name for name in CONTACTS if name != "table_on_bristles"]  # which has kernels of its own
+MEMORY = ["bristles", "rate_state"]
+SQUEAL = {
+    "mass": 0.1, "damping": 1.0, "normal_load": 10.0, "stiffness": 5e3, "belt_speed": 0.01, "a1": 0.25, "a2": 0.0,
+    "a3": 0.05, "a4": 0.02, "contact_stiffness": 2e4, "contact_damping": 5.0,
+}  # fmt: skip
+PAIR = {"mass": 1.0, "normal_load": 10.0, "mu_0": 0.6, "v_0": 1e-6, "a": 0.01, "b": 0.018, "D_c": 1e-6}
+
+
+def text_of(contact):
+    friction, stiffness, speed = CONTACTS[contact]
+    units = [f"[{', '.join(f'{one} {unit}' for one in axis.strip('[]').split(','))}]"
+             for axis, unit in ((stiffness, "N/mm"), (speed, "mm/s"))]  # fmt: skip
+    mass = "1 kg" if contact == "rate_state" else "100 g, damping: 1 N s/m"
+    return (
+        f"system: {{mass: {mass}, normal_load: 10 N}}\nfriction: {{{friction}}}\n"
+        f"axes:\n  stiffness: {units[0]}\n  belt_speed: {units[1]}\n"
+    )
+
+
+@pytest.fixture(scope="module")
+def map_of():
+    known = {}
+    return lambda contact: known.setdefault(contact, stickslip.run(parse_config(text_of(contact))))
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_what_a_result_says_of_its_configuration_is_read_again(contact):
+    config = parse_config(text_of(contact))
+    assert parse_config(config.to_yaml()) == config
+
+
+@pytest.mark.parametrize("contact", COMPUTED)
+def test_a_cell_picked_out_of_a_map_is_the_cell_of_that_map(contact, map_of):
+    ds = map_of(contact)
+    at = {"stiffness": float(ds["stiffness"][0]), "belt_speed": float(ds["belt_speed"][1])}
+    again = stickslip.evaluate(ds.stickslip.cell(**at), law=parse_config(ds.attrs["configuration"]).friction.law)
+    assert float(again["spring_force_max"][0]) == float(ds["spring_force_max"][0, 1])
+
+
+@pytest.mark.parametrize("contact", MEMORY)
+def test_the_line_of_theory_over_few_cells_is_at_the_critical_stiffness(contact, map_of):
+    ds = map_of(contact)
+    speeds, stiffness, ratio = over_plane(ds, "damping_ratio", MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness"))
+    some = slice(None, None, 16)
+    cells = ds.stickslip.cell(stiffness=1e4, belt_speed=1.0) | {"belt_speed": speeds[some] * 1e-3}
+    law = parse_config(ds.attrs["configuration"]).friction.law
+    critical = stickslip.evaluate(cells, law=law, variables=["regime", "critical_stiffness"])["critical_stiffness"]
+    known = 0
+    for one, column in zip(critical.values * 1e-3, ratio[:, some].T, strict=True):
+        if stiffness[0] < one < stiffness[-1]:
+            assert np.exp(np.interp(0.0, column, np.log(stiffness))) == pytest.approx(one, rel=0.01)
+            known += 1
+    assert known > 1
+
+
+def test_no_line_of_theory_is_made_up_where_cells_alone_know_it(map_of):
+    ds = map_of("curve")
+    assert over_plane(ds, "damping_ratio", MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness")) is None
+    assert (
+        over_plane(
+            map_of("bristles").drop_vars("a1"), "damping_ratio", MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness")
+        )
+        is None
+    )
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_every_slider_of_the_explorer_ends_where_cells_can_be(contact):
+    source = _of_config(contact, parse_config(text_of(contact)))
+    sliders = {one.name: one for one in sliders_of(source)}
+    assert ("contact_time" in sliders) == ("contact_stiffness" not in sliders)
+    for name, one in sliders.items():
+        assert one.low < one.high and np.isfinite([one.low, one.high, one.otherwise]).all()
+        for end in (one.low, one.high, one.otherwise):
+            assert QUANTITIES[name].allows(end), name
+    assert "contact_damping_speed" not in sliders or as_cells(
+        parameters_of({key: np.array([value]) for key, value in source.typical.items()})
+        | {"contact_damping_speed": sliders["contact_damping_speed"].otherwise}, source.options.law,
+    )  # fmt: skip
+
+
+def test_the_sound_of_bristles_is_that_of_their_motion_over_time():
+    """Of the last second of a long one."""
+    heard = sound.of(SQUEAL, 1.0)
+    assert heard.repeats and heard.regime == "sustained"
+    found = float(sound.levels(SQUEAL)["acceleration_level_a"][0])
+    last = stickslip.simulate(duration=4.0, samples=80_001, rtol=1e-9, **SQUEAL)["acceleration"].values[-20_000:]
+    window = np.hanning(last.size)
+    power = np.square(np.abs(np.fft.rfft(last * window)) * a_weighting(np.fft.rfftfreq(last.size, 5e-5)))
+    wanted = 10.0 * np.log10(2.0 * power.sum() / last.size / np.square(window).sum() / 1e-12)
+    assert found == pytest.approx(wanted, abs=0.05)
+    assert heard.peak == pytest.approx(np.abs(last).max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("speed", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-6])
+def test_the_sound_of_rate_and_state_friction_begins_with_a_slip(speed):
+    """Of periods of a second, and of half an hour, of which all but milliseconds is silence."""
+    cell = PAIR | {"belt_speed": speed, "stiffness": 2e4 if speed == 1e-4 else 2e3}
+    largest = float(stickslip.evaluate(cell, law="rate_state_ageing")["acceleration_max"][0])
+    assert sound.of(cell, 1.0, law="rate_state_ageing").peak == pytest.approx(largest, rel=5e-3)
+    assert np.isfinite(sound.levels(cell, law="rate_state_ageing")["acceleration_level_a"].values).all()
+
+
+def test_a_motion_of_a_ramp_that_is_alone_among_its_neighbours_is_drawn():
+    cell = {name: value for name, value in SQUEAL.items() if name != "belt_speed"}
+    ds = stickslip.ramp(cell, "belt_speed", (1e-3, 0.3), points=6).isel(cell=0)
+    (ax,) = plots.plot_branches(ds).axes
+    dots = [line for line in ax.lines if line.get_marker() == "o" and line.get_linestyle() == "None"]
+    lone = np.isin(ds["regime"].sel(direction="up").values, (1, 4))
+    shown = {round(float(x), 9) for line in dots for x in np.ravel(line.get_xdata())}
+    assert lone.sum() == 2 and {round(float(x), 9) for x in MapAxis(ds, "belt_speed").centres[lone]} <= shown
+
+
+@pytest.mark.slow
+def test_rare_stick_slip_of_rate_and_state_friction_is_led_by_theory():
+    """Against the border along the one parameter that scatters."""
+    text = (
+        "system: {mass: 1 kg, normal_load: 10 N, stiffness: 100 N/mm, belt_speed: 1 um/s}\n"
+        f"friction: {{{RATE_STATE.replace(', D_c: 1 um', '')}}}\n"
+        "uncertain:\n  subset: {samples: 200, repetitions: 4}\n"
+        "  quantities: {D_c: {lognormal: {median: 1 um, factor: 1.08}}}\n"
+    )
+    ds = stickslip.run(parse_config(text))
+    cell = PAIR | {"stiffness": 1e5, "belt_speed": 1e-6}
+    border = stickslip.border(cell, "D_c", (0.5e-6, 1e-6), law="rate_state_ageing").isel(cell=0).dropna("crossing")
+    ends = border["border"].values[border["regime_below"].values == REGIMES.index("stick_slip")]
+    wanted = NormalDist().cdf(np.log(ends.max() * 1e6) / np.log(1.08))
+    assert 0.4 * wanted < float(ds["probability"].values.ravel()[0]) < 2.5 * wanted
