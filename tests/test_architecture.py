@@ -37,8 +37,8 @@ FLOORS = (
 INNER_FLOORS = {
     "rig": (
         {"quantities", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
-        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"}, {"plots"},
-        {"report"},
+        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"},
+        {"observation", "plots"}, {"report"},
     ),
     "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"},
                 {"goal"}),

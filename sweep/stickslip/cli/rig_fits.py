@@ -15,11 +15,7 @@ from stickslip.cli.rig_features import CONDITIONS, CONFIG_OPTION, record_setting
 from stickslip.vocabulary import units
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.rig.identification import Identification
-
-_ALIKE = 0.01  # relative: conditions of the measured and the simulated test that differ by less are the same
 
 
 @click.command(
@@ -97,6 +93,7 @@ def identify(
     """
     from stickslip import rig
     from stickslip.config.overrides import Setting
+    from stickslip.rig.identification import other_test
     from stickslip.rig.simulation import values_of
 
     how, judged = record_settings(None, load, speed, None), []
@@ -112,7 +109,8 @@ def identify(
         begin = values_of(loaded, names, number) | _starts(start, names)
         if missing := [name for name, value in begin.items() if isnan(value)]:
             fail(f"{config}: gives no {missing[0]} to begin with: --start {missing[0]}=VALUE")
-        _check_conditions(record, simulate(begin), names, file, config)
+        if text := other_test(record, simulate(begin).coords, names):
+            fail(f"{file}: {text} in {config}: give both the same test")
         with screen.progress_bar("simulated records at most") as move:
             identified = rig.identify(simulate, record, begin, settings=loaded.features, progress=move)
     _show(identified)
@@ -134,22 +132,6 @@ def _starts(texts: tuple[str, ...], names: tuple[str, ...]) -> dict[str, float]:
         if name not in names:
             fail(f"--start {name}={text}: name it with --parameter as well")
     return {name: in_si(QUANTITIES[name], text, "--start", name) for name, text in starts.items()}
-
-
-def _check_conditions(
-    record: xr.Dataset, simulated: xr.Dataset, names: tuple[str, ...], file: Path, config: Path
-) -> None:
-    """End if the measured test was another than the simulated one."""
-    from stickslip.vocabulary.settings import CONDITIONS as ROWS
-
-    for name, row in ROWS.items():
-        identified = name in names or name == "drive_speed" and "belt_speed" in names
-        if identified or name not in record.coords or name not in simulated.coords:
-            continue
-        measured, given = float(record[name]), float(simulated[name])
-        if abs(measured - given) > _ALIKE * abs(given):
-            unit = units.spelled(row.units)
-            fail(f"{file}: {name} is {measured:g} {unit}, and {given:g} {unit} in {config}: give both the same test")
 
 
 def _show(result: Identification) -> None:

@@ -18,6 +18,7 @@ from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.records import with_records
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class
 from stickslip.config.unit_warnings import warn_of_units
@@ -90,7 +91,8 @@ def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None 
 def _read(document: Document, rig: bool | None) -> Config:
     """A document with the curve of its points, if it names some, and then checked."""
     rig = _has_drive(document) if rig is None else rig
-    return _Reader(with_fits(with_draws(with_table(document))), rig).config().shown_in(written_units(document.data))
+    whole = with_records(with_fits(with_draws(with_table(document))))
+    return _Reader(whole, rig).config().shown_in(written_units(document.data))
 
 
 def _has_drive(document: Document) -> bool:

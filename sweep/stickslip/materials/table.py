@@ -263,7 +263,7 @@ class RankTable:
                 "Only friction times load counts: twice the load moves a border as twice the friction coefficient at "
                 "every speed does."
             )
-        return [*texts, *self._measurements()]
+        return [*texts, *self.measurements()]
 
     def limits(self) -> list[str]:
         """Sentences on what keeps the table from being certain."""
@@ -312,7 +312,7 @@ class RankTable:
                 known = "cannot be told" if math.isnan(chance) else f"has a probability of {_share(chance)}"
                 yield f"That {row.name} is quiet from a lower speed on than {following.name} {known}."
 
-    def _measurements(self) -> Iterator[str]:
+    def measurements(self) -> Iterator[str]:
         """The points to measure next: which would narrow the interval of each material most, and to what."""
         hardly, order = [], self._least_certain() if "next_speed_1" in self.ds else []
         for row in order:

@@ -8,6 +8,7 @@ is known, and the conditions of the test as coordinates.
     sticks, hum, defects, evaluation       stick phases, features, and what is wrong with a record
     calibration, pairs, identification     the model RPN, or parameters of a rig, fitted to records
     apparatus, simulation                  simulated rigs
+    observation                            a record as an observation of `stickslip explain`
     plots, report                          plots, and the page about a test matrix
 
 `quantities.FEATURES` declares each feature.

@@ -12,6 +12,7 @@ flat to 0.82 of that frequency and 80 dB down from 0.98 of it on. So nothing is 
 
 import math
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 from scipy import signal  # type: ignore[import-untyped]
@@ -95,11 +96,16 @@ def sensed(values: Floats, sensor: Sensor) -> Floats:
         values = band_limited(values, fine, sensor.bandwidth)
     if sensor.oversampling == 1:
         return values
-    half = _HALF_LENGTH * sensor.oversampling
-    window = ("kaiser", signal.kaiser_beta(_ATTENUATION))
-    weights = signal.firwin(2 * half + 1, _CUTOFF / sensor.oversampling, window=window)
-    padded = np.pad(values, half, mode="edge")
+    padded = np.pad(values, _HALF_LENGTH * sensor.oversampling, mode="edge")
+    weights = _weights(int(sensor.oversampling))
     return np.asarray(signal.oaconvolve(padded, weights, mode="valid")[:: sensor.oversampling])
+
+
+@cache
+def _weights(oversampling: int) -> Floats:
+    """Of the symmetric low-pass."""
+    window = ("kaiser", signal.kaiser_beta(_ATTENUATION))
+    return np.asarray(signal.firwin(2 * _HALF_LENGTH * oversampling + 1, _CUTOFF / oversampling, window=window))
 
 
 def noisy(values: Floats, deviation: float, noise: np.random.Generator) -> Floats:

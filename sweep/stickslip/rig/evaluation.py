@@ -1,5 +1,6 @@
 """The features of a record; `rig/quantities.py` names them with their units."""
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -31,6 +32,7 @@ from stickslip.rig.sticks import Sticks, find_sticks
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 
 PEAKS = 3  # of the spectrum
+_LONGER = 1.3  # times the median: an interval between break-aways in which the drive reverses
 _STROKE = 0.02  # of the range of the drive: the shortest displacement that is a stroke
 
 Numbers = dict[str, float | Floats]
@@ -59,16 +61,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         For a bandwidth that the sampling rate does not allow.
     """
     settings = settings or FeatureSettings()
-    record, wrong = defects.mended(record)
-    numbers, sticks = _measured(record, settings)
-    even = sticks.record
-    step = 1.0 / sample_rate(even["time"].values)
-    force, acceleration, tones = subtract_hum(force_of(even), even["acceleration"].values, step)
-    if tones:
-        before, (numbers, sticks) = numbers, _measured(_replaced(even, force, acceleration), settings)
-        wrong += defects.of_hum(tones, sticks, before, numbers, settings.tolerance)
-    time = record["time"].values
-    wrong += [*defects.of_time(time, gaps_of(time)), *defects.of_scales(record, sticks, numbers)]
+    numbers, _, wrong = _evaluated(record, settings)
     for name in {name for defect in wrong for name in defect.spoils}:
         numbers[name] = np.full_like(numbers[name], np.nan)
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
@@ -80,11 +73,48 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
+def features_of_strokes(record: xr.Dataset, ends: Floats, settings: FeatureSettings) -> dict[str, Floats]:
+    """The features of strokes of a record, from each of these times (s) to the next, without those that defects spoil.
+
+    Of each stroke from the first break-away to the last, so that none depends on where in a cycle the drive reverses.
+    """
+    _, sticks, wrong = _evaluated(record, settings)
+    spoiled = {name for defect in wrong for name in defect.spoils}
+    return {name: values for name, values in strokes_of(sticks, ends, settings).items() if name not in spoiled}
+
+
+def strokes_of(sticks: Sticks, ends: Floats, settings: FeatureSettings) -> dict[str, Floats]:
+    """The same of stick phases that are found."""
+    places = np.searchsorted(sticks.time, ends).tolist()
+    parts = [sticks.between(*place).whole_cycles() for place in itertools.pairwise(places)]
+    each = [_numbers(part.record, part, settings) for part in parts]
+    return {name: np.array([numbers[name] for numbers in each]) for name in FEATURES if name not in PER_PEAK}
+
+
+def _evaluated(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks, list[defects.Defect]]:
+    """The features of a record without defects that can be mended, its stick phases, and what was wrong with it."""
+    record, wrong = defects.mended(record)
+    numbers, sticks = _measured(record, settings)
+    even = sticks.record
+    step = 1.0 / sample_rate(even["time"].values)
+    force, acceleration, tones = subtract_hum(force_of(even), even["acceleration"].values, step)
+    if tones:
+        before, (numbers, sticks) = numbers, _measured(_replaced(even, force, acceleration), settings)
+        wrong += defects.of_hum(tones, sticks, before, numbers, settings.tolerance)
+    time = record["time"].values
+    return numbers, sticks, wrong + [*defects.of_time(time, gaps_of(time)), *defects.of_scales(record, sticks, numbers)]
+
+
 def _measured(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks]:
     """The features of a record as it is, and its stick phases."""
     sticks = find_sticks(record, settings)
+    return _numbers(record, sticks, settings), sticks
+
+
+def _numbers(record: xr.Dataset, sticks: Sticks, settings: FeatureSettings) -> Numbers:
+    """The features of a record with these stick phases."""
     numbers = _acceleration(record, sticks.record, settings) | _contact(sticks, condition_of(record, "normal_load"))
-    return numbers | _drops(sticks.record, settings) | _motion(record, sticks), sticks
+    return numbers | _drops(sticks.record, settings) | _motion(record, sticks)
 
 
 def _replaced(record: xr.Dataset, force: Floats, acceleration: Floats) -> xr.Dataset:
@@ -268,6 +298,7 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
         "static_force_first": float(static[0]) if static.size else np.nan,
         "dynamic_force": dynamic,
         "time_to_sliding": _median(_times_to_sliding(force, time, starts, ends, means)),
+        "stick_slip_period": _usual(np.diff(time[starts])),
     }
     for force_name in ("static_force", "static_force_first", "dynamic_force"):
         numbers[force_name.replace("force", "friction")] = float(numbers[force_name]) / load if load else np.nan
@@ -318,6 +349,11 @@ def _motion(record: xr.Dataset, sticks: Sticks) -> Numbers:
 def _integral(values: Floats, time: Floats) -> float:
     """By the trapezoidal rule, at the times as they are."""
     return float(np.trapezoid(values, time))
+
+
+def _usual(intervals: Floats) -> float:
+    """The mean of intervals, but for those with a reversal in between, which are longer."""
+    return float(intervals[intervals <= _LONGER * np.median(intervals)].mean()) if intervals.size else np.nan
 
 
 def _median(values: Floats) -> float:

@@ -5,8 +5,9 @@ Features rather than samples, because two records of the same rig soon differ in
 """
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +17,8 @@ from stickslip.config.rigs import FeatureSettings
 from stickslip.fit.uncertainty import Floats, Interval, covariance, student
 from stickslip.rig.evaluation import features
 from stickslip.rig.quantities import FORCES
+from stickslip.vocabulary import units
+from stickslip.vocabulary.settings import CONDITIONS
 
 Parameters = Mapping[str, float]
 Simulator = Callable[[Parameters], xr.Dataset]  # parameters by name, in SI, to a record
@@ -24,6 +27,7 @@ SMOOTH = ("static_force", "dynamic_force", "drop_mean", "stick_fraction", "accel
 _DEFAULT_SIGMA = 0.02  # of a measured feature: how far measured and simulated may differ, unless given
 _STEP = 0.02  # of a parameter: how far it is moved to either side for a slope; less is lost in the sampling of records
 _MOST = 60  # steps of the search
+_ALIKE = 0.01  # relative: conditions of the measured and the simulated test that differ by less are the same
 _BOUND = 1e3  # times the start and its inverse, where no bounds are given
 
 
@@ -102,7 +106,7 @@ def identify(
         trial = simulate(dict(zip(keys, np.exp(p).tolist(), strict=True)))
         if progress:
             progress(next(count), most)
-        return _vector(features(_as_measured(trial, record), settings), used)
+        return _vector(features(as_measured(trial, record.variables), settings), used)
 
     def residuals(p: Floats) -> Floats:
         trial = simulated(p)
@@ -141,10 +145,24 @@ def identify(
     )
 
 
-def _as_measured(trial: xr.Dataset, record: xr.Dataset) -> xr.Dataset:
-    """The part of a simulated record that the measured one has as well: features depend on what is known."""
-    needed = () if any(name in trial and name in record for name in FORCES) else FORCES
-    return trial.drop_vars([name for name in trial.variables if name not in record.variables and name not in needed])
+def as_measured(trial: xr.Dataset, known: Collection[Hashable]) -> xr.Dataset:
+    """The part of a simulated record that the measured one, of these names, has as well: features depend on it."""
+    needed = () if any(name in trial and name in known for name in FORCES) else FORCES
+    return trial.drop_vars([name for name in trial.variables if name not in (*known, "time", *needed)])
+
+
+def other_test(record: xr.Dataset, simulated: Mapping[Any, Any], free: Collection[str]) -> str | None:
+    """By which condition the simulated test is another than that of the record, in words; but for those that are free
+    in it. None if they are the same."""
+    for name, row in CONDITIONS.items():
+        is_free = name in free or name == "drive_speed" and "belt_speed" in free
+        if is_free or name not in record.coords or name not in simulated:
+            continue
+        measured, given = float(record[name]), float(simulated[name])
+        if abs(measured - given) > _ALIKE * abs(given):
+            unit = units.spelled(row.units)
+            return f"{name} is {measured:g} {unit}, and {given:g} {unit}"
+    return None
 
 
 def _vector(row: xr.Dataset, names: Sequence[str]) -> dict[str, float]:

@@ -33,6 +33,7 @@ _FEATURES = (
     Variable("acceleration_integral", "m s-1", "integral of the magnitude of the acceleration over the record"),
     Variable("acceleration_integral_limited", "m s-1", "the same of the band-limited acceleration"),
     Variable("time_to_sliding", "s", "time from break-away to sliding, median"),
+    Variable("stick_slip_period", "s", "time from break-away to break-away, mean within strokes"),
     Variable("drops", "1", "number of drops of the friction force"),
     Variable("drop_mean", "N", "mean size of the drops of the friction force"),
     Variable("drop_max", "N", "largest drop of the friction force"),

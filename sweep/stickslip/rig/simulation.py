@@ -2,7 +2,7 @@
 function of parameters."""
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,7 +23,7 @@ from stickslip.rig import apparatus
 from stickslip.rig.evaluation import PEAKS, features, rate
 from stickslip.rig.identification import Parameters, Simulator
 from stickslip.rig.labels import Dimension, dimensions, point_name
-from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK
+from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, SIGNALS
 from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
 from stickslip.studies.study import joined
@@ -55,6 +55,7 @@ class RigTests(Study):
 
     name, counted, ragged, weight = "matrix", "tests", True, 4096
     columns = {name: np.dtype(np.float64) for name in (*FEATURES, *EXACT)} | {"status": np.dtype(np.int8)}
+    recorded: Collection[str] = tuple(SIGNALS)  # by the sensors
     kernels = ()  # those of signals, which are loaded when they are first needed
 
     def __init__(self, config: Config) -> None:
@@ -105,6 +106,10 @@ class RigTests(Study):
         """The quantities of one test."""
         return {name: float(values[0]) for name, values in self.grid[number : number + 1].items()}
 
+    def noise(self, number: int) -> np.random.Generator:
+        """The noise of a test."""
+        return np.random.default_rng([self.sensor.seed, number])
+
     def _record(self, number: int, signals: Mapping[str, Floats], drive: Floats) -> xr.Dataset:
         """The sensors' record of a motion, from the first stroke on."""
         cell, sensor = self._cell(number), self.sensor
@@ -113,18 +118,21 @@ class RigTests(Study):
         damper = cell["damping"] * apparatus.midway(signals["velocity"])
         friction = cell["mass"] * acceleration + damper + spring
         time = apparatus.times(signals["velocity"].size, sensor)
-        noise = np.random.default_rng([sensor.seed, number])
+        noise = self.noise(number)
         speed, way = apparatus.motion(drive, time + cell["waiting_time"])
-        # Through the same sensor, so that a stick ends where the force shows its end.
-        sticks = apparatus.sensed((signals["mode"][1:] == MODES.index("stick")).astype(np.float64), sensor) > 0.5
-        recorded = {
-            "spring_force": apparatus.noisy(apparatus.sensed(spring, sensor), sensor.force_noise, noise),
-            "friction_force": apparatus.sensed(friction, sensor),
-            "acceleration": apparatus.noisy(apparatus.sensed(acceleration, sensor), sensor.acceleration_noise, noise),
-            "drive_velocity": speed,
-            "drive_displacement": way,
-            "stick": sticks,
+        sticks = (signals["mode"][1:] == MODES.index("stick")).astype(np.float64)
+        sources: dict[str, Callable[[], Any]] = {
+            "spring_force": lambda: apparatus.noisy(apparatus.sensed(spring, sensor), sensor.force_noise, noise),
+            "friction_force": lambda: apparatus.sensed(friction, sensor),
+            "acceleration": lambda: apparatus.noisy(
+                apparatus.sensed(acceleration, sensor), sensor.acceleration_noise, noise
+            ),
+            "drive_velocity": lambda: speed,
+            "drive_displacement": lambda: way,
+            # Through the same sensor, so that a stick ends where the force shows its end.
+            "stick": lambda: apparatus.sensed(sticks, sensor) > 0.5,
         }
+        recorded = {name: make() for name, make in sources.items() if name in self.recorded}
         conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}
         conditions |= {"drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
         return make_record(time, recorded, conditions).assign_attrs(title=self.label(number))

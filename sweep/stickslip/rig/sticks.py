@@ -16,7 +16,7 @@ after which the contact sticks is a stick as well; a constant force that follows
 sliding, or a drive at rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -85,6 +85,22 @@ class Sticks:
         """Positions of the break-aways, and of the re-sticks after them or of the end of the record."""
         after = np.append(self.starts[1:], self.time.size - 1)[: self.count]
         return self.ends[self.broke], after[self.broke]
+
+    def between(self, first: int, last: int) -> Sticks:
+        """The phases within the samples from `first` up to `last`, cut off at both; what lasts on has not broken."""
+        inside = (self.ends >= first) & (self.starts < last)
+        starts, ends = np.maximum(self.starts[inside], first), np.minimum(self.ends[inside], last - 1)
+        return replace(
+            self, record=self.record.isel(time=slice(first, last)), starts=starts - first, ends=ends - first,
+            broke=self.broke[inside] & (self.ends[inside] < last - 1),
+            unclear=None if self.unclear is None else self.unclear[first:last],
+            rest=self.rest * (last - first) / self.time.size,
+        )  # fmt: skip
+
+    def whole_cycles(self) -> Sticks:
+        """The part from the first break-away to the last; all of it if there are less than two."""
+        breaks = self.ends[self.broke]
+        return self.between(int(breaks[0]), int(breaks[-1]) + 2) if breaks.size > 1 else self
 
     def sliding_forces(self) -> tuple[float, float]:
         """The mean magnitude of the force (N) over all slips, and without what is unclear; NaN where nothing slides."""

@@ -31,6 +31,7 @@ STUDIES: dict[str, Entry] = {
     "explain": Entry("explain.study:ExplainStudy"),
 }
 EXPLAIN = "explain"  # whose quantities are those of the section `uncertain`
+RECORDS = "stickslip.rig.observation"  # how a record of a rig is an observation of it
 WITH_UNCERTAIN = (EXPLAIN, "goal")  # that may stand beside this section
 
 # Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.

@@ -12,9 +12,9 @@ do, and `unsure` is by how much it would be less if they did not. Impossible cel
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
 Floats = NDArray[np.float64]
 Moved = Callable[[int], None]
 
+RECORD = 1000  # cells that a simulated record takes about as long as
 _FAR = 4.0  # standard deviations, or what is as rare of Student's t: a result further off is not explained
 
 
@@ -43,12 +44,20 @@ class Terms(NamedTuple):
     contradicts: NDArray[np.bool_]
 
 
+class Simulated(Protocol):
+    """An observation that is no cell, as a function of draws."""
+
+    def __call__(self, drawn: Parameters, stop: StopFlag, moved: Moved | None) -> tuple[Results, NDArray[np.bool_]]:
+        """Results, the regime among them, of draws, and which of them are possible. Raises StoppedError."""
+
+
 @dataclass(frozen=True)
 class Experiment:
     """Observations of an oscillator, some of whose quantities are not known.
 
     base : the one cell of the configuration, without what is unknown or differs between observations.
-    law, fixed : of friction, and the parameters that its name stands for. mislabelled : e.
+    law, fixed : of friction, and the parameters that its name stands for. mislabelled : e. simulated : those of the
+    observations that are no cells, by their numbers.
     """
 
     observed: Sequence[Observation]
@@ -57,37 +66,57 @@ class Experiment:
     fixed: Mapping[str, float]
     mislabelled: float
     options: Options
+    simulated: Mapping[int, Simulated] = field(default_factory=dict)
 
     @cached_property
     def _measuring(self) -> Options:
         return self.options.keeping(tuple({n: None for one in self.observed for n in one.metrics if n != POINT}))
 
+    @cached_property
+    def _cells(self) -> list[int]:
+        """The numbers of the observations of cells."""
+        return [i for i in range(len(self.observed)) if i not in self.simulated]
+
     def cells(self, drawn: Parameters) -> tuple[Parameters, NDArray[np.bool_]]:
-        """The cells of points at each observation, one observation after the other; and which are possible.
+        """The cells of points at each observation of one, one observation after the other; and which are possible.
 
         drawn : the quantities of points that are not known, (n,) each.
         """
         size = next(iter(drawn.values())).size
         parts = []
-        for one in self.observed:
-            known = {**drawn, **{name: np.full(size, v) for name, v in {**self.fixed, **one.conditions}.items()}}
-            parts.append(drawn_cells(self.base, np.zeros(size, np.int64), known, self.law))
+        for i in self._cells:
+            known = {**self.fixed, **self.observed[i].conditions}
+            known_of_all = {name: np.full(size, value) for name, value in known.items()}
+            parts.append(drawn_cells(self.base, np.zeros(size, np.int64), {**drawn, **known_of_all}, self.law))
         cells = {name: np.concatenate([part[name] for part, _ in parts]) for name in parts[0][0]}
         return cells, np.concatenate([possible for _, possible in parts])
 
     def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
         """How well points explain each observation. Raises StoppedError."""
-        size, count = next(iter(drawn.values())).size, len(self.observed)
+        found = self._results(drawn, stop, moved) if self._cells else {}
+        of_records = (lambda done: moved(RECORD * done)) if moved else None
+        found |= {i: simulate(drawn, stop, of_records) for i, simulate in self.simulated.items()}
+        parts = []
+        for i, one in enumerate(self.observed):
+            results, possible = found[i]
+            terms = observation_terms(one, results, self.mislabelled)
+            terms.log_likelihood[~possible] = -np.inf
+            parts.append(terms)
+        return Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))
+
+    def _results(
+        self, drawn: Parameters, stop: StopFlag, moved: Moved | None
+    ) -> dict[int, tuple[Results, NDArray[np.bool_]]]:
+        """By number of an observation of a cell, the results of points, and which are possible."""
+        size, count = next(iter(drawn.values())).size, len(self._cells)
         cells, possible = self.cells(drawn)
         columns = computed_where(cells, possible, self._measuring, stop, moved)
         if any(POINT in one.metrics for one in self.observed):
             columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
         results = {name: values.reshape(count, size) for name, values in columns.items()}
-        parts = [observation_terms(one, {name: values[i] for name, values in results.items()}, self.mislabelled)
-                 for i, one in enumerate(self.observed)]  # fmt: skip
-        terms = Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))
-        terms.log_likelihood[~possible.reshape(count, size).T] = -np.inf
-        return terms
+        each = zip(self._cells, possible.reshape(count, size), strict=True)
+        return {number: ({name: values[i] for name, values in results.items()}, which)
+                for i, (number, which) in enumerate(each)}  # fmt: skip
 
 
 def grid_of_predictions(config: Config) -> Cells:
@@ -111,7 +140,7 @@ def observation_terms(observed: Observation, results: Results, mislabelled: floa
     undecided = np.isin(regime, UNDECIDED)
     has_all = np.ones(regime.shape, np.bool_)
     log_density, far = np.zeros(regime.shape), np.zeros(regime.shape, np.bool_)
-    for name, measured in observed.metrics.items():
+    for name, measured in (observed.metrics | observed.of_record).items():
         values = results[name]
         has = values > 0
         has_all &= has

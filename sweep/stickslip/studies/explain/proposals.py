@@ -235,7 +235,7 @@ class _Outcomes:
 
 def _wrong(chances: Floats) -> Floats:
     """The probability that the most likely regime is not the true one. chances : regimes first."""
-    return np.asarray(1.0 - chances.max(0))
+    return np.asarray(np.maximum(1.0 - chances.max(0), 0.0))
 
 
 def _best(information: Floats) -> NDArray[np.intp]:

@@ -3,7 +3,6 @@ config puts the words of a file of observations into it."""
 
 import math
 import re
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 import numpy as np
@@ -24,15 +23,22 @@ METRICS = {
 } | {POINT: TRACE_VARIABLES[POINT]}
 _PLUS_MINUS = re.compile(r"\s*(?:\+-|\+/-|±)\s*")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_RESOLVED = 1e-3  # relative standard deviation: of features no more is known, since a record has samples
 _FORMS = "a value above 0 with its standard deviation, such as '{} +- {}', or a list of repeats"
 
 
 class Measured(Section):
-    """A measured result, in SI: a value with its standard deviation, or repeats."""
+    """A measured result, in SI: a value with its standard deviation, or repeats.
+
+    discrepancy : relative standard deviation of what is systematic, besides the scatter of repeats. trials : of what is
+    no result of a cell, the repeats that a simulation is the mean of, which scatter as well.
+    """
 
     value: float | None = None
     scatter: float | None = None
     repeats: tuple[float, ...] | None = None
+    discrepancy: float | None = None
+    trials: int | None = None
 
     @property
     def log_mean(self) -> float:
@@ -44,12 +50,16 @@ class Measured(Section):
         """The standard deviation of the logarithm; of repeats that of their mean, as they scatter."""
         if self.repeats is None:
             return float(self.scatter or 0.0) / float(self.value or 1.0)
-        return float(np.log(self.repeats).std(ddof=1)) / math.sqrt(len(self.repeats))
+        count = len(self.repeats)
+        spread = float(np.log(self.repeats).std(ddof=1)) if count > 1 else 0.0
+        if self.trials is None:
+            return spread / math.sqrt(count)
+        return math.hypot(spread * math.sqrt(1.0 / count + 1.0 / self.trials), self.discrepancy or _RESOLVED)
 
     @property
     def freedom(self) -> float:
         """Degrees of freedom of Student's distribution; infinite for the normal one."""
-        return math.inf if self.repeats is None else len(self.repeats) - 1
+        return math.inf if self.repeats is None or self.discrepancy else len(self.repeats) - 1
 
 
 def _read_measured(row: Variable) -> Read:
@@ -92,6 +102,17 @@ def _read_measured(row: Variable) -> Read:
     return Read(read, {"anyOf": [text, {"type": "array", "minItems": 2}, plain]})
 
 
+def _share(given: Any) -> Any:
+    """`2 %`, or 0.02."""
+    percent = _NUMBER.fullmatch(given.strip().removesuffix("%").strip()) if isinstance(given, str) else None
+    share = float(percent[0]) / 100 if percent and "%" in given else given
+    if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share < 1:
+        raise refused("a relative standard deviation, such as 2 %")
+    return share
+
+
+_SCATTER = Read(_share, {"anyOf": [{"type": "number", "minimum": 0, "exclusiveMaximum": 1},
+                                   {"type": "string", "pattern": "%$", "examples": ["2 %"]}]})  # fmt: skip
 _OF_METRICS: dict[str, Any] = {
     name: (Annotated[Measured | None, _read_measured(row)], Field(None, description=row.long_name))
     for name, row in METRICS.items()
@@ -108,6 +129,14 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
     regime: Annotated[tuple[Annotated[str, one_of(DECIDED, "a regime")], ...] | None, _REGIMES] = Field(
         None, description="regime that was seen, or a list of those it may have been"
     )
+    record: str | None = Field(None, description="CSV file of a record of a rig, which is compared by its features")
+    drive: dict[str, Any] | None = Field(None, description="configuration of the rig of the record, or its file")
+    scatter: Annotated[float | None, _SCATTER] = Field(
+        None,
+        description="how far features may be off those of the simulated rig, besides the scatter of strokes",
+    )
+    features: dict[str, tuple[float, ...]] | None = Field(None, description="of each stroke that counts, in SI")
+    known: tuple[str, ...] | None = Field(None, description="signals and conditions that the record has")
 
     @property
     def conditions(self) -> dict[str, float]:
@@ -115,9 +144,15 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
         return {name: value for name, value in self if name in PARAMETERS and value is not None}
 
     @property
-    def metrics(self) -> Mapping[str, Measured]:
+    def metrics(self) -> dict[str, Measured]:
         """The results that were measured."""
         return {name: value for name, value in self if name in METRICS and value is not None}
+
+    @property
+    def of_record(self) -> dict[str, Measured]:
+        """The features of the record; one stroke is simulated."""
+        return {name: Measured(repeats=values, discrepancy=self.scatter, trials=1)
+                for name, values in (self.features or {}).items()}  # fmt: skip
 
     @property
     def words(self) -> str:
@@ -127,6 +162,9 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
             f"{name} {math.exp(one.log_mean):.4g} {units.spelled(METRICS[name].units)}".rstrip()
             for name, one in self.metrics.items()
         ]
+        if self.record is not None:
+            motion = "stick-slip" if self.regime == ("stick_slip",) else "motion without stick-slip"
+            return f"record {self.record}: {motion}, {len(self.of_record)} features"
         return f"{where or 'everywhere'}: {', '.join(filter(None, what))}"
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from importlib import import_module
 from math import prod
 from typing import Any
 
@@ -22,7 +23,7 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.studies import Moved, Study, Table
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.studies.explain import proposals, summary
-from stickslip.studies.explain.likelihood import Experiment, Floats, grid_of_predictions, results_over
+from stickslip.studies.explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
 from stickslip.studies.explain.section import Explain
 from stickslip.studies.explain.smc import tempered
 from stickslip.studies.study import joined
@@ -31,6 +32,7 @@ from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF
 from stickslip.vocabulary.settings import law_of
+from stickslip.vocabulary.studies import RECORDS
 
 _MOVES = 250  # of a population, about, for estimates of time
 _COLUMNS = ("score", "log_likelihood", "unsure", "contradicts", "log_evidence", "evaluations", "predicted")
@@ -51,7 +53,8 @@ class ExplainStudy(Study):
         self.dims, self.shape = ("law", "repetition"), (len(self.laws), section.repetitions)
         self.grid = grid_of_predictions(config)
         self.options = replace(options, variables=("regime",), early_stop=True)
-        self.cells_each = _MOVES * section.particles * len(section.observed) + self.predicted_draws * self.grid_size
+        observed = sum(1 if one.record is None else RECORD for one in section.observed)
+        self.cells_each = _MOVES * section.particles * observed + self.predicted_draws * self.grid_size
         self.weight = 4096  # a population is a block
 
     @property
@@ -162,12 +165,17 @@ class ExplainStudy(Study):
         law, fixed = law_of(name)
         base = build_grid(self.config.model_copy(update={"axes": ()}))
         options = replace(self.options, law=law).for_contact({*self.prior.names, *base.fixed})
-        return Experiment(self.request.observed, base, options.law, fixed, float(self.request.mislabelled), options)
+        observed, e = self.request.observed, float(self.request.mislabelled)
+        friction = self.config.friction.model_copy(update={"law": law, **fixed})
+        simulated = {i: import_module(RECORDS).SimulatedRecords(one.drive, one.known, friction)
+                     for i, one in enumerate(observed) if one.record is not None}  # fmt: skip
+        return Experiment(observed, base, options.law, fixed, e, options, simulated)
 
     def sample(self, draws: int) -> Cells:
         """Cells of draws from the prior, to time what an explanation takes."""
         points = np.random.default_rng(int(self.request.seed)).standard_normal((draws, len(self.prior.names)))
-        return Cells.of(taken(*self._law(self.laws[0]).cells(self.prior.values(points))))
+        cells = replace(self._law(self.laws[0]), simulated={})  # a simulated record counts as so many of them
+        return Cells.of(taken(*cells.cells(self.prior.values(points))))
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """Populations, one after the other."""

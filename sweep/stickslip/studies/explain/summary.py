@@ -213,9 +213,10 @@ def _contradiction(context: Context, draws: Results) -> tuple[int, str] | None:
 
 def _method(context: Context, columns: Results) -> str:
     request, count = context.request, int(columns["evaluations"].sum()) * len(context.request.observed)
+    and_records = " and records" if any(one.record is not None for one in request.observed) else ""
     return (
         f"tempered sequential Monte Carlo: {request.repetitions} populations of {request.particles} draws of each law, "
-        f"{count:,} cells, seed {request.seed}"
+        f"{count:,} cells{and_records}, seed {request.seed}"
     )
 
 

@@ -1,0 +1,149 @@
+"""Records of a rig as observations: what they say of simulated rigs whose truth is known, with hum and noise."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import yaml
+from scipy import stats
+
+from stickslip import rig
+from stickslip.config.options import options_of
+from stickslip.config.reader import load_config, make_config
+from stickslip.engine import stop_flag
+from stickslip.errors import ConfigError
+from stickslip.rig.observation import SimulatedRecords, observed
+from stickslip.rig.records import write_record
+from stickslip.rig.simulation import RigTests
+from stickslip.studies.explain.study import ExplainStudy
+
+RIG = {
+    "system": {"mass": 0.1, "stiffness": 5e3, "normal_load": 10.0, "belt_speed": 0.01, "damping": 2.0},
+    "friction": {"a1": 0.25, "a2": 0.4, "a3": 0.15, "a4": 0.02},
+    "drive": {"strokes": 6, "stroke": 0.01},
+    "sensor": {"rate": 2000.0, "force_noise": 0.02, "acceleration_noise": 0.1},
+}
+PRIOR = {"stiffness": {"lognormal": {"median": 5e3, "factor": 1.3}}, "a1": 0.25, "a2": 0.4, "a4": 0.02,
+         "a3": {"uniform": [0.05, 0.3]}}  # fmt: skip
+
+
+def recorded(number, law="stribeck", **truth):
+    """A record of the rig with hum at 50 and 150 Hz, and noise of its own, without what only a simulation knows."""
+    rng = np.random.default_rng([11, number])
+    own = {"sensor": RIG["sensor"] | {"seed": 100 + number}, "friction": RIG["friction"] | {"law": law}}
+    (test,) = RigTests(rig.make_rig(RIG | own).at(**truth)).tests([0])
+    record, phases = test.record.drop_vars(["stick", "friction_force", "stiffness"]), rng.uniform(0, 2 * np.pi, 3)
+    time = record["time"].values
+    lines = zip((0.05, 0.03, 0.3), (50, 150, 50), phases, strict=True)
+    hum = [size * np.sin(2 * np.pi * frequency * time + phase) for size, frequency, phase in lines]
+    return record.assign(spring_force=record["spring_force"] + hum[0] + hum[1],
+                         acceleration=record["acceleration"] + hum[2])  # fmt: skip
+
+
+def truths(count):
+    """Quantities drawn from the prior."""
+    rng = np.random.default_rng(3)
+    return [{"stiffness": 5e3 * 1.3 ** rng.standard_normal(), "a3": rng.uniform(0.05, 0.3)} for _ in range(count)]
+
+
+def observation(record, unknown=("stiffness", "a3")):
+    """What a configuration that is resolved says of a record."""
+    said = observed(record, rig.make_rig(RIG), unknown, scatter=False)
+    at = {name: value for name, value in RIG["system"].items() if name not in unknown}
+    return at | {"record": "felt.csv", "drive": RIG} | said._asdict()
+
+
+@cache
+def felt():
+    return recorded(1)
+
+
+def errors_at(record, truth, unknown=("stiffness", "a3")):
+    """By feature, how far the simulated rig is off the record, in units of Student's t."""
+    config = make_config({"observed": [observation(record, unknown)], "prior": PRIOR})
+    (seen,) = config.study.observed
+    friction = config.friction.model_copy(update={"a3": truth["a3"]})
+    simulate = SimulatedRecords(seen.drive, seen.known, friction)
+    results, _ = simulate({name: np.array([value]) for name, value in truth.items()}, stop_flag(), None)
+    return {name: (np.log(results[name][0]) - one.log_mean) / one.log_std for name, one in seen.of_record.items()}
+
+
+def test_a_record_is_explained_by_the_rig_it_was_made_on_and_not_by_another():
+    record, truth = felt(), {"stiffness": 5e3, "a3": 0.15}
+    assert observation(record)["regime"] == ["stick_slip"]
+    at_truth = errors_at(record, truth)
+    assert len(at_truth) == 6 and max(map(abs, at_truth.values())) < 5
+    assert abs(errors_at(record, truth | {"stiffness": 5.5e3})["stick_slip_period"]) > 20
+    assert abs(errors_at(record, truth | {"a3": 0.165})["drop_mean"]) > 10
+
+
+def test_a_record_in_a_configuration_is_what_it_says_once_it_is_resolved(tmp_path):
+    write_record(felt(), tmp_path / "felt.csv")
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(RIG))
+    path = tmp_path / "explain.yaml"
+    path.write_text(yaml.safe_dump({"observed": [{"record": "felt.csv", "drive": "rig.yaml"}], "prior": PRIOR}))
+    config = load_config(path)
+    (seen,) = config.study.observed
+    assert seen.words == "record felt.csv: stick-slip, 6 features" and seen.conditions["belt_speed"] == 0.01
+    assert "stiffness" not in seen.conditions
+    assert make_config(config.resolved()) == config
+    study = ExplainStudy.of(config, config.study, options_of(config))
+    points = study.prior.values(np.random.default_rng(1).standard_normal((3, 2)))
+    terms = study._law("stribeck").terms(points, stop_flag())
+    assert terms.log_likelihood.shape == (3, 1) and np.isfinite(terms.log_likelihood).all()
+
+
+@pytest.mark.parametrize(
+    ("seen", "words"),
+    [
+        (
+            {"record": "felt.csv"},
+            "explain.observed[0]: missing, expected the configuration of the rig: drive: rig.yaml",
+        ),
+        ({"drive": RIG}, "explain.observed[0]: missing, expected the name of a CSV file"),
+        ({"record": 1, "drive": RIG}, "explain.observed[0].record: got 1, expected the name of a CSV file"),
+        (
+            {"record": "felt.csv", "drive": RIG, "belt_speed": "1 N"},
+            "observed[0].belt_speed: got '1 N', expected a speed",
+        ),
+        (
+            {"record": "felt.csv", "drive": RIG | {"axes": {"mu_static": [0.4, 0.5]}}},
+            "drive: varies mu_static, expected one test",
+        ),
+        ({"record": "nowhere.csv", "drive": RIG}, "nowhere.csv: no such file"),
+    ],
+)
+def test_records_that_cannot_be_are_refused_at_their_place(seen, words):
+    with pytest.raises(ConfigError) as raised:
+        make_config({"observed": [seen], "prior": PRIOR})
+    assert words in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("drive", "words"),
+    [
+        ({"strokes": 5, "stroke": 0.01}, "lasts 6.119 s, and 5 strokes of drive 5.1 s"),
+        ({"strokes": 3, "stroke": 0.02}, "has 3 strokes, expected 4 at least"),
+    ],
+)
+def test_a_record_of_another_test_is_refused(drive, words):
+    with pytest.raises(ValueError, match=words):
+        observed(felt(), rig.make_rig(RIG | {"drive": drive}), (), scatter=False)
+    with pytest.raises(ValueError, match="normal_load is 10 N, and 20 N in drive"):
+        observed(felt(), rig.make_rig(RIG).at(normal_load=20.0), (), scatter=False)
+
+
+# --- many records -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_features_scatter_about_those_of_the_truth_as_the_likelihood_says():
+    """Forty records with hum: of each feature 50 and 90 % lie where Student's t of four strokes has them."""
+    found = {}
+    for number, truth in enumerate(truths(40)):
+        for name, error in errors_at(recorded(number, **truth), truth).items():
+            found.setdefault(name, []).append(2 * abs(stats.t(3).cdf(error) - 0.5))
+    for name, inside in found.items():
+        for share in (0.5, 0.9):
+            off = 3.5 * np.sqrt(share * (1 - share) / len(inside))
+            assert np.mean(np.array(inside) <= share) == pytest.approx(share, abs=off), name
