@@ -30,7 +30,9 @@ def with_records(document: Document) -> Document:
     """
     data = document.data if isinstance(document.data, dict) else {}
     section, uncertain = data.get(EXPLAIN), data.get("uncertain")
-    seen = section.get("observed") if isinstance(section, dict) else None
+    if not isinstance(section, dict):
+        return document
+    seen = section.get("observed")
     if not isinstance(seen, list) or not any(map(_names_record, seen)):
         return document
     unknown = uncertain.get("quantities") if isinstance(uncertain, dict) else None
@@ -52,8 +54,8 @@ def _whole(document: Document, path: Path, given: Any, unknown: Collection[str])
              "drive": "the configuration of the rig: drive: rig.yaml"}  # fmt: skip
     for key, right in (("record", isinstance(record, str)), ("drive", isinstance(drive, str | Mapping))):
         if not right:
-            found, at = (f"got {given[key]!r}", (*path, key)) if key in given else ("missing", path)
-            raise document.refused(at, f"{found}, expected {forms[key]}")
+            found, place = (f"got {given[key]!r}", (*path, key)) if key in given else ("missing", path)
+            raise document.refused(place, f"{found}, expected {forms[key]}")
     conditions, room, key = {}, import_module(RECORDS), ""
     try:
         for key in [name for name in given if name in QUANTITIES]:

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stickslip.config.model import Config, Friction, Group, Values
+from stickslip.config.model import Config, Group, Values
+from stickslip.config.sections import Friction
 from stickslip.engine import Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.rig.evaluation import features_of_strokes, strokes_of

@@ -40,6 +40,7 @@ def test_a_saw_tooth_gives_its_sticks_drops_and_forces(rate, noise):
     assert float(found["dynamic_force"]) == pytest.approx((HIGH + LOW) / 2, abs=0.15)
     assert float(found["stick_fraction"]) == pytest.approx(STICK / PERIOD, abs=0.03)
     assert float(found["impulse_rate"]) == pytest.approx(1 / (0.01 * PERIOD), rel=1.01 / CYCLES)  # 1/(v T)
+    assert float(found["stick_slip_period"]) == pytest.approx(PERIOD, rel=0.01)
 
 
 @pytest.mark.parametrize("slip", [0.01, 0.04, 0.1])

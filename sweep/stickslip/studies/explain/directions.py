@@ -54,16 +54,22 @@ class Directions:
     def product(self, i: int) -> str:
         """`stiffness/mass`; what is not always positive is named beside."""
         named = self.named(i)
-        over = [_power(name, weight) for name, weight in named if name in self.logs and weight > 0]
-        under = [_power(name, -weight) for name, weight in named if name in self.logs and weight < 0]
+        powers = [(name, weight) for name, weight in named if name in self.logs]
         others = [name for name, _ in named if name not in self.logs]
-        return listed(["/".join([" ".join(over) or "1", *under])] * bool(over or under) + others, "with")
+        return listed([_powers(powers)] * bool(powers) + others, "with")
 
-    def spread(self, i: int) -> str:
-        """`to 3.2 % (before: 61 %)`; of what is not always positive a share."""
-        if any(name not in self.logs for name, _ in self.named(i)):
-            return f"to {100 * np.sqrt(self.ratio[i]):.2g} % of the scatter before"
-        return f"to {_percent(self.after[i])} (before: {_percent(self.before[i])})"
+    def sentence(self, i: int) -> str:
+        """`fix stiffness/mass to 3.2 % (before: 61 %)`; `tie a3 to stiffness^1.4 a2^0.4 within 9 % (before: 45 %)`."""
+        named, is_fixed = self.named(i), self.ratio[i] < FIXED
+        if any(name not in self.logs for name, _ in named):
+            share = f"{100 * np.sqrt(self.ratio[i]):.2g} % of the scatter before"
+            return f"{'fix' if is_fixed else 'narrow'} {self.product(i)} to {share}"
+        spread = f"{_percent(self.after[i])} (before: {_percent(self.before[i])})"
+        if all(abs(abs(weight) - 1.0) < _WHOLE for _, weight in named):
+            return f"{'fix' if is_fixed else 'narrow'} {self.product(i)} to {spread}"
+        first = max(named, key=lambda one: abs(self.parts[i][self.names.index(one[0])]))
+        others = _powers([(name, -weight) for name, weight in named if name != first[0]])
+        return f"{'tie' if is_fixed else 'loosely tie'} {first[0]} to {others} within {spread}"
 
 
 def directions(prior: Draws, posterior: Draws) -> tuple[Directions, list[str]]:
@@ -80,8 +86,7 @@ def directions(prior: Draws, posterior: Draws) -> tuple[Directions, list[str]]:
         ))  # fmt: skip
     for i in np.flatnonzero(shown.ratio < OPEN).tolist():
         if [name for name, _ in shown.named(i)] != [added]:
-            verb = "fix" if shown.ratio[i] < FIXED else "narrow"
-            texts.append(f"the observations {verb} {shown.product(i)} {shown.spread(i)}")
+            texts.append(f"the observations {shown.sentence(i)}")
     single = [name for name, own in zip(whole.names, whole.own, strict=True) if own >= OPEN]
     joint = [whole.product(i) for i in np.flatnonzero(whole.ratio >= OPEN).tolist()
              if {name for name, _ in whole.named(i)}.isdisjoint(single)]  # fmt: skip
@@ -146,9 +151,17 @@ def _number(weight: float) -> str:
     return "" if abs(weight - 1.0) < _WHOLE else f"{weight:.2g} "
 
 
+def _powers(each: Sequence[tuple[str, float]]) -> str:
+    """`stiffness/mass`, `1/(mass^0.5 a1)`, of names with exponents."""
+    over, under = (" ".join(_power(name, sign * exponent) for name, exponent in each if sign * exponent > 0)
+                   for sign in (1, -1))  # fmt: skip
+    return (over or "1") + (f"/({under})" if " " in under.replace(" + ", "+") else f"/{under}" if under else "")
+
+
 def _power(name: str, exponent: float) -> str:
-    """`mass`, or `mass^0.5`."""
-    return name if abs(exponent - 1.0) < _WHOLE else f"{name}^{exponent:.2g}"
+    """`mass`, or `mass^0.5`; exponents are not known to more digits."""
+    digits = ".1f" if exponent > 0.1 else ".1g"
+    return name if abs(exponent - 1.0) < _WHOLE else f"{name}^{exponent:{digits}}"
 
 
 def _percent(spread: float) -> str:

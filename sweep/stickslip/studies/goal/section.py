@@ -156,7 +156,11 @@ def _of_config(
     varied = {*names, *section.quiet_over}
     scattered = {} if uncertain is None else uncertain.values(np.zeros((1, len(uncertain.names))))
     if both := varied & scattered.keys():
-        raise ArgumentError("axes", f"{min(both)} is uncertain, expected parameters that are known there")
+        name = min(both)
+        key, place = ("axes", "along the plane") if name in names else ("quiet_over", "over this range")
+        raise ArgumentError(
+            key, f"{name} is uncertain, expected one that is known: {place} it takes each value in turn"
+        )
     given = {*config.fixed(), *(member.name for axis in config.axes for member in axis.members)}
     own = {axis.name: axis for axis in config.axes if not isinstance(axis, Group) and axis.name in varied}
     known = {name: float(values[0]) for name, values in scattered.items()}
