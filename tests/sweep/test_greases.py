@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
+from stickslip.files.writing import write
 from stickslip.materials.table import RankTable
 
 TRUE = {"Fett_A_1": (0.1, 0.6, 0.05, 15), "Fett_A_2": (0.103, 0.6, 0.05, 15), "Fett_A_3": (0.097, 0.6, 0.05, 15),
@@ -93,6 +94,15 @@ def test_nothing_is_to_be_measured_faster_than_the_instrument_goes_and_repeats_w
     said = [text for text in RankTable(compared, "mm/s").remarks() if "measure" in text]
     assert any(text.startswith("Fett_A") and "another specimen, number 4" in text for text in said)
     assert sum("the least certain" in text for text in said) == 1
+
+
+def test_next_names_the_measurements_of_a_comparison_and_takes_no_axes_there(compared, tmp_path):
+    write(compared, tmp_path / "compared.nc")
+    done = CliRunner().invoke(main, ["next", str(tmp_path / "compared.nc")])
+    assert done.output.splitlines() == [*RankTable(compared).measurements()]
+    assert "(the least certain): " in done.output.splitlines()[0]
+    done = CliRunner().invoke(main, ["next", str(tmp_path / "compared.nc"), "--over", "belt_speed"])
+    assert done.exit_code == 2 and "a comparison, whose measurements are speeds, expected no option" in done.stderr
 
 
 def test_the_page_has_its_title_a_limit_and_no_jargon(report):

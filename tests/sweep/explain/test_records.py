@@ -153,10 +153,10 @@ def test_features_scatter_about_those_of_the_truth_as_the_likelihood_says():
 
 @pytest.mark.slow
 def test_ranks_of_the_truth_among_draws_of_records_are_uniform():
-    """Twenty records with hum, whose spring and drop of friction are drawn from the prior; those that the evaluation
+    """Two dozen records with hum, whose spring and drop of friction are drawn from the prior; those that the evaluation
     itself calls useless are left out."""
     places = []
-    for number, truth in enumerate(truths(20)):
+    for number, truth in enumerate(truths(24)):
         try:
             seen = observation(recorded(number, **truth))
         except ValueError as refused:
