@@ -73,8 +73,7 @@ def _whole(document: Document, path: Path, given: Any, unknown: Collection[str])
         raise document.refused((*path, key), f"{name}: {error}") from None
     plain = rig.resolved()
     at = {name: value for name, value in plain["system"].items() if name not in unknown}
-    words = {"regime": said.regime, "features": said.features, "known": said.known}
-    return {**at, **words, **given, "drive": {name: plain[name] for name in _OF_RIG}}
+    return {**at, **said._asdict(), **given, "drive": {name: plain[name] for name in _OF_RIG}}
 
 
 def _beside(document: Document, name: str) -> str:

@@ -104,9 +104,12 @@ def _read_measured(row: Variable) -> Read:
 
 def _share(given: Any) -> Any:
     """`2 %`, or 0.02."""
-    percent = _NUMBER.fullmatch(given.strip().removesuffix("%").strip()) if isinstance(given, str) else None
-    share = float(percent[0]) / 100 if percent and "%" in given else given
-    if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share < 1:
+    is_percent = isinstance(given, str) and given.strip().endswith("%")
+    try:
+        share = float(given.strip()[:-1]) / 100 if is_percent else given
+    except ValueError:
+        share = None
+    if not isinstance(share, int | float) or not 0 <= share < 1:
         raise refused("a relative standard deviation, such as 2 %")
     return share
 
