@@ -136,7 +136,7 @@ def test_a_record_of_another_test_is_refused(drive, words):
 
 
 def usable(count):
-    """Records of quantities from the prior, with these and a number, but for those that the evaluation calls useless."""
+    """Records of quantities from the prior, with these and a number, but for those that are refused."""
     for number, truth in enumerate(truths(count)):
         try:
             yield number, truth, observation(recorded(number, **truth))
@@ -162,9 +162,9 @@ def test_features_scatter_about_those_of_the_truth_as_the_likelihood_says():
 
 @pytest.mark.slow
 def test_ranks_of_the_truth_among_draws_of_records_are_uniform():
-    """Two dozen records with hum, whose spring and drop of friction are drawn from the prior."""
+    """A dozen records with hum, whose spring and drop of friction are drawn from the prior."""
     places = []
-    for number, truth, seen in usable(24):
+    for number, truth, seen in usable(16):
         config = make_config({"observed": [seen], "prior": PRIOR})
         study = ExplainStudy.of(config, config.study, options_of(config))
         experiment, prior = study._law("stribeck"), study.prior
@@ -173,7 +173,7 @@ def test_ranks_of_the_truth_among_draws_of_records_are_uniform():
             2, 24, np.random.default_rng([5, number]),
         ).points)  # fmt: skip
         places.append([(np.count_nonzero(draws[name] < value) + 0.5) / 25 for name, value in truth.items()])
-    assert len(places) >= 15
+    assert len(places) >= 8
     for column in np.array(places).T:
         assert stats.kstest(column, "uniform").pvalue > 0.01
 
