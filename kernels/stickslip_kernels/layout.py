@@ -37,7 +37,7 @@ SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
 ) = range(19)  # fmt: skip
 CELL_ROWS = 19
 # rows of the contact, as one that has no friction curve calls them
-OWN_0, OWN_1, OWN_2, OWN_3, OWN_4 = A1, A2, A3, A4, DELTA
+OWN_0, OWN_1, OWN_2, OWN_3, OWN_4, OWN_5, OWN_6 = A1, A2, A3, A4, DELTA, CONTACT_STIFFNESS, CONTACT_DAMPING
 
 # --- laws that come from outside: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/laws/scanned.py` --------
 STATION, KNOT, CUBIC_0, CUBIC_1, CUBIC_2, CUBIC_3 = range(6)  # of a table, cubics from KNOT on, in powers of z - KNOT

@@ -16,6 +16,7 @@ NAN = float("nan")
 PLAIN = {
     "damping": 0.0, "displacement": 0.0, "velocity": NAN, "contact_time": 0.0, "delta": 1.0, "a2": 0.0,
     "contact_damping": 0.0, "contact_damping_speed": NAN, "elastic_part": 0.0,
+    "direct_cutoff_speed": NAN, "evolution_cutoff_speed": NAN,
 }  # fmt: skip
 MOST_STEPS = 50_000  # of the engine
 OWED = 100.0  # errors owed, in units of rtol
@@ -57,6 +58,14 @@ def rate_state(rng, n):
     }  # fmt: skip
 
 
+def cut_offs(rng, n):
+    """The same with cut-offs, at speeds from a hundredth to a million times that of the belt; critical is without."""
+    cells = rate_state(rng, n)
+    for name in ("direct_cutoff_speed", "evolution_cutoff_speed"):
+        cells[name] = some(rng, 0.7, n, np.abs(cells["belt_speed"]) * log_uniform(rng, 1e-2, 1e6, n), NAN)
+    return cells
+
+
 def bristles(rng, n):
     """Soft to all but rigid contacts, damped or not, elastic parts, falling and rising curves, belts both ways."""
     mass, stiffness, load = log_uniform(rng, 1e-2, 1e2, n), log_uniform(rng, 1e2, 1e6, n), log_uniform(rng, 1.0, 1e3, n)
@@ -85,9 +94,10 @@ def bristles(rng, n):
     }  # fmt: skip
 
 
-FAMILIES = {"rate_state": rate_state, "bristles": bristles}
+FAMILIES = {"rate_state": rate_state, "cut_offs": cut_offs, "bristles": bristles}
 LAWS = {
     "rate_state": ("rate_state_ageing", "rate_state_slip"),
+    "cut_offs": ("rate_state_ageing", "rate_state_slip"),
     "bristles": ("stribeck", "stribeck_delta", "rational", "cubic"),
 }
 
@@ -141,12 +151,16 @@ def judged(cells, law, **options):
     """Verdicts in SI by the names of `evaluate`; of belts that run backwards mirrored back."""
     whole = {**{n: np.full(cells["mass"].size, v) for n, v in PLAIN.items()}, **cells}
     rows = memory.kernel_rows(whole, law)
-    out = np.empty((len(rows), memory.ANSWERS))
+    out = np.full((len(rows), memory.ANSWERS), NAN)
+    out[:, memory.REGIME] = memory.UNDECIDED
     turns = law.startswith("rate_state") & ~(whole["velocity"] / cells["belt_speed"] < 1.0)  # NaN: forwards
     turns &= ~np.isnan(whole["velocity"])
+    cut = (rows[:, [memory.CUT_1, memory.CUT_2]] > 0.0).any(axis=1)
+    out[:, memory.REGIME] = memory.UNDECIDED
     out[~turns] = memory.judge_memory(rows[~turns], **options)
     if law.startswith("rate_state"):  # where logarithms do not lead to an end, neither do they here
         turns |= out[:, memory.REGIME] == memory.UNDECIDED
+        turns &= ~cut  # slip both ways has none in the judge
         rows[turns] = memory.kernel_rows(whole, law, regularised=True)[turns]
         out[turns] = memory.judge_memory(rows[turns], **options)
     m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]

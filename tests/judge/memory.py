@@ -12,8 +12,8 @@ import numpy as np
 from .jit import compiled
 from .layout import A1, A2, A3, A4, BELT, DELTA, GAMMA, LAW, LAWS
 from .memory_motion import (
-    A, AGEING, B, BRISTLES, D, ELASTIC, GROWTH, KIND, LONG, REST, ROWS, S_0, S_1, S_1_RATE, SIGN, SLIP, START_0,
-    START_1, START_2, TURNS, acceleration, curve_level, friction, jacobian, slip_speed,
+    A, AGEING, B, BRISTLES, CUT_1, CUT_2, D, ELASTIC, GROWTH, KIND, LONG, REST, ROWS, S_0, S_1, S_1_RATE, SIGN, SLIP,
+    START_0, START_1, START_2, TURNS, acceleration, curve_level, friction, jacobian, slip_speed,
 )  # fmt: skip
 from .radau import MATRIX, SIZE, STAGES, STATES, at_share, error_of, polynomial_of, step
 
@@ -363,6 +363,10 @@ def kernel_rows(cells, law, regularised=False):
         rows[:, KIND] = AGEING if law == "rate_state_ageing" else SLIP
         rows[:, A], rows[:, B], rows[:, D] = cells["a"], cells["b"], cells["D_c"] / length
         rows[:, A1] = cells["mu_0"] + (cells["a"] - cells["b"]) * np.log(belt * speed / cells["v_0"])  # steady load
+        for row, name, effect in ((CUT_1, "direct", cells["a"]), (CUT_2, "evolution", -cells["b"])):
+            cut = cells.get(f"{name}_cutoff_speed", np.full(n, np.nan))
+            rows[:, row] = np.nan_to_num(belt * speed / cut)
+            rows[:, A1] -= effect * np.log((1.0 + rows[:, row]) / (1.0 + np.nan_to_num(cells["v_0"] / cut)))
         rows[:, START_0] = u - rows[:, A1]
         with np.errstate(divide="ignore", invalid="ignore"):
             rows[:, START_1] = np.where(np.isnan(velocity), np.log(0.1), np.log((belt - velocity) / belt))

@@ -1,6 +1,7 @@
 """Contacts with memory, in kernel units: their equations, written down once more, with their Jacobians.
 
-Rate and state: f = xi less that of steady sliding, phi = ln(w/b), psi = ln(theta b/D). Where REST is not 0, friction
+Rate and state: f = xi less that of steady sliding, phi = ln(w/b), psi = ln(theta b/D). CUT_1 and CUT_2 are b over the
+cut-off speeds: w is 1/(1/w + 1/v_1) in friction, theta is theta + D/v_2. Where REST is not 0, which has none, friction
 is a asinh(e^c w/(2 b)), c = REST + b psi/a, and phi stands for mu/a less what it is at w = b. Bristles: xi, w and
 sigma_0 z; the sign of w is held, and steps end where w passes zero.
 """
@@ -14,8 +15,10 @@ from .layout import A1, A2, A3, BELT, GAMMA
 AGEING, SLIP, BRISTLES = range(3)
 # rows of a cell after those of the curve, which are where `curve.py` looks for them
 
-KIND, A, B, D, S_0, S_1, S_1_RATE, ELASTIC, SIGN, GROWTH, TURNS, LONG, START_0, START_1, START_2, REST = range(8, 24)
-ROWS = 24
+KIND, A, B, D, S_0, S_1, S_1_RATE, ELASTIC, SIGN, GROWTH, TURNS, LONG, START_0, START_1, START_2, REST, CUT_1, CUT_2 = (
+    range(8, 26)
+)
+ROWS = 26
 
 
 @compiled
@@ -45,7 +48,8 @@ def friction(p, y):
     if p[REST] != 0.0:
         return p[A] * (y[1] + at_belt(p, y[2])[1] - at_belt(p, 0.0)[1])
     if p[KIND] != BRISTLES:  # less that of steady sliding
-        return p[A] * y[1] + p[B] * y[2]
+        at_once, later = (1.0 + p[CUT_1]) / (1.0 + p[CUT_1] * exp(y[1])), (exp(y[2]) + p[CUT_2]) / (1.0 + p[CUT_2])
+        return p[A] * (y[1] + log(at_once)) + p[B] * log(later)
     g, _ = curve_level(p, p[SIGN] * y[1])
     give = y[1] * (1.0 - yielding(p[ELASTIC], p[SIGN] * y[2] / g)[0])
     return y[2] + p[S_1] * exp(-((p[S_1_RATE] * y[1]) ** 2)) * give + p[A2] * y[1]
@@ -153,7 +157,8 @@ def jacobian(p, y, j):
         return
     force, per_time, e = acceleration(p, y), p[BELT] / p[D], exp(y[1])
     j[0, 1] = -w
-    j[1, 0], j[1, 1], j[1, 2] = 1.0 / w, -(p[A] + force) / w - p[GAMMA], -p[B] / w
+    a, b = p[A] / (1.0 + p[CUT_1] * e), p[B] / (1.0 + p[CUT_2] * exp(-y[2]))
+    j[1, 0], j[1, 1], j[1, 2] = 1.0 / w, -(a + force) / w - p[GAMMA], -b / w
     if p[KIND] == AGEING:
         j[2, 1], j[2, 2] = -per_time * e, -per_time * exp(-y[2])
     else:

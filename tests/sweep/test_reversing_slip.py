@@ -12,6 +12,7 @@ from stickslip.rig import RigTests, make_rig
 LAWS = ("rate_state_ageing", "rate_state_slip")
 SAMPLES = 200
 START = {"displacement": 0.0, "velocity": np.nan, "contact_time": 0.0}
+UNCUT = {"direct_cutoff_speed": np.nan, "evolution_cutoff_speed": np.nan}
 
 
 def draw(seed):
@@ -36,7 +37,7 @@ def draw(seed):
 
 def ours(cell, segments, law, rtol):
     total = segments[:, 0].sum()
-    cells = {name: np.array([value]) for name, value in {**cell, **START}.items()}
+    cells = {name: np.array([value]) for name, value in {**UNCUT, **cell, **START}.items()}
     sampling = engine.Sampling(SAMPLES / total, np.zeros(1))
     runs = engine.compute_rigs(
         cells, [segments], sampling, Options(law=law, rtol=rtol, max_steps=1_000_000), engine.stop_flag()
@@ -45,16 +46,27 @@ def ours(cell, segments, law, rtol):
     return np.arange(signals["displacement"].size) * total / SAMPLES, signals, exact
 
 
-def radau(p, segments, law, times):
-    """Displacement and friction coefficient; the states are x, mu/a and ln(theta v_b/D_c)."""
+def radau(p, segments, law, times, lowest=-690.0):
+    """Displacement and friction coefficient; the states are x, mu/a and ln(theta v_b/D_c).
+
+    lowest : logarithm of the slip speed, over that of the belt, below which there is none.
+    """
     m, k, c, load, a, b, distance, v = (
         p[n] for n in ("mass", "stiffness", "damping", "normal_load", "a", "b", "D_c", "belt_speed")
     )
     r, level = b / a, (p["mu_0"] + b * np.log(p["v_0"] / v)) / a - np.log(p["v_0"] / v)
+    cut, cut_state = (v / p.get(f"{name}_cutoff_speed", np.inf) for name in ("direct", "evolution"))
+    level += np.log1p(cut * p["v_0"] / v) - r * np.log1p(cut_state * p["v_0"] / v)  # mu_0 being friction at v_0
+
+    def level_of(psi):
+        return level + r * (psi + np.log1p(cut_state * np.exp(-psi)))
+
+    def friction(chi, w):
+        return a * (chi - np.sign(w) * np.log1p(cut * np.abs(w) / v))
 
     def parts(y):
         x, chi, psi = y
-        ahead, back = (np.exp(np.clip(one - level - r * psi, -690, 690)) for one in (chi, -chi))
+        ahead, back = (np.exp(np.clip(one - level_of(psi), lowest, 690)) for one in (chi, -chi))
         w, per_chi = v * (ahead - back), v * (ahead + back)
         e = max(abs(w) / v, 1e-300)
         if law == LAWS[0]:
@@ -65,8 +77,8 @@ def radau(p, segments, law, times):
     def rates(t, y, belt, rise):
         w, per_chi, _, z, _, _ = parts(y)
         now = belt + rise * t
-        force = (k * y[0] + c * (now - w) + m * rise - load * a * y[1]) / m
-        return now - w, (force + r * z * w) / per_chi, z
+        force = (k * y[0] + c * (now - w) + m * rise - load * friction(y[1], w)) / m
+        return now - w, (force + r / (1.0 + cut_state * np.exp(-y[2])) * z * w) / per_chi, z
 
     def jacobian(t, y, belt, rise):
         w, s, e, z, by_e, by_psi = parts(y)
@@ -84,18 +96,23 @@ def radau(p, segments, law, times):
         options = {
             "rtol": 1e-10,
             "atol": absolute,
-            "jac": jacobian,
+            "jac": jacobian if cut == cut_state == 0.0 else None,
             "args": (belt, rise),
             "first_step": 1e-9 * duration,
         }
-        motion = solve_ivp(rates, (0.0, duration), y, "Radau", np.append(here, duration), **options)
+        with np.errstate(over="ignore", invalid="ignore"):  # in trials
+            motion = solve_ivp(rates, (0.0, duration), y, "Radau", np.append(here, duration), **options)
         assert motion.success
         found.append(motion.y[:, :-1])
         y, start = motion.y[:, -1], start + duration
-    return np.concatenate(found, axis=1)
+    x, chi, psi = np.concatenate(found, axis=1)
+    with np.errstate(under="ignore"):
+        slip = np.array([parts(one)[0] for one in zip(x, chi, psi, strict=True)])
+    return x, friction(chi, slip) / a, psi
 
 
 QUICK, LONG = (24,), (4, 21, 28)
+STIFF = [(4, 300.0), (21, 1000.0), (28, 2000.0), (24, 2000.0)]
 
 
 @pytest.mark.parametrize("seed", [*QUICK, *(pytest.param(seed, marks=pytest.mark.slow) for seed in LONG)])
@@ -109,6 +126,36 @@ def test_strokes_there_and_back_are_those_of_scipy(seed):
     np.testing.assert_allclose(friction, cell["a"] * chi[1:], atol=1e-4 * cell["a"])
     assert chi.min() < -2.0 < 2.0 < chi.max()
     assert abs(exact["energy_error"]) < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("seed", "ratio"), [(24, 600.0), *(pytest.param(*one, marks=pytest.mark.slow) for one in STIFF)]
+)
+def test_strokes_of_materials_whose_direct_effect_is_small_are_those_of_scipy(seed, ratio):
+    """mu_0/a of 300 to 2000: what e^(-mu_0/a) leaves of slip is no number any more, and SciPy has none below e^-60."""
+    law = LAWS[seed % 2]
+    cell, segments = draw(seed)
+    cell |= {"mass": cell["mass"] * 0.6 / ratio / cell["a"], "b": cell["b"] * 0.6 / ratio / cell["a"], "a": 0.6 / ratio}
+    times, signals, exact = ours(cell, segments, law, 1e-8)
+    x, chi, _ = radau(cell, segments, law, times, -60.0)
+    np.testing.assert_allclose(signals["displacement"], x, atol=1e-7 * np.abs(x).max())
+    friction = signals["friction_force"][1:] / cell["normal_load"]
+    np.testing.assert_allclose(friction, cell["a"] * chi[1:], atol=1e-3 * cell["a"])
+    assert chi.min() < -0.8 * ratio and 0.8 * ratio < chi.max() and abs(exact["energy_error"]) < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [24, 21])
+def test_strokes_with_cut_offs_are_those_of_scipy(seed):
+    law = LAWS[seed % 2]
+    cell, segments = draw(seed)
+    cell |= {"direct_cutoff_speed": 3.0 * cell["belt_speed"], "evolution_cutoff_speed": 0.3 * cell["belt_speed"]}
+    times, signals, exact = ours(cell, segments, law, 1e-8)
+    x, mu, _ = radau(cell, segments, law, times)
+    np.testing.assert_allclose(signals["displacement"], x, atol=1e-7 * np.abs(x).max())
+    friction = signals["friction_force"][1:] / cell["normal_load"]
+    np.testing.assert_allclose(friction, cell["a"] * mu[1:], atol=1e-4 * cell["a"])
+    assert mu.min() < -2.0 < 2.0 < mu.max() and abs(exact["energy_error"]) < 1e-7
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -10,6 +10,10 @@ J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys. Res. 88 
 g = e^-psi - e^phi (ageing) or -e^phi (phi + psi) (slip). The slip speed spans dozens of decades and never vanishes, and
 friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbrock.py`) with ln w as the state. Row
 WEAK has psi.
+
+Laws with cut-offs have -a ln(1 + v_1/w) + b ln(1 + v_2 theta/D), but for a constant (P. G. Okubo, J. Geophys. Res. 94
+(1989) 12321): the direct effect ceases at w beyond v_1, that of theta at theta below D/v_2. So friction is a (phi -
+ln(1 + p e^phi)) + b (psi + ln(1 + q e^-psi)) beside a constant, with p = V/v_1, q = V/v_2.
 """
 
 from math import isnan, log
@@ -58,13 +62,27 @@ class Slip(NamedTuple):
     code: int
 
 
-TAG = RateAndState(0)
-LAWS, REGIMES = {"rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0)}, Recurrence
+class AgeingCutOff(Ageing):
+    """The same with cut-offs."""
 
-# rows of cells
+
+class SlipCutOff(Slip):
+    """The same with cut-offs."""
+
+
+TAG, REGIMES = RateAndState(0), Recurrence
+LAWS = {
+    "rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0), "rate_state_ageing_cut_off": AgeingCutOff(0),
+    "rate_state_slip_cut_off": SlipCutOff(0),
+}  # fmt: skip
+
+# rows of cells; the last two are one over v_1 and v_2
 MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
-# rows of a lane: a, b, mu_V, V, V/D
-ROWS = A, B_STATE, MU_V, V, RATE = at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE
+PER_DIRECT, PER_EVOLUTION = at.OWN_5, at.OWN_6
+# rows of a lane: a, b, mu_V, V, V/D, p, q
+ROWS = A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = (
+    at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE, at.GAIN, at.GAIN_TOP
+)  # fmt: skip
 P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
 SPENT = 1.0  # of the tolerance that one step may spend
 CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
@@ -73,13 +91,14 @@ TINIEST_STEP = 1e-250
 STEEPEST = 1e150  # slope of ln w in a series, whose square is finite
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
+NOTHING = 1e-300
 START = 0.1  # slip speed at the start, over that of the belt
 
 
-_law = by_type(lambda law, *_: law, inline=True)
+by_law = by_type(lambda law, *_: law, inline=True)
 
 
-@_law
+@by_law
 def growth(law, e, phi, psi):
     """g and its derivatives with respect to phi and psi; e = exp(phi)."""
     healed = exp(-psi)
@@ -91,13 +110,85 @@ def _growth_by_slip(law, e, phi, psi):
     return -e * (phi + psi), -e * (1.0 + phi + psi), -e
 
 
+# --- cut-offs: without them, what is 0.0 is subtracted, which leaves nothing in the code ------------------------------
+
+
+@by_law
+def direct(law, s, i, e):
+    """Slope of friction over phi."""
+    return s[A + i]
+
+
+@by_law
+def evolution(law, s, i, psi):
+    """Slope of friction over psi."""
+    return s[B_STATE + i]
+
+
+@by_law
+def above(law, s, i, e):
+    """What friction is above a phi, and ..."""
+    return 0.0
+
+
+@by_law
+def further(law, s, i, psi):
+    """... above b psi, beside mu_V."""
+    return 0.0
+
+
+@by_law
+def bent(law, s, i, e, psi, phi_1, psi_1):
+    """What comes to friction's second derivative over time from changes of these slopes."""
+    return 0.0
+
+
+@by_law
+def state_of(law, s, i, load):
+    """psi at which friction is by so much above that of psi = 0."""
+    return load / s[B_STATE + i]
+
+
+@direct.of(AgeingCutOff, SlipCutOff)
+def _direct(law, s, i, e):
+    return s[A + i] / (1.0 + s[CUT_P + i] * e)
+
+
+@evolution.of(AgeingCutOff, SlipCutOff)
+def _evolution(law, s, i, psi):
+    return s[B_STATE + i] / (1.0 + s[CUT_Q + i] * exp(-psi))
+
+
+@above.of(AgeingCutOff, SlipCutOff)
+def _above(law, s, i, e):
+    return -s[A + i] * ln(1.0 + s[CUT_P + i] * e)
+
+
+@further.of(AgeingCutOff, SlipCutOff)
+def _further(law, s, i, psi):
+    return s[B_STATE + i] * ln(1.0 + s[CUT_Q + i] * exp(-psi))
+
+
+@bent.of(AgeingCutOff, SlipCutOff)
+def _bent(law, s, i, e, psi, phi_1, psi_1):
+    p, q = s[CUT_P + i] * e, s[CUT_Q + i] * exp(-psi)
+    by_phi, by_psi = -s[A + i] * p / ((1.0 + p) * (1.0 + p)), s[B_STATE + i] * q / ((1.0 + q) * (1.0 + q))
+    return by_phi * phi_1 * phi_1 + by_psi * psi_1 * psi_1
+
+
+@state_of.of(AgeingCutOff, SlipCutOff)
+def _state_of(law, s, i, load):
+    return ln(max((1.0 + s[CUT_Q + i]) * exp(load / s[B_STATE + i]) - s[CUT_Q + i], NOTHING))
+
+
 # --- the equations ----------------------------------------------------------------------------------------------------
 
 
 @compiled(inline=True)
-def force(s, i, y, w, phi, psi):
+def force(law, s, i, y, w, phi, psi):
     """w'."""
-    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * phi - s[B_STATE + i] * psi
+    more, later = above(law, s, i, w / s[V + i]), further(law, s, i, psi)
+    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * phi - s[B_STATE + i] * psi - more - later
 
 
 @compiled(inline=True)
@@ -109,26 +200,28 @@ def derivatives(law, s, i, t, h, y, phi, psi):
     one over the square of HELD.
     """
     e = exp(phi)
-    w, a, b, gamma, rate = s[V + i] * e, s[A + i], s[B_STATE + i], s[at.G + i], s[RATE + i]
+    a, b, w, gamma, rate = direct(law, s, i, e), evolution(law, s, i, psi), s[V + i] * e, s[at.G + i], s[RATE + i]
     g, g_phi, g_psi = growth(law, e, phi, psi)
     held, firm = (a / w + gamma) * h > HELD, 1.0 / (a + gamma * w)
     load = s[at.B + i] + t * s[at.ALPHA + i] - w - b * rate * g
     slope = load * firm
-    bend = held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm)
-    slope = select(held, (load - w * (bend + slope * slope)) * firm, force(s, i, y, w, phi, psi) / w)
+    turn = bent(law, s, i, e, psi, slope, rate * g)
+    bend = held_bend(s, i, w, b, slope, rate * (g_phi * slope + g_psi * rate * g), turn, firm)
+    slope = select(held, (load - w * (bend + slope * slope)) * firm, force(law, s, i, y, w, phi, psi) / w)
     slope = min(max(slope, -STEEPEST), STEEPEST)
+    turn = bent(law, s, i, e, psi, slope, rate * g)
     bend = select(
         held,
-        held_bend(s, i, w, slope, rate * (g_phi * slope + g_psi * rate * g), firm),
+        held_bend(s, i, w, b, slope, rate * (g_phi * slope + g_psi * rate * g), turn, firm),
         (load - gamma * w * slope - a * slope) / w - slope * slope,
     )
     return slope, min(max(bend, -STEEPEST * STEEPEST), STEEPEST * STEEPEST)
 
 
 @compiled(inline=True)
-def held_bend(s, i, w, slope, psi_2, firm):
-    """phi'' where w' follows the load; psi_2 is psi''."""
-    return (s[at.ALPHA + i] - w * slope - s[B_STATE + i] * psi_2 - s[at.G + i] * w * slope * slope) * firm
+def held_bend(s, i, w, b, slope, psi_2, turn, firm):
+    """phi'' where w' follows the load; psi_2 is psi'', turn what is `bent`."""
+    return (s[at.ALPHA + i] - w * slope - b * psi_2 - s[at.G + i] * w * slope * slope - turn) * firm
 
 
 @compiled(inline=True)
@@ -152,12 +245,16 @@ def begin_cell(m, i, c):
     s[V + i], s[A + i], s[B_STATE + i] = way * speed, way * cells[DIRECT, c], way * cells[EVOLUTION, c]
     s[MU_V + i] = way * contacts.steady_friction(m.contact, m.law, cells, c, speed)
     s[RATE + i] = speed / cells[DISTANCE, c]
+    s[CUT_P + i], s[CUT_Q + i] = speed * cells[PER_DIRECT, c], speed * cells[PER_EVOLUTION, c]
+    s[MU_V + i] -= above(m.law, s, i, 1.0) + further(m.law, s, i, 0.0)
     start_slip(m, i, c, START * s[V + i])
     if not way * s[at.W + i] > 0.0:
         return DONE
     s[at.STEP + i] = 1e-3 * min(1.0, s[at.W + i] / s[A + i], 1.0 / s[RATE + i])
-    at_once = s[at.G + i] + s[A + i] / belt
-    judge_steady_sliding(s, i, at_once, at_once - s[B_STATE + i] / belt, abs(belt) / cells[DISTANCE, c])
+    over = belt / s[V + i]
+    at_once = s[at.G + i] + direct(m.law, s, i, over) / belt
+    later = evolution(m.law, s, i, -log(over)) / belt
+    judge_steady_sliding(s, i, at_once, at_once - later, abs(belt) / cells[DISTANCE, c])
     derive(m, i)
     return RUNNING
 
@@ -200,12 +297,13 @@ def deviation(m, i):
 def inner_load(m, i, t, y, w):
     """b psi: what is left of the load."""
     s = m.s
-    return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - speed(s, i, t)[1]
+    rest = y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - speed(s, i, t)[1]
+    return rest - above(m.law, s, i, w / s[V + i]) - further(m.law, s, i, 0.0)
 
 
 def put(m, i, y, w, load):
     """Put lane i there."""
-    m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, load / m.s[B_STATE + i]
+    m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, state_of(m.law, m.s, i, load)
 
 
 def smallest_step(contact):
@@ -214,14 +312,19 @@ def smallest_step(contact):
 
 
 def steady_friction(contact, law, cells, c, w):
-    """mu_0 + (a - b) ln(w/v_0)."""
+    """mu_0 + (a - b) ln(w/v_0), and what cut-offs change."""
     return in_logarithms(cells, c, w)
 
 
 @compiled
 def in_logarithms(cells, c, w):
     """Friction in steady sliding."""
-    return cells[MU_0, c] + (cells[DIRECT, c] - cells[EVOLUTION, c]) * log(w / cells[V_0, c])
+    a, b, v_0, per_direct, per_evolution = (
+        cells[DIRECT, c], cells[EVOLUTION, c], cells[V_0, c], cells[PER_DIRECT, c], cells[PER_EVOLUTION, c]
+    )  # fmt: skip
+    cut = a * log((1.0 + per_direct * w) / (1.0 + per_direct * v_0))
+    cut -= b * log((1.0 + per_evolution * w) / (1.0 + per_evolution * v_0))
+    return cells[MU_0, c] + (a - b) * log(w / v_0) - cut
 
 
 # --- a step -----------------------------------------------------------------------------------------------------------
@@ -245,25 +348,26 @@ def _variable(kind, s, i):
 def _rates(kind, s, i, y, phi, psi):
     e = exp(phi)
     w = s[V + i] * e
-    return w, force(s, i, y, w, phi, psi) / w, s[RATE + i] * growth(kind[1], e, phi, psi)[0]
+    return w, force(kind[1], s, i, y, w, phi, psi) / w, s[RATE + i] * growth(kind[1], e, phi, psi)[0]
 
 
 @slopes.of(RateAndState)
 def _slopes(kind, s, i, y, phi, psi):
-    w = s[at.W + i]
-    per_w, (_, g_phi, g_psi) = 1.0 / w, growth(kind[1], w / s[V + i], phi, psi)
-    slope = force(s, i, y, w, phi, psi) * per_w
-    at_once = -s[at.G + i] - s[A + i] * per_w - slope
-    return w, per_w, at_once, -s[B_STATE + i] * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
+    law, w = kind[1], s[at.W + i]
+    per_w, e = 1.0 / w, w / s[V + i]
+    _, g_phi, g_psi = growth(law, e, phi, psi)
+    slope = force(law, s, i, y, w, phi, psi) * per_w
+    at_once = -s[at.G + i] - direct(law, s, i, e) * per_w - slope
+    return w, per_w, at_once, -evolution(law, s, i, psi) * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
 @compiled(inline=True)
-def weight(s, i, w):
+def weight(law, s, i, w):
     """Share of an error in ln w that counts.
 
     Friction takes it back within w/a. Till then load over a and ln theta change by w/a and w/D times as much as it is.
     """
-    carried = (w / s[A + i]) * w * (1.0 / s[A + i] + s[RATE + i] / s[V + i])
+    carried = (w / direct(law, s, i, w / abs(s[V + i]))) * w * (1.0 / s[A + i] + s[RATE + i] / s[V + i])
     return max(min(CARRIED * carried, 1.0), LIGHTEST)
 
 
@@ -279,7 +383,7 @@ def control_step(law, s, rtol):
         (y, phi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
         e_0 /= s[A + i]
         w_new = s[V + i] * exp(phi)
-        e_1 *= weight(s, i, max(abs(s[at.W + i]), abs(w_new)))
+        e_1 *= weight(law, s, i, max(abs(s[at.W + i]), abs(w_new)))
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
         good, factor = error2 <= 1.0, step_factor(error2)
         h = s[at.TAKEN + i]

@@ -10,6 +10,7 @@ c = mu_V/a + r psi, beside y of `layout.py`:
 
 where s = V (e^(chi - c) + e^(-chi - c)) is how w spreads over chi. w is some 1e-30 while the load passes through zero;
 chi just follows the load then, which is why it is the state. Row WEAK has psi, row CHI chi, and t is w/s, tanh chi.
+With cut-offs, psi in c is psi + ln((1 + q e^-psi)/(1 + q)), and friction a (chi - sgn(w) ln(1 + p |w|/V)).
 
 This contact computes what `rate_and_state.py` leaves: cells and rigs whose belt or slip rests or turns round at the
 start or in the drive, and cells whose slip comes to a rest that ln w cannot say.
@@ -48,15 +49,23 @@ from .rate_and_state import (
     HELD,
     LARGEST,
     LONGEST_RISE,
+    NOTHING,
     SPENT,
     START,
     STEEPEST,
     TINIEST_STEP,
+    AgeingCutOff,
     RateAndState,
+    SlipCutOff,
+    above,
+    by_law,
+    evolution,
+    further,
     growth,
     in_logarithms,
     put_powers,
     start_slip,
+    state_of,
     terms,
     terms_of,
     weight,
@@ -71,27 +80,90 @@ class Regularised(NamedTuple):
 
 REGULARISED = Regularised(0)
 TAG, LAWS, REGIMES = rate_and_state.TAG, rate_and_state.LAWS, rate_and_state.REGIMES  # which leaves the rest to this
-A, B_STATE, MU_V, V, RATE = rate_and_state.ROWS
+A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = rate_and_state.ROWS
 
 CHI, CHI_NEW = at.ERROR_LOG, at.ERROR_LOG_NEW  # committed with the step, and no implicit step needs them
 RATIO, LEVEL_0 = at.K_2, at.K_3  # b/a, mu_V/a
 BACK = at.K_4 - at.W_2  # rows P of what slips backwards, beyond those of what slips forwards
 BACK_SERIES = at.SERIES_DW  # rows of its series: those of stages, which the step no longer needs
-LOWEST = -600.0  # exponent of w, so that 1/w is finite
-NOTHING = 1e-300
+LOWEST = -450.0  # exponent of w below which there is no slip; to pass through 0, w takes steps as small as it is
 ONE_WAY = 20.0  # chi from which on slip backwards is below rounding
 EXACT = 30.0  # mu/a from which on the steady friction of both forms is the same
+
+
+# --- cut-offs, as in `rate_and_state.py` ------------------------------------------------------------------------------
+
+
+@by_law
+def risen(law, s, i, psi_0, psi):
+    """By how much c is larger at psi than at psi_0."""
+    return s[RATIO + i] * (psi - psi_0)
+
+
+@by_law
+def damper(law, s, i, w):
+    """By what w' falls as w grows, chi being the same."""
+    return s[at.G + i]
+
+
+@by_law
+def less_turned(law, s, i, psi, z, tanh):
+    """What r' z tanh is below 0, r' being the slope of r."""
+    return 0.0
+
+
+@by_law
+def less_bent(law, s, i, psi, z, tanh, w, dw):
+    """What the third derivative of w loses to the slopes of r and of the damper."""
+    return 0.0
+
+
+@risen.of(AgeingCutOff, SlipCutOff)
+def _risen(law, s, i, psi_0, psi):
+    return s[RATIO + i] * (psi - psi_0) + (further(law, s, i, psi) - further(law, s, i, psi_0)) / s[A + i]
+
+
+@damper.of(AgeingCutOff, SlipCutOff)
+def _damper(law, s, i, w):
+    return s[at.G + i] - s[A + i] * s[CUT_P + i] / (s[V + i] + s[CUT_P + i] * abs(w))
+
+
+@less_turned.of(AgeingCutOff, SlipCutOff)
+def _less_turned(law, s, i, psi, z, tanh):
+    q = s[CUT_Q + i] * exp(-psi)
+    return -s[RATIO + i] * q / ((1.0 + q) * (1.0 + q)) * z * tanh
+
+
+@less_bent.of(AgeingCutOff, SlipCutOff)
+def _less_bent(law, s, i, psi, z, tanh, w, dw):
+    steep = s[CUT_P + i] * dw / (s[V + i] + s[CUT_P + i] * abs(w))
+    turned = s[A + i] * steep * steep
+    return select(w < 0.0, -turned, turned) - s[A + i] * z * less_turned(law, s, i, psi, z, tanh)
 
 
 # --- the equations ----------------------------------------------------------------------------------------------------
 
 
 @compiled(inline=True)
-def spread(s, i, chi, psi):
+def cut(law, s, i, w):
+    """What friction is above a chi."""
+    more = above(law, s, i, abs(w) / s[V + i])
+    return select(w < 0.0, 0.0 - more, more)
+
+
+@compiled(inline=True)
+def spread(law, s, i, chi, psi):
     """w, and its derivative by chi."""
-    c = s[LEVEL_0 + i] + s[RATIO + i] * psi
+    c = s[LEVEL_0 + i] + risen(law, s, i, 0.0, psi)
     ahead, back = exp(max(chi - c, LOWEST)), exp(max(-chi - c, LOWEST))
     return s[V + i] * (ahead - back), s[V + i] * (ahead + back)
+
+
+@compiled(inline=True)
+def has_ceased(law, s, i, chi, psi, chi_new, psi_new):
+    """Return whether there is no slip at either end of a step, whose length nothing then limits."""
+    c, c_new = risen(law, s, i, 0.0, psi), risen(law, s, i, 0.0, psi_new)
+    return max(abs(chi) - c, abs(chi_new) - c_new) < LOWEST + s[LEVEL_0 + i]
 
 
 @compiled(inline=True)
@@ -102,13 +174,13 @@ def follow(law, s, i, w, w_chi, psi):
     g, g_phi, g_psi = growth(law, e, ln(e), psi)
     by_chi = g_phi / e * (w_chi * per_v)
     sign = select(w > 0.0, 1.0, select(w < 0.0, -1.0, 0.0))
-    return rate * g, rate * sign * by_chi, rate * (g_psi - s[RATIO + i] * g_phi)
+    return rate * g, rate * sign * by_chi, rate * (g_psi - evolution(law, s, i, psi) / s[A + i] * g_phi)
 
 
 @compiled(inline=True)
-def force(s, i, y, w, chi):
+def force(law, s, i, y, w, chi):
     """w'."""
-    return y - s[at.G + i] * w - s[A + i] * chi
+    return y - s[at.G + i] * w - s[A + i] * chi - cut(law, s, i, w)
 
 
 class Motion(NamedTuple):
@@ -127,8 +199,8 @@ class Motion(NamedTuple):
 @compiled(inline=True)
 def motion(law, s, i, t, h, y, chi, psi):
     """The motion at t after the start of a step of length h; where w' follows the load as in `rate_and_state.py`."""
-    a, b, gamma, r = s[A + i], s[B_STATE + i], s[at.G + i], s[RATIO + i]
-    w, w_chi = spread(s, i, chi, psi)
+    w, w_chi = spread(law, s, i, chi, psi)
+    a, b, gamma, r = s[A + i], evolution(law, s, i, psi), damper(law, s, i, w), evolution(law, s, i, psi) / s[A + i]
     per = 1.0 / w_chi
     tanh = w * per
     even = 1.0 - tanh * tanh
@@ -136,29 +208,31 @@ def motion(law, s, i, t, h, y, chi, psi):
     held, firm = (a * per + gamma) * h > HELD, 1.0 / (a + gamma * w_chi)
     load, alpha = s[at.B + i] + t * s[at.ALPHA + i] - w - b * tanh * z, s[at.ALPHA + i]
     slope = load * firm
-    jerk = held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm)
-    slope = select(held, (load - w_chi * jerk) * firm, force(s, i, y, w, chi) * per)
+    less = less_bent(law, s, i, psi, z, tanh, w, w_chi * slope)
+    jerk = held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm, less)
+    slope = select(held, (load - w_chi * jerk) * firm, force(law, s, i, y, w, chi) * per)
     slope = min(max(slope, -STEEPEST), STEEPEST)
+    less = less_bent(law, s, i, psi, z, tanh, w, w_chi * slope)
     jerk = select(
         held,
-        held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm),
+        held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm, less),
         (load - (gamma * w_chi + a) * slope) * per,
     )
     jerk = min(max(jerk, -STEEPEST * STEEPEST), STEEPEST * STEEPEST)
     chi_1, turn = slope + r * tanh * z, tanh * slope - r * z * even
     z_1 = z_chi * chi_1 + z_psi * z
-    chi_2 = jerk - slope * turn + r * (even * chi_1 * z + tanh * z_1)
-    return Motion(w, w_chi, slope, jerk, chi_1, chi_2, r * z, r * z_1)
+    chi_2 = jerk - slope * turn + r * (even * chi_1 * z + tanh * z_1) - less_turned(law, s, i, psi, z * z, tanh)
+    return Motion(w, w_chi, slope, jerk, chi_1, chi_2, r * z, r * z_1 - less_turned(law, s, i, psi, z * z, 1.0))
 
 
 @compiled(inline=True)
-def held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm):
-    """w'' over the derivative of w by chi where w' follows the load, and is `slope` times that derivative."""
+def held_jerk(slope, w_chi, tanh, even, z, z_chi, z_psi, alpha, b, r, gamma, firm, less):
+    """w'' over the derivative of w by chi where w' follows the load, and is `slope` times that; less : `less_bent`."""
     chi_1, turn = slope + r * tanh * z, tanh * slope - r * z * even
     z_1 = z_chi * chi_1 + z_psi * z
-    return (alpha - w_chi * slope - b * (even * chi_1 * z + tanh * z_1) - gamma * w_chi * turn * slope) * firm + (
-        slope * turn
-    )
+    return (
+        alpha - w_chi * slope - b * (even * chi_1 * z + tanh * z_1) - gamma * w_chi * turn * slope - less
+    ) * firm + slope * turn
 
 
 # --- cells ------------------------------------------------------------------------------------------------------------
@@ -173,20 +247,22 @@ def begin_cell(m, i, c):
     fastest = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt
     s[V + i] = fastest if fastest > 0.0 else cells[rate_and_state.V_0, c]
     s[A + i], s[B_STATE + i] = cells[rate_and_state.DIRECT, c], cells[rate_and_state.EVOLUTION, c]
+    s[CUT_P + i] = s[V + i] * cells[rate_and_state.PER_DIRECT, c]
+    s[CUT_Q + i] = s[V + i] * cells[rate_and_state.PER_EVOLUTION, c]
     s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, s[V + i]), s[V + i] / cells[rate_and_state.DISTANCE, c]
+    s[MU_V + i] -= above(m.law, s, i, 1.0)
     s[RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
     at_start = belt_in_lane(m, i, 0.0)
     start_slip(m, i, c, START * at_start if abs(at_start) > s[at.FLOOR + i] else 0.0)  # at rest, but for rounding
-    s[CHI + i] = friction_over_a(s, i, s[at.W + i], s[at.WEAK + i])
+    s[CHI + i] = friction_over_a(m.law, s, i, s[at.W + i], s[at.WEAK + i])
     at_rest = abs(s[at.W + i]) if s[at.W + i] != 0.0 else s[A + i]
     s[at.STEP + i] = 1e-3 * min(1.0, at_rest / s[A + i], 1.0 / s[RATE + i])
     if belt > 0.0:
-        half = 0.5 * exp_of(min(in_logarithms(cells, c, belt) / s[A + i], EXACT))
+        half = 0.5 * exp_of(min(over_a(cells, c, belt), EXACT))
         tanh = half / (1.0 + half * half) ** 0.5
-        at_once, later = tanh * s[A + i] / belt, tanh * s[B_STATE + i] / belt
-        judge_steady_sliding(
-            s, i, s[at.G + i] + at_once, s[at.G + i] + at_once - later, belt / cells[rate_and_state.DISTANCE, c]
-        )
+        at_once, later = tanh * s[A + i] / belt, tanh * evolution(m.law, s, i, log(s[V + i] / belt)) / belt
+        gamma = damper(m.law, s, i, belt)
+        judge_steady_sliding(s, i, gamma + at_once, gamma + at_once - later, belt / cells[rate_and_state.DISTANCE, c])
     derive(m, i)
     return RUNNING
 
@@ -194,21 +270,21 @@ def begin_cell(m, i, c):
 def inner_load(m, i, t, y, w):
     """b psi: what is left of the load, in the direction of the belt."""
     s, way = m.s, 1.0 if m.s[at.B + i] > 0.0 else -1.0
-    chi = way * (y - s[at.G + i] * w - speed(s, i, t)[1]) / s[A + i]
+    chi = way * (y - s[at.G + i] * w - speed(s, i, t)[1] - cut(m.law, s, i, w)) / s[A + i]
     return way * (s[A + i] * (chi + log((1.0 - exp_of(-2.0 * chi)) * s[V + i] / abs(w))) - s[MU_V + i])
 
 
 def put(m, i, y, w, load):
     """Put lane i there."""
     s, way = m.s, 1.0 if w > 0.0 else -1.0
-    s[at.Y + i], s[at.W + i], s[at.WEAK + i] = y, w, way * load / s[B_STATE + i]
-    s[CHI + i] = friction_over_a(s, i, w, s[at.WEAK + i])
+    s[at.Y + i], s[at.W + i], s[at.WEAK + i] = y, w, state_of(m.law, s, i, way * load)
+    s[CHI + i] = friction_over_a(m.law, s, i, w, s[at.WEAK + i])
 
 
 @compiled
-def friction_over_a(s, i, w, psi):
+def friction_over_a(law, s, i, w, psi):
     """chi at a slip speed and a state."""
-    c, over = s[LEVEL_0 + i] + s[RATIO + i] * psi, abs(w) / s[V + i]
+    c, over = s[LEVEL_0 + i] + risen(law, s, i, 0.0, psi), abs(w) / s[V + i]
     if over == 0.0:
         return 0.0
     chi = max(log(0.5 * (over + (over * over + 4.0 * exp_of(-2.0 * c)) ** 0.5)) + c, 0.0)
@@ -237,6 +313,7 @@ def deviation(m, i):
     """Of friction and load over a, and of ln theta."""
     s = m.s
     y, psi, chi = s[at.Y_STAR + i] - s[at.G + i] * s[at.B + i], s[at.WEAK + i], s[CHI + i]
+    y -= cut(m.law, s, i, s[at.B + i])
     return max(abs(chi - y / s[A + i]), abs(psi), abs(s[at.Y + i] - s[at.Y_STAR + i]) / s[A + i])
 
 
@@ -246,10 +323,18 @@ def smallest_step(contact):
 
 
 def steady_friction(contact, law, cells, c, w):
-    """a asinh(e^((mu_0 + (a - b) ln(w/v_0))/a)/2)."""
-    over = in_logarithms(cells, c, max(w, NOTHING)) / cells[rate_and_state.DIRECT, c]
-    half = 0.5 * exp_of(min(over, EXACT))
-    return cells[rate_and_state.DIRECT, c] * (over if over > EXACT else log(half + (1.0 + half * half) ** 0.5))
+    """a asinh(e^((mu_0 + (a - b) ln(w/v_0))/a)/2), and what cut-offs change."""
+    over = over_a(cells, c, max(w, NOTHING))
+    half, a = 0.5 * exp_of(min(over, EXACT)), cells[rate_and_state.DIRECT, c]
+    chi = over if over > EXACT else log(half + (1.0 + half * half) ** 0.5)
+    return a * chi - a * log(1.0 + w * cells[rate_and_state.PER_DIRECT, c])
+
+
+@compiled
+def over_a(cells, c, w):
+    """ln(2 sinh chi) in steady sliding."""
+    over = in_logarithms(cells, c, w) / cells[rate_and_state.DIRECT, c]
+    return over + log(1.0 + w * cells[rate_and_state.PER_DIRECT, c])
 
 
 # --- a step -----------------------------------------------------------------------------------------------------------
@@ -271,25 +356,27 @@ def _variable(kind, s, i):
 
 @rates.of(Regularised)
 def _rates(kind, s, i, y, chi, psi):
-    w, w_chi = spread(s, i, chi, psi)
-    z, _, _ = follow(kind[1], s, i, w, w_chi, psi)
-    return w, (force(s, i, y, w, chi) + s[RATIO + i] * z * w) / w_chi, z
+    law = kind[1]
+    w, w_chi = spread(law, s, i, chi, psi)
+    z, _, _ = follow(law, s, i, w, w_chi, psi)
+    return w, (force(law, s, i, y, w, chi) + evolution(law, s, i, psi) / s[A + i] * z * w) / w_chi, z
 
 
 @slopes.of(Regularised)
 def _slopes(kind, s, i, y, chi, psi):
-    gamma, r = s[at.G + i], s[RATIO + i]
-    w, w_chi = spread(s, i, chi, psi)
-    per = 1.0 / w_chi
-    tanh, pull = w * per, force(s, i, y, w, chi) * per
-    z, z_chi, z_psi = follow(kind[1], s, i, w, w_chi, psi)
+    law = kind[1]
+    w, w_chi = spread(law, s, i, chi, psi)
+    gamma, r, per = damper(law, s, i, w), evolution(law, s, i, psi) / s[A + i], 1.0 / w_chi
+    tanh, pull = w * per, force(law, s, i, y, w, chi) * per
+    z, z_chi, z_psi = follow(law, s, i, w, w_chi, psi)
     by_chi = -gamma - s[A + i] * per - pull * tanh + r * (z_chi * tanh + z * (1.0 - tanh * tanh))
-    return w_chi, per, by_chi, r * (gamma * tanh + pull + tanh * z_psi), z_chi, z_psi
+    by_psi = r * (gamma * tanh + pull + tanh * z_psi) - less_turned(law, s, i, psi, z, tanh)
+    return w_chi, per, by_chi, by_psi, z_chi, z_psi
 
 
 @couple.of(Regularised)
 def _couple(kind, s, i, l_10, v_z):
-    by_z = -s[RATIO + i] * s[at.W + i]
+    by_z = -evolution(kind[1], s, i, s[at.WEAK + i]) / s[A + i] * s[at.W + i]
     s[W_02 + i] = by_z
     return -v_z - l_10 * by_z
 
@@ -307,18 +394,20 @@ def control_step(law, s, rtol):
     for i in range(at.WIDTH):
         (y, chi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
         h, chi_0, psi_0 = s[at.TAKEN + i], s[CHI + i], s[at.WEAK + i]
-        end, w_chi_0 = motion(law, s, i, h, h, y, chi, psi), spread(s, i, chi_0, psi_0)[1]
+        end, w_chi_0 = motion(law, s, i, h, h, y, chi, psi), spread(law, s, i, chi_0, psi_0)[1]
         e_0 /= s[A + i]
-        e_1 = (e_1 - s[RATIO + i] * end.w / end.w_chi * e_2) * weight(s, i, max(w_chi_0, end.w_chi))
+        e_1 -= evolution(law, s, i, psi) / s[A + i] * end.w / end.w_chi * e_2
+        e_1 *= weight(law, s, i, max(w_chi_0, end.w_chi))
         e_1 *= max(end.w_chi / max(abs(end.w), s[V + i]), 1.0)  # of w, where friction is far below a
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
         good, factor = error2 <= 1.0, step_factor(error2)
         s[at.Y_NEW + i], s[at.W_NEW + i], s[at.WEAK_NEW + i], s[CHI_NEW + i] = y, end.w, psi, chi
         s[at.DW_NEW + i], s[at.JERK_NEW + i] = end.w_chi * end.slope, end.w_chi * end.jerk
-        rise, fall = chi - chi_0, s[RATIO + i] * (psi - psi_0)
+        rise, fall = chi - chi_0, risen(law, s, i, psi_0, psi)
         ahead = select(max(chi, chi_0) > -ONE_WAY, abs(rise - fall), 0.0)
         back = select(min(chi, chi_0) < ONE_WAY, abs(rise + fall), 0.0)
         short = max(h * max(abs(end.slope), abs(s[at.DW + i] / w_chi_0)), ahead, back) < LONGEST_RISE
+        short = short | has_ceased(law, s, i, chi_0, psi_0, chi, psi)
         s[at.GOOD + i] = select(good & short, 1.0, 0.0)
         s[at.STEP + i] = select(short, factor, min(factor, 0.5)) * s[at.STEP + i]
         s[at.WORK + i] = work_by_ends(s, i, h)
@@ -340,12 +429,13 @@ def expand(m):
             motion(m.law, s, i, 0.0, h, s[at.Y + i], chi, psi),
             motion(m.law, s, i, h, h, s[at.Y_NEW + i], chi_new, psi_new),
         )
-        rise, fall = chi_new - chi, s[RATIO + i] * (psi_new - psi)
+        rise, fall = chi_new - chi, risen(m.law, s, i, psi, psi_new)
         put_powers(s, i, 0, h, rise - fall, p.chi_1 - p.c_1, q.chi_1 - q.c_1, p.chi_2 - p.c_2, q.chi_2 - q.c_2)
         put_powers(s, i, BACK, h, -rise - fall, -p.chi_1 - p.c_1, -q.chi_1 - q.c_1, -p.chi_2 - p.c_2, -q.chi_2 - q.c_2)
         forwards, backwards = 0.5 * (p.w_chi + p.w), 0.5 * (p.w_chi - p.w)
-        s[at.SERIES + i] = select(max(chi, chi_new) > -ONE_WAY, forwards, 0.0)
-        s[BACK_SERIES + i] = select(min(chi, chi_new) < ONE_WAY, backwards, 0.0)
+        slips = not has_ceased(m.law, s, i, chi, psi, chi_new, psi_new)
+        s[at.SERIES + i] = select(slips & (max(chi, chi_new) > -ONE_WAY), forwards, 0.0)
+        s[BACK_SERIES + i] = select(slips & (min(chi, chi_new) < ONE_WAY), backwards, 0.0)
     terms(m.law, s)
     back_terms(m.law, s)
     for i in range(at.WIDTH):

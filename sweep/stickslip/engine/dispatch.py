@@ -28,9 +28,12 @@ def kernels_for(cells: Cells, options: Options) -> tuple[str, ...]:
     own = _own(options)
     if own is None:
         return (options.law,)
-    varied = [values for name, (_, values) in cells.along.items() if name == own.parameter]
-    values = np.unique(varied).tolist() if varied else [cells.fixed[own.parameter]]
-    return tuple(dict.fromkeys(own.by_value.get(value, options.law) for value in values))
+    varied = {name: np.unique(values) for name, (_, values) in cells.along.items() if name in own.parameters}
+    values = [varied[name] if name in varied else cells.fixed[name] for name in own.parameters]
+    values = [set(np.nan_to_num(one).ravel()) for one in values]
+    names = [name for value, name in own.by_value.items() if all(value in one for one in values)]
+    others = any(one - set(own.by_value) for one in values)
+    return (*names, own.otherwise or options.law) if others else tuple(names)
 
 
 def has_own_kernels(options: Options) -> bool:
@@ -40,8 +43,9 @@ def has_own_kernels(options: Options) -> bool:
 
 def ship_all() -> None:
     """Compile all kernels for all kinds of this processor into the package, for the next wheel to bring."""
-    own = (name for model in MODELS for kernels in model.own_kernels.values() for name in kernels.by_value.values())
-    laws = dict.fromkeys((*LAWS, *own, *(f"{prefix}{TABLE}" for prefix in ("", PREFIX))))
+    own = [kernels for model in MODELS for kernels in model.own_kernels.values()]
+    names = [name for kernels in own for name in (*kernels.by_value.values(), kernels.otherwise) if name]
+    laws = dict.fromkeys((*LAWS, *names, *(f"{prefix}{TABLE}" for prefix in ("", PREFIX))))
     ship(objects.shipped_folder(), [*laws], [*objects.kinds_here()])
 
 
@@ -86,15 +90,15 @@ def _kernels(options: Options, cells: Floats) -> Iterator[tuple[str, NDArray[np.
     if own is None:
         yield options.law, None
         return
-    values = cells[getattr(layout, own.row)]
-    left = np.ones(values.size, bool)
+    values = cells[[getattr(layout, row) for row in own.rows]]
+    left = np.ones(cells.shape[1], bool)
     for value, name in own.by_value.items():
-        chosen = values == value
+        chosen = (values == value).all(axis=0)
         left &= ~chosen
         if chosen.any():
             yield name, None if chosen.all() else chosen
     if left.any() or not left.size:
-        yield options.law, None if left.all() else left
+        yield own.otherwise or options.law, None if left.all() else left
 
 
 def friction_at_belt_speed(cells: Parameters, options: Options) -> NDArray[np.float64]:

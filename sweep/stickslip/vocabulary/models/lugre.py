@@ -124,7 +124,7 @@ LUGRE = _LuGre(
     of_laws={name: tuple(f"{PREFIX}{law}" for law in laws) for name, laws in STRIBECK.of_laws.items()},
     own_kernels={
         f"{PREFIX}{law}": OwnKernels(
-            own.parameter, own.row, {at: f"{PREFIX}{name}" for at, name in own.by_value.items()}
+            own.parameters, own.rows, {at: f"{PREFIX}{name}" for at, name in own.by_value.items()}
         )
         for law, own in STRIBECK.own_kernels.items()
     },

@@ -35,11 +35,15 @@ class Curve(NamedTuple):
 
 
 class OwnKernels(NamedTuple):
-    """Faster kernels for cells with certain values of a parameter; row : of that parameter in the kernels."""
+    """Faster kernels for cells with certain values of parameters, the same of all; rows : of these in the kernels.
 
-    parameter: str
-    row: str
+    otherwise : the kernels of the other cells, where these have not the name of the law.
+    """
+
+    parameters: tuple[str, ...]
+    rows: tuple[str, ...]
     by_value: Mapping[float, str]
+    otherwise: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,8 @@
 
 The state theta, a time, follows over the slip distance D_c: by the ageing law also at rest, by the slip law only while
 there is slip. Where slip rests or turns round, friction has its regularised form, a asinh(w/(2 v_0) exp((mu_0 +
-b ln(v_0 theta/D_c))/a)), which is the same wherever it is much above a.
+b ln(v_0 theta/D_c))/a)), which is the same wherever it is much above a. With cut-offs v_1 and v_2, 1/w is 1/w + 1/v_1,
+and theta is theta + D_c/v_2, friction at v_0 being the same (Okubo 1989).
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stickslip.vocabulary.models.memory import BORDER_TOLERANCE, CONTOUR_POINTS, RESULTS, results_to_si
-from stickslip.vocabulary.models.model import Model, Rule, Slider, Values
-from stickslip.vocabulary.parameter import FRICTION, SPEED, Parameter, table
+from stickslip.vocabulary.models.model import Model, OwnKernels, Rule, Slider, Values
+from stickslip.vocabulary.parameter import FRICTION, NAN, SPEED, Parameter, table
 
 if TYPE_CHECKING:
     from stickslip.theory.memory import Slopes
@@ -29,7 +30,16 @@ _PARAMETERS = table(
     Parameter("a", "1", "direct effect a of rate-and-state friction", "friction", above=0, plausible=(0.2, 0.2)),
     Parameter("b", "1", "evolution effect b of rate-and-state friction", "friction", at_least=0, plausible=(0.2, 0.2)),
     Parameter("D_c", "m", "slip distance over which the state follows", "friction", above=0, plausible=(1e-2, 1.0)),
-)
+    Parameter(
+        "direct_cutoff_speed", "m s-1", "slip speed beyond which friction no longer grows by the direct effect",
+        "friction", default=NAN, above=0, word="none", absent="it grows at any speed", plausible=SPEED, synonyms="V_1 V1",
+    ),
+    Parameter(
+        "evolution_cutoff_speed", "m s-1", "slip speed beyond which friction no longer falls by the evolution effect",
+        "friction", default=NAN, above=0, word="none", absent="it falls at any speed", plausible=SPEED, synonyms="V_2 V2",
+    ),
+)  # fmt: skip
+_CUT = ("direct_cutoff_speed", "evolution_cutoff_speed")
 _RULES = (
     Rule("belt_speed", {"belt_speed": 0}, lambda p: abs(p["belt_speed"]), lambda p: "other than 0 m/s",
          "on a belt at rest, slip slows down for ever", strict=True),
@@ -37,21 +47,28 @@ _RULES = (
 
 
 def _slopes(cells: Values) -> Slopes:
+    import numpy as np
+
     from stickslip.theory.memory import rate_state_slopes
 
-    damping, load, belt = cells["damping"], cells["normal_load"], abs(cells["belt_speed"])
-    return rate_state_slopes(damping, load, belt, cells["a"], cells["b"], cells["D_c"])
+    load, belt = cells["normal_load"], abs(cells["belt_speed"])
+    a, b = (cells[name] / (1.0 + np.nan_to_num(belt / cells[cut])) for name, cut in (("a", _CUT[0]), ("b", _CUT[1])))
+    return rate_state_slopes(cells["damping"], load, belt, a, b, cells["D_c"])
 
 
 @dataclass(frozen=True, eq=False)
 class _RateState(Model):
     def to_kernel(self, cells: Values, by: Scales) -> dict[str, Floats]:
+        import numpy as np
+
         return {
             "OWN_0": cells["mu_0"],
             "OWN_1": cells["a"],
             "OWN_2": cells["b"],
             "OWN_3": cells["D_c"] / by.length,
             "OWN_4": cells["v_0"] / by.speed,
+            "OWN_5": np.nan_to_num(by.speed / cells[_CUT[0]]),
+            "OWN_6": np.nan_to_num(by.speed / cells[_CUT[1]]),
         }
 
     def change_scale(self, name: str, cells: Values, by: Scales) -> Floats:
@@ -84,4 +101,5 @@ RATE_STATE = _RateState(
     growth="growth_rate",
     border_tolerance=BORDER_TOLERANCE,
     contour_points=CONTOUR_POINTS,
+    own_kernels={law: OwnKernels(_CUT, ("OWN_5", "OWN_6"), {0.0: law}, f"{law}_cut_off") for law in _LAWS},
 )

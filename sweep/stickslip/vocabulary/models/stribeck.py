@@ -332,5 +332,5 @@ STRIBECK = _Stribeck(
     measured=_MEASURED,
     of_laws={"delta": (_WITH_EXPONENT,), **dict.fromkeys(_MEASURED, ("stribeck",))},
     # Exponents with which the motion has a Taylor series.
-    own_kernels={"stribeck_delta": OwnKernels("delta", "DELTA", {1.0: "stribeck", 2.0: "gaussian"})},
+    own_kernels={"stribeck_delta": OwnKernels(("delta",), ("DELTA",), {1.0: "stribeck", 2.0: "gaussian"})},
 )
