@@ -29,8 +29,8 @@ def kernels_for(cells: Cells, options: Options) -> tuple[str, ...]:
     if own is None:
         return (options.law,)
     varied = {name: np.unique(values) for name, (_, values) in cells.along.items() if name in own.parameters}
-    values = [varied[name] if name in varied else cells.fixed[name] for name in own.parameters]
-    values = [set(np.nan_to_num(one).ravel()) for one in values]
+    given = (varied[name] if name in varied else cells.fixed[name] for name in own.parameters)
+    values = [set(np.ravel(np.nan_to_num(one)).tolist()) for one in given]
     names = [name for value, name in own.by_value.items() if all(value in one for one in values)]
     others = any(one - set(own.by_value) for one in values)
     return (*names, own.otherwise or options.law) if others else tuple(names)

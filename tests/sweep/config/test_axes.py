@@ -44,8 +44,8 @@ BAD = {
         with_line(6, "axes: {belt_sped: [1, 2]}"),
         "map.yaml:6:8: axes.belt_sped: unknown quantity, expected mass, stiffness, damping, normal_load, belt_speed, "
         "a1, a2, a3, a4, delta, mu_stop, mu_static, ageing_rate, ageing_time, mu_0, v_0, a, b, D_c, "
-        "direct_cutoff_speed, evolution_cutoff_speed, contact_stiffness, contact_damping, contact_damping_speed, elastic_part, displacement, "
-        "velocity, contact_time, mu_start, mu_reversal or v_reversal\n"
+        "direct_cutoff_speed, evolution_cutoff_speed, contact_stiffness, contact_damping, contact_damping_speed, "
+        "elastic_part, displacement, velocity, contact_time, mu_start, mu_reversal or v_reversal\n"
         "  hint: did you mean belt_speed?",
     ),
     "reversed bounds": (

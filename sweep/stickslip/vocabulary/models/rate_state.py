@@ -32,11 +32,13 @@ _PARAMETERS = table(
     Parameter("D_c", "m", "slip distance over which the state follows", "friction", above=0, plausible=(1e-2, 1.0)),
     Parameter(
         "direct_cutoff_speed", "m s-1", "slip speed beyond which friction no longer grows by the direct effect",
-        "friction", default=NAN, above=0, word="none", absent="it grows at any speed", plausible=SPEED, synonyms="V_1 V1",
+        "friction", default=NAN, above=0, word="none", absent="it grows at any speed", plausible=SPEED,
+        synonyms="V_1 V1",
     ),
     Parameter(
         "evolution_cutoff_speed", "m s-1", "slip speed beyond which friction no longer falls by the evolution effect",
-        "friction", default=NAN, above=0, word="none", absent="it falls at any speed", plausible=SPEED, synonyms="V_2 V2",
+        "friction", default=NAN, above=0, word="none", absent="it falls at any speed", plausible=SPEED,
+        synonyms="V_2 V2",
     ),
 )  # fmt: skip
 _CUT = ("direct_cutoff_speed", "evolution_cutoff_speed")
