@@ -10,10 +10,6 @@ J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys. Res. 88 
 g = e^-psi - e^phi (ageing) or -e^phi (phi + psi) (slip). The slip speed spans dozens of decades and never vanishes, and
 friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbrock.py`) with ln w as the state. Row
 WEAK has psi.
-
-Laws with cut-offs have -a ln(1 + v_1/w) + b ln(1 + v_2 theta/D), but for a constant (P. G. Okubo, J. Geophys. Res. 94
-(1989) 12321): the direct effect ceases at w beyond v_1, that of theta at theta below D/v_2. So friction is a (phi -
-ln(1 + p e^phi)) + b (psi + ln(1 + q e^-psi)) beside a constant, with p = V/v_1, q = V/v_2.
 """
 
 from math import isnan, log
@@ -26,10 +22,10 @@ from ..drive import SMALLEST_SPEED, belt_in_lane, keeps_direction
 from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
-from ..jit import by_type, compiled, in_turn
+from ..jit import compiled, in_turn
 from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
-from . import smooth
+from . import rate_state_laws, smooth
 from .implicit import (
     V_START,
     end_of_step,
@@ -42,6 +38,22 @@ from .implicit import (
     step_factor,
     variable,
 )
+from .rate_state_laws import (
+    DIRECT,
+    DISTANCE,
+    EVOLUTION,
+    PER_DIRECT,
+    PER_EVOLUTION,
+    ROWS,
+    above,
+    bent,
+    direct,
+    evolution,
+    further,
+    growth,
+    in_logarithms,
+    state_of,
+)
 
 
 class RateAndState(NamedTuple):
@@ -50,39 +62,8 @@ class RateAndState(NamedTuple):
     code: int
 
 
-class Ageing(NamedTuple):
-    """Tag of the ageing law."""
-
-    code: int
-
-
-class Slip(NamedTuple):
-    """Tag of the slip law."""
-
-    code: int
-
-
-class AgeingCutOff(Ageing):
-    """The same with cut-offs."""
-
-
-class SlipCutOff(Slip):
-    """The same with cut-offs."""
-
-
-TAG, REGIMES = RateAndState(0), Recurrence
-LAWS = {
-    "rate_state_ageing": Ageing(0), "rate_state_slip": Slip(0), "rate_state_ageing_cut_off": AgeingCutOff(0),
-    "rate_state_slip_cut_off": SlipCutOff(0),
-}  # fmt: skip
-
-# rows of cells; the last two are one over v_1 and v_2
-MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
-PER_DIRECT, PER_EVOLUTION = at.OWN_5, at.OWN_6
-# rows of a lane: a, b, mu_V, V, V/D, p, q
-ROWS = A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = (
-    at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE, at.GAIN, at.GAIN_TOP
-)  # fmt: skip
+TAG, LAWS, REGIMES = RateAndState(0), rate_state_laws.LAWS, Recurrence
+A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = ROWS
 P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
 SPENT = 1.0  # of the tolerance that one step may spend
 CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
@@ -91,94 +72,7 @@ TINIEST_STEP = 1e-250
 STEEPEST = 1e150  # slope of ln w in a series, whose square is finite
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
-NOTHING = 1e-300
 START = 0.1  # slip speed at the start, over that of the belt
-
-
-by_law = by_type(lambda law, *_: law, inline=True)
-
-
-@by_law
-def growth(law, e, phi, psi):
-    """g and its derivatives with respect to phi and psi; e = exp(phi)."""
-    healed = exp(-psi)
-    return healed - e, -e, -healed
-
-
-@growth.of(Slip)
-def _growth_by_slip(law, e, phi, psi):
-    return -e * (phi + psi), -e * (1.0 + phi + psi), -e
-
-
-# --- cut-offs: without them, what is 0.0 is subtracted, which leaves nothing in the code ------------------------------
-
-
-@by_law
-def direct(law, s, i, e):
-    """Slope of friction over phi."""
-    return s[A + i]
-
-
-@by_law
-def evolution(law, s, i, psi):
-    """Slope of friction over psi."""
-    return s[B_STATE + i]
-
-
-@by_law
-def above(law, s, i, e):
-    """What friction is above a phi, and ..."""
-    return 0.0
-
-
-@by_law
-def further(law, s, i, psi):
-    """... above b psi, beside mu_V."""
-    return 0.0
-
-
-@by_law
-def bent(law, s, i, e, psi, phi_1, psi_1):
-    """What comes to friction's second derivative over time from changes of these slopes."""
-    return 0.0
-
-
-@by_law
-def state_of(law, s, i, load):
-    """psi at which friction is by so much above that of psi = 0."""
-    return load / s[B_STATE + i]
-
-
-@direct.of(AgeingCutOff, SlipCutOff)
-def _direct(law, s, i, e):
-    return s[A + i] / (1.0 + s[CUT_P + i] * e)
-
-
-@evolution.of(AgeingCutOff, SlipCutOff)
-def _evolution(law, s, i, psi):
-    return s[B_STATE + i] / (1.0 + s[CUT_Q + i] * exp(-psi))
-
-
-@above.of(AgeingCutOff, SlipCutOff)
-def _above(law, s, i, e):
-    return -s[A + i] * ln(1.0 + s[CUT_P + i] * e)
-
-
-@further.of(AgeingCutOff, SlipCutOff)
-def _further(law, s, i, psi):
-    return s[B_STATE + i] * ln(1.0 + s[CUT_Q + i] * exp(-psi))
-
-
-@bent.of(AgeingCutOff, SlipCutOff)
-def _bent(law, s, i, e, psi, phi_1, psi_1):
-    p, q = s[CUT_P + i] * e, s[CUT_Q + i] * exp(-psi)
-    by_phi, by_psi = -s[A + i] * p / ((1.0 + p) * (1.0 + p)), s[B_STATE + i] * q / ((1.0 + q) * (1.0 + q))
-    return by_phi * phi_1 * phi_1 + by_psi * psi_1 * psi_1
-
-
-@state_of.of(AgeingCutOff, SlipCutOff)
-def _state_of(law, s, i, load):
-    return ln(max((1.0 + s[CUT_Q + i]) * exp(load / s[B_STATE + i]) - s[CUT_Q + i], NOTHING))
 
 
 # --- the equations ----------------------------------------------------------------------------------------------------
@@ -314,17 +208,6 @@ def smallest_step(contact):
 def steady_friction(contact, law, cells, c, w):
     """mu_0 + (a - b) ln(w/v_0), and what cut-offs change."""
     return in_logarithms(cells, c, w)
-
-
-@compiled
-def in_logarithms(cells, c, w):
-    """Friction in steady sliding."""
-    a, b, v_0, per_direct, per_evolution = (
-        cells[DIRECT, c], cells[EVOLUTION, c], cells[V_0, c], cells[PER_DIRECT, c], cells[PER_EVOLUTION, c]
-    )  # fmt: skip
-    cut = a * log((1.0 + per_direct * w) / (1.0 + per_direct * v_0))
-    cut -= b * log((1.0 + per_evolution * w) / (1.0 + per_evolution * v_0))
-    return cells[MU_0, c] + (a - b) * log(w / v_0) - cut
 
 
 # --- a step -----------------------------------------------------------------------------------------------------------

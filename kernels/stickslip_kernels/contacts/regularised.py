@@ -49,26 +49,37 @@ from .rate_and_state import (
     HELD,
     LARGEST,
     LONGEST_RISE,
-    NOTHING,
     SPENT,
     START,
     STEEPEST,
     TINIEST_STEP,
-    AgeingCutOff,
     RateAndState,
-    SlipCutOff,
-    above,
-    by_law,
-    evolution,
-    further,
-    growth,
-    in_logarithms,
     put_powers,
     start_slip,
-    state_of,
     terms,
     terms_of,
     weight,
+)
+from .rate_state_laws import (
+    DIRECT,
+    DISTANCE,
+    EVOLUTION,
+    NOTHING,
+    PER_DIRECT,
+    PER_EVOLUTION,
+    RATIO,
+    ROWS,
+    V_0,
+    above,
+    damper,
+    evolution,
+    growth,
+    in_logarithms,
+    less_bent,
+    less_turned,
+    over_a,
+    risen,
+    state_of,
 )
 
 
@@ -80,65 +91,15 @@ class Regularised(NamedTuple):
 
 REGULARISED = Regularised(0)
 TAG, LAWS, REGIMES = rate_and_state.TAG, rate_and_state.LAWS, rate_and_state.REGIMES  # which leaves the rest to this
-A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = rate_and_state.ROWS
+A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = ROWS
 
 CHI, CHI_NEW = at.ERROR_LOG, at.ERROR_LOG_NEW  # committed with the step, and no implicit step needs them
-RATIO, LEVEL_0 = at.K_2, at.K_3  # b/a, mu_V/a
+LEVEL_0 = at.K_3  # mu_V/a
 BACK = at.K_4 - at.W_2  # rows P of what slips backwards, beyond those of what slips forwards
 BACK_SERIES = at.SERIES_DW  # rows of its series: those of stages, which the step no longer needs
 LOWEST = -450.0  # exponent of w below which there is no slip; to pass through 0, w takes steps as small as it is
 ONE_WAY = 20.0  # chi from which on slip backwards is below rounding
 EXACT = 30.0  # mu/a from which on the steady friction of both forms is the same
-
-
-# --- cut-offs, as in `rate_and_state.py` ------------------------------------------------------------------------------
-
-
-@by_law
-def risen(law, s, i, psi_0, psi):
-    """By how much c is larger at psi than at psi_0."""
-    return s[RATIO + i] * (psi - psi_0)
-
-
-@by_law
-def damper(law, s, i, w):
-    """By what w' falls as w grows, chi being the same."""
-    return s[at.G + i]
-
-
-@by_law
-def less_turned(law, s, i, psi, z, tanh):
-    """What r' z tanh is below 0, r' being the slope of r."""
-    return 0.0
-
-
-@by_law
-def less_bent(law, s, i, psi, z, tanh, w, dw):
-    """What the third derivative of w loses to the slopes of r and of the damper."""
-    return 0.0
-
-
-@risen.of(AgeingCutOff, SlipCutOff)
-def _risen(law, s, i, psi_0, psi):
-    return s[RATIO + i] * (psi - psi_0) + (further(law, s, i, psi) - further(law, s, i, psi_0)) / s[A + i]
-
-
-@damper.of(AgeingCutOff, SlipCutOff)
-def _damper(law, s, i, w):
-    return s[at.G + i] - s[A + i] * s[CUT_P + i] / (s[V + i] + s[CUT_P + i] * abs(w))
-
-
-@less_turned.of(AgeingCutOff, SlipCutOff)
-def _less_turned(law, s, i, psi, z, tanh):
-    q = s[CUT_Q + i] * exp(-psi)
-    return -s[RATIO + i] * q / ((1.0 + q) * (1.0 + q)) * z * tanh
-
-
-@less_bent.of(AgeingCutOff, SlipCutOff)
-def _less_bent(law, s, i, psi, z, tanh, w, dw):
-    steep = s[CUT_P + i] * dw / (s[V + i] + s[CUT_P + i] * abs(w))
-    turned = s[A + i] * steep * steep
-    return select(w < 0.0, -turned, turned) - s[A + i] * z * less_turned(law, s, i, psi, z, tanh)
 
 
 # --- the equations ----------------------------------------------------------------------------------------------------
@@ -245,11 +206,11 @@ def begin_cell(m, i, c):
         return DONE
     s, cells, belt = m.s, m.cells, abs(m.cells[at.BELT, c])
     fastest = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt
-    s[V + i] = fastest if fastest > 0.0 else cells[rate_and_state.V_0, c]
-    s[A + i], s[B_STATE + i] = cells[rate_and_state.DIRECT, c], cells[rate_and_state.EVOLUTION, c]
-    s[CUT_P + i] = s[V + i] * cells[rate_and_state.PER_DIRECT, c]
-    s[CUT_Q + i] = s[V + i] * cells[rate_and_state.PER_EVOLUTION, c]
-    s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, s[V + i]), s[V + i] / cells[rate_and_state.DISTANCE, c]
+    s[V + i] = fastest if fastest > 0.0 else cells[V_0, c]
+    s[A + i], s[B_STATE + i] = cells[DIRECT, c], cells[EVOLUTION, c]
+    s[CUT_P + i] = s[V + i] * cells[PER_DIRECT, c]
+    s[CUT_Q + i] = s[V + i] * cells[PER_EVOLUTION, c]
+    s[MU_V + i], s[RATE + i] = in_logarithms(cells, c, s[V + i]), s[V + i] / cells[DISTANCE, c]
     s[MU_V + i] -= above(m.law, s, i, 1.0)
     s[RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
     at_start = belt_in_lane(m, i, 0.0)
@@ -262,7 +223,7 @@ def begin_cell(m, i, c):
         tanh = half / (1.0 + half * half) ** 0.5
         at_once, later = tanh * s[A + i] / belt, tanh * evolution(m.law, s, i, log(s[V + i] / belt)) / belt
         gamma = damper(m.law, s, i, belt)
-        judge_steady_sliding(s, i, gamma + at_once, gamma + at_once - later, belt / cells[rate_and_state.DISTANCE, c])
+        judge_steady_sliding(s, i, gamma + at_once, gamma + at_once - later, belt / cells[DISTANCE, c])
     derive(m, i)
     return RUNNING
 
@@ -325,16 +286,9 @@ def smallest_step(contact):
 def steady_friction(contact, law, cells, c, w):
     """a asinh(e^((mu_0 + (a - b) ln(w/v_0))/a)/2), and what cut-offs change."""
     over = over_a(cells, c, max(w, NOTHING))
-    half, a = 0.5 * exp_of(min(over, EXACT)), cells[rate_and_state.DIRECT, c]
+    half, a = 0.5 * exp_of(min(over, EXACT)), cells[DIRECT, c]
     chi = over if over > EXACT else log(half + (1.0 + half * half) ** 0.5)
-    return a * chi - a * log(1.0 + w * cells[rate_and_state.PER_DIRECT, c])
-
-
-@compiled
-def over_a(cells, c, w):
-    """ln(2 sinh chi) in steady sliding."""
-    over = in_logarithms(cells, c, w) / cells[rate_and_state.DIRECT, c]
-    return over + log(1.0 + w * cells[rate_and_state.PER_DIRECT, c])
+    return a * chi - a * log(1.0 + w * cells[PER_DIRECT, c])
 
 
 # --- a step -----------------------------------------------------------------------------------------------------------
