@@ -217,8 +217,6 @@ def errors(cells, law, ours, verdict, rtol):
             scale = np.fmax(scale, 0.1 * force * np.abs(cells["belt_speed"]) * np.nan_to_num(verdict["period"]))
         with np.errstate(all="ignore"):
             error = np.abs(a - b) / scale / rtol
-        if name == "acceleration_max":
-            error *= 0.1  # the judge has samples of it
         if law not in ("rate_state_ageing", "rate_state_slip") and "force" not in name:
             error = np.where(verdict["cycle"], error / small, error)
         if (

@@ -31,6 +31,7 @@ SAME, LEFT = 1e-9, 1e-8  # change of the state in the section over a cycle, and 
 ALIKE = 1e-6  # change from which on loops are different ones
 NEAR = 1e-3  # deviation from steady sliding from which on linear theory holds
 SAMPLES = 12  # in a step
+GOLDEN, SECTIONS, ROOM, EDGE = 0.6180339887498949, 20, 0.05, 1e-4  # of the search for the largest |w'|
 # columns of the book of loops: time, f, the third state, heat; extremes of u, w and |w'| up to the next
 T_0, F_0, Z_0, HEAT_0, HIGH, LOW, TOP, BOTTOM, HARDEST = range(9)
 
@@ -47,11 +48,43 @@ def note(loop, u, w, dw):
 
 
 @compiled
-def note_peak(loop, whole, left, middle, right):
-    """The top of the parabola through three values, equally far apart."""
-    if middle > left and middle >= right and left > 0.0:
-        top = middle - 0.125 * (right - left) ** 2 / (left - 2.0 * middle + right)
-        loop[HARDEST], whole[HARDEST] = max(loop[HARDEST], top), max(whole[HARDEST], top)
+def pull_at(p, y, h, x, sizes, z, work):
+    """|w'| at the share x of a step, by a step that ends there."""
+    return abs(acceleration(p, y + z[STAGES - 1])) if step(p, y, x * h, sizes, z, work) else 0.0
+
+
+@compiled
+def hardest_pull(p, y, h, low, high, sizes, z, work):
+    """The largest |w'| between two shares of a step, by golden section."""
+    a, b = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    of_a, of_b = pull_at(p, y, h, a, sizes, z, work), pull_at(p, y, h, b, sizes, z, work)
+    for _ in range(SECTIONS):
+        if of_a > of_b:
+            high, b, of_b = b, a, of_a
+            a = high - GOLDEN * (high - low)
+            of_a = pull_at(p, y, h, a, sizes, z, work)
+        else:
+            low, a, of_a = a, b, of_b
+            b = low + GOLDEN * (high - low)
+            of_b = pull_at(p, y, h, b, sizes, z, work)
+    return max(of_a, of_b)
+
+
+@compiled
+def hardest_in_step(p, y, h, pulls, least, sizes, z, work):
+    """The largest |w'| in a step, of which `pulls` are samples, where it may be above `least`; else 0."""
+    top = 0.0
+    for n in range(SAMPLES + 1):
+        left, right = pulls[max(n - 1, 0)], pulls[min(n + 1, SAMPLES)]
+        if pulls[n] < max(left, right) or pulls[n] < (1.0 - ROOM) * max(least, top):
+            continue
+        if n == 0 and pull_at(p, y, h, EDGE, sizes, z, work) <= pulls[0]:
+            continue
+        if n == SAMPLES and pull_at(p, y, h, 1.0 - EDGE, sizes, z, work) <= pulls[n]:
+            continue
+        low, high = max(n - 1, 0) / SAMPLES, min(n + 1, SAMPLES) / SAMPLES
+        top = max(top, hardest_pull(p, y, h, low, high, sizes, z, work))
+    return top
 
 
 @compiled
@@ -114,7 +147,7 @@ def follow(p, tolerance, most_steps, share_of_band, out, book):
     t, h, heat, steps, loops, side = 0.0, p[LONG] * 1e-6, 0.0, 0, 0, 1.0 if y[1] > level else -1.0
     out[:] = nan
     out[REGIME], out[CROSSINGS], out[STEPS] = UNDECIDED, 0.0, 0
-    whole, loop = np.empty(9), book[0]
+    whole, loop, pulls = np.empty(9), book[0], np.empty(SAMPLES + 1)
     begin_loop(whole)
     begin_loop(loop)
     loop[T_0] = nan
@@ -169,7 +202,7 @@ def follow(p, tolerance, most_steps, share_of_band, out, book):
             heat += h * MATRIX[STAGES - 1, n] * mu * slip_speed(p, stage)
         # what is passed on the way
         stage = end.copy()
-        slope_before, two_before, before = turning(p, c, 0.0, stage), 0.0, abs(acceleration(p, y))
+        slope_before, pulls[0] = turning(p, c, 0.0, stage), abs(acceleration(p, y))
         for n in range(1, SAMPLES + 1):
             x = n / SAMPLES
             slope = turning(p, c, x, stage)
@@ -190,10 +223,11 @@ def follow(p, tolerance, most_steps, share_of_band, out, book):
             if n < SAMPLES:
                 for row in range(STATES):
                     stage[row] = at_share(c, row, x)[0]
-                note_peak(loop, whole, two_before, before, abs(acceleration(p, stage)))
-                two_before, before = before, abs(acceleration(p, stage))
+                pulls[n] = abs(acceleration(p, stage))
         w, dw = slip_speed(p, end), acceleration(p, end)
-        note_peak(loop, whole, two_before, before, abs(dw))
+        pulls[SAMPLES] = abs(dw)
+        hardest = hardest_in_step(p, y, h, pulls, loop[HARDEST], sizes, z, work)
+        loop[HARDEST], whole[HARDEST] = max(loop[HARDEST], hardest), max(whole[HARDEST], hardest)
         note(loop, end[0], w, dw)
         note(whole, end[0], w, dw)
         distance = max(abs(end[0] - steady), abs(w - belt))
