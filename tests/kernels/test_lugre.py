@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from helpers import adversary_memory
 from helpers.kernel_runs import NAN, run
 from judge import memory as memory_judge
 from stickslip.engine.compiled import kernels
@@ -273,6 +274,31 @@ def test_cycles_of_several_loops_are_told_from_one():
     tight, loose = run(cells, 1e-8, law=LAWS[0]), run(cells, 1e-5, law=LAWS[0])
     np.testing.assert_allclose(tight[at.PERIOD], [2973.9, 906.96], rtol=1e-4)  # as SciPy's Radau has them
     np.testing.assert_allclose(loose[at.PERIOD], tight[at.PERIOD], rtol=1e-5)
+
+
+def test_a_cycle_may_have_dozens_of_loops():
+    """One stick phase, and 41 more loops of bristles that ring: the judge's loops, by collocation, recur after 42."""
+    cells = np.zeros((at.CELL_ROWS, 1))
+    cells[[at.BELT, at.GAMMA, at.A1, at.A3, at.A4, at.DELTA], 0] = (
+        0.00028815071530217034, 0.09438332458477933, 0.25728737996572193, 0.4274718664219288, 0.003984205346525726, 1.0,
+    )  # fmt: skip
+    cells[at.CONTACT_STIFFNESS], cells[at.CONTACT_DAMPING] = 64.68149411427521, 0.03901448338363578
+    cells[at.XI_START], cells[at.ETA_START], cells[at.HORIZON] = 0.27448242001725054, 0.0007909185208526057, np.inf
+    found = run(cells, max_steps=5e4, law=LAWS[0])
+    assert found[at.REGIME, 0] == at.STICK_SLIP and found[at.STATUS, 0] == at.CYCLE_CLOSED
+    assert found[at.PERIOD, 0] == pytest.approx(10720.943802790702 / 4.0, rel=1e-6)
+
+
+def test_the_judge_finds_the_largest_acceleration_between_its_samples():
+    """A peak just after the start: DOP853 at 1e-12 has 0.9164991587574 m/s2."""
+    cell = {
+        "mass": 10.297950532599097, "stiffness": 302.0667341376537, "normal_load": 211.0604033352879,
+        "belt_speed": -0.26407360793465956, "damping": 35.720093056264886, "a1": 0.1760085137839149,
+        "a2": 0.007916049974693978, "a3": 0.48752974785126824, "a4": 4.230984755325421, "delta": 2.1397764769079712,
+        "contact_stiffness": 211749.10525533473, "contact_damping_speed": 27.022804335570477,
+    }  # fmt: skip
+    verdict = adversary_memory.judged({name: np.array([value]) for name, value in cell.items()}, "stribeck_delta")
+    assert verdict["acceleration_max"][0] == pytest.approx(0.9164991587574, rel=1e-11)
 
 
 def test_ever_stiffer_bristles_are_the_rigid_contact():

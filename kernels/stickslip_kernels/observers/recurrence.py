@@ -2,7 +2,8 @@
 
 It knows little of friction: a motion that stays within a band about steady sliding has settled, unless the contact says
 that this repels; one whose range of u changes so little from maximum to maximum, or from every second, third or fourth
-to the next such, several times in a row, that nothing is left of the change, is a cycle. What `regime.py` proves of a
+to the next such, several times in a row, that nothing is left of the change, is a cycle; so is one whose state comes
+back (`long_cycles.py`). What `regime.py` proves of a
 friction curve it only sees.
 """
 
@@ -11,15 +12,15 @@ from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
-from ..dense import friction_work, load_and_speed
+from ..dense import friction_work, load_and_speed, speed
 from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
 from ..machine import DONE
 from ..roots import FOR_A_VALUE, extreme_speed, passage
-from . import peaks, return_map
+from . import long_cycles, peaks, return_map
+from .long_cycles import AFTER_LONG, ALL_FAST, ALL_HARD, ALL_HIGH, ALL_LOW, ALL_SLOW, FROM_HEAT, FROM_TAU
 from .loops import (
-    AFTER,
     FAST,
     HARD,
     HEAT,
@@ -48,7 +49,7 @@ SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops 
 # at which it came there, and how often w has passed b since; FASTEST when the lane was first put ahead, NaN before.
 (
     TOP, BOTTOM, FASTEST, SLOWEST, HARDEST, WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
-) = range(AFTER, AFTER + 11 * at.WIDTH, at.WIDTH)  # fmt: skip
+) = range(AFTER_LONG, AFTER_LONG + 11 * at.WIDTH, at.WIDTH)  # fmt: skip
 
 
 class Recurrence(NamedTuple):
@@ -62,6 +63,7 @@ def begin_cell(m, i, c):
     s = m.s
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
     forget_loops(s, i)
+    long_cycles.forget_cycle(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
     return_map.begin(s, i)
     s[at.ENTERED + i], s[AWAY + i], s[TURNED + i], s[REAL_FASTEST + i] = 0.0, nan, 0.0, nan
@@ -237,14 +239,16 @@ def look_back(m, i, t, u, heat):
     for loops in range(1, MOST_LOOPS + 1):
         if recurs(s, i, m.rtol, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(s, i, m.rtol, loops):
             tell_cycle(m, i, loops * at.WIDTH)
+    y = u + s[at.G + i] * s[at.B + i]
     if s[at.DECIDED + i] == 0.0 and m.observer.until != at.UNTIL_HORIZON:
         least, least_before = least_slip(s, i, 0), least_slip(s, i, at.WIDTH)
-        y = u + s[at.G + i] * s[at.B + i]
         verdict = return_map.look_ahead(m, i, t, y, span, s[TIME + i], least, least_before)
         if verdict == return_map.CLOSED:
             tell_cycle(m, i, at.WIDTH)
         elif verdict == return_map.TOO_SLOW:
             decide_by_whole(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
+    if s[at.DECIDED + i] == 0.0:
+        tell_cycle_by_state(m, i, y, speed(s, i, t)[1], tau, heat)
     count_sticking(m, i)
     forget(s, i)
     note(s, i, u, s[at.B + i], 0.0)
@@ -253,12 +257,34 @@ def look_back(m, i, t, u, heat):
 @compiled
 def tell_cycle(m, i, loops):
     """Write what the last loops, as many as these rows, are as a cycle."""
-    s, results, c, high, low, fast, slow = m.s, m.observer.results, int(m.s[at.CELL + i]), -inf, inf, -inf, inf
+    s, high, low, fast, slow = m.s, -inf, inf, -inf, inf
     hard, time, heat = 0.0, 0.0, 0.0
     for row in range(0, loops, at.WIDTH):
         high, low = max(high, s[HIGH + row + i]), min(low, s[LOW + row + i])
         fast, slow = max(fast, s[FAST + row + i]), min(slow, s[SLOW + row + i])
         hard, time, heat = max(hard, s[HARD + row + i]), time + s[TIME + row + i], heat + s[HEAT + row + i]
+    write_cycle(m, i, time, heat, high, low, fast, slow, hard)
+
+
+@compiled
+def tell_cycle_by_state(m, i, y, dw, tau, heat):
+    """Is what ends at this maximum of u, in this state, a cycle that sticks: of one loop, or of many?"""
+    s, limit = m.s, STICK_BELOW * abs(m.s[at.B + i])
+    is_open = (
+        s[return_map.TIMES + i] == return_map.MOST_FIRM and s[at.FIRMNESS + i] * return_map.ALIKE >= return_map.NOISE
+    )
+    if long_cycles.forgets(s, i, m.rtol, y, dw) and is_open and least_slip(s, i, 0) < 0.5 * limit:
+        tell_cycle(m, i, at.WIDTH)
+    elif long_cycles.comes_back(s, i, m.rtol, y, dw, tau, heat):
+        high, low, fast, slow = s[ALL_HIGH + i], s[ALL_LOW + i], s[ALL_FAST + i], s[ALL_SLOW + i]
+        if (slow if s[at.B + i] > 0.0 else -fast) < limit:
+            write_cycle(m, i, tau - s[FROM_TAU + i], heat - s[FROM_HEAT + i], high, low, fast, slow, s[ALL_HARD + i])
+
+
+@compiled
+def write_cycle(m, i, time, heat, high, low, fast, slow, hard):
+    """Write a cycle: its period, friction work and extremes of u, w and |w'|."""
+    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     results[at.PERIOD, c], results[at.CYCLE_HEAT, c] = time, heat
     tell_attractor(m, i, high, low, fast, slow)
     if results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i]):
@@ -326,6 +352,7 @@ def observe_no_event(m, i):
     if return_map.is_ahead(m.s, i):
         return_map.go_ahead(m, i)
         forget_loops(m.s, i)
+        long_cycles.forget_cycle(m.s, i)
         m.s[at.LOOP_TAU + i] = m.s[at.TAU + i]
         forget(m.s, i)
         if isnan(m.s[REAL_FASTEST + i]):
