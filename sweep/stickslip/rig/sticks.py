@@ -86,7 +86,7 @@ class Sticks:
         after = np.append(self.starts[1:], self.time.size - 1)[: self.count]
         return self.ends[self.broke], after[self.broke]
 
-    def between(self, first: int, last: int) -> Sticks:
+    def between(self, first: int, last: int) -> "Sticks":
         """The phases within the samples from `first` up to `last`, cut off at both; what lasts on has not broken."""
         inside = (self.ends >= first) & (self.starts < last)
         starts, ends = np.maximum(self.starts[inside], first), np.minimum(self.ends[inside], last - 1)
@@ -97,7 +97,7 @@ class Sticks:
             rest=self.rest * (last - first) / self.time.size,
         )  # fmt: skip
 
-    def whole_cycles(self) -> Sticks:
+    def whole_cycles(self) -> "Sticks":
         """The part from the first break-away to the last; all of it if there are less than two."""
         breaks = self.ends[self.broke]
         return self.between(int(breaks[0]), int(breaks[-1]) + 2) if breaks.size > 1 else self
@@ -118,7 +118,7 @@ class Sticks:
         return whole, certain
 
 
-def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> Sticks:
+def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> "Sticks":
     """Find the stick phases of a record: those of its flag `stick`, else those that its force shows.
 
     Parameters
