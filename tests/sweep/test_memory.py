@@ -6,7 +6,6 @@ from scipy.integrate import solve_ivp
 
 import stickslip
 from judge import memory
-from stickslip import sound
 from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
 from stickslip.engine import Options
@@ -148,11 +147,6 @@ def test_what_such_a_contact_cannot_do_is_said(changes, message):
     with pytest.raises(ConfigError) as error:
         parse_config(text)
     assert message in str(error.value)
-
-
-def test_a_contact_that_never_rests_has_no_sound():
-    with pytest.raises(ValueError, match="no sound of rate_state_slip, a contact with memory"):
-        sound.of(PAIR | {"belt_speed": 1e-2}, law="rate_state_slip")
 
 
 STEPPED = {

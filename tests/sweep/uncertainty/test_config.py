@@ -93,8 +93,9 @@ BAD = {
         text(f"{SPEED}, dampin: {{uniform: [0, 1]}}"),
         "map.yaml:4:69: uncertain.quantities.dampin: unknown quantity, expected mass, stiffness, damping, normal_load, "
         "belt_speed, a1, a2, a3, a4, delta, mu_stop, mu_static, ageing_rate, ageing_time, mu_0, v_0, a, b, D_c, "
-        "contact_stiffness, contact_damping, contact_damping_speed, elastic_part, "
-        "displacement, velocity, contact_time, mu_start, mu_reversal or v_reversal\n  hint: did you mean damping?",
+        "direct_cutoff_speed, evolution_cutoff_speed, contact_stiffness, contact_damping, contact_damping_speed, "
+        "elastic_part, displacement, velocity, contact_time, mu_start, mu_reversal or v_reversal\n"
+        "  hint: did you mean damping?",
     ),
     "an unknown distribution": (
         text("belt_speed: {gauss: {mean: 1, std: 1}}"),

@@ -89,6 +89,9 @@ class _RateState(Model):
             if name in cell
         }
         shift = rounded(2.0 * cell.get("mu_0", 0.5) * cell["normal_load"] / cell["stiffness"])
+        belt = abs(cell["belt_speed"]) or 1.0
+        cut_off = rounded(0.1 * belt), rounded(100.0 * belt), 10.0 * belt
+        ends |= dict.fromkeys(("direct_cutoff_speed", "evolution_cutoff_speed"), cut_off)
         return ends | {"displacement": (-shift, shift, 0.0)}
 
 
