@@ -51,7 +51,7 @@ POINTS = ("speed", "time", "mu", "friction_force", "load", "sigma", "material") 
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
 _LONG_SPEED = re.compile(  # Motor speed
-    r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw\w*|vitesse)\b[.)]?)(.*)", re.IGNORECASE
+    r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw[^\W_]*|vitesse)(?![^\W_])[.)]?)(.*)", re.IGNORECASE
 )
 _NOT_OF_SLIDING = re.compile(  # speeds of rotation, rolling, wear, vibration, of one of two bodies: which, nobody knows
     r"umfang|circumf|periph|(?<!t)roll|roul|walz|entrain|summe|dreh|winkel|rotat|angul|wear|usure|verschlei|abras"
