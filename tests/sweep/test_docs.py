@@ -120,7 +120,11 @@ def test_every_configuration_of_the_docs_is_computed(here, name):
         assert (here / file).stat().st_size > 0
 
 
-@pytest.mark.parametrize("name", PYTHON)
+# Each of those that register a law compiles it for a minute.
+OWN_LAWS = [pytest.param(name, marks=pytest.mark.slow) for name in PYTHON if name.startswith("own-law")]
+
+
+@pytest.mark.parametrize("name", [*(name for name in PYTHON if not name.startswith("own-law")), *OWN_LAWS])
 def test_every_python_block_of_the_docs_runs(here, name):
     """It must not raise; more is not claimed."""
     write_config(here, num=100, name="my.yaml")
