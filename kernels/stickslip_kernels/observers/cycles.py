@@ -176,15 +176,15 @@ def confirm_cycle(m, i, tau, heat, xi):
     """After how many loops the state returns; after LOOPS of them the verdict, with the extremes on the way."""
     s = m.s
     amplitude, turn = 0.5 * abs(xi - s[at.TURN_BEFORE + i]), s[at.LOOP_COUNT + i]
-    off = abs(xi - s[at.LOOP_XI + i]) / (m.rtol * amplitude)
-    returns = off <= RETURNS
+    off, tolerance = abs(xi - s[at.LOOP_XI + i]), m.rtol * amplitude
+    returns = off <= RETURNS * tolerance
     if returns and s[at.RETURNED + i] == 0.0:
         s[at.RETURNED + i] = turn
     if turn < LOOPS:
         return
     length, multiplier = s[at.RETURNED + i], s[at.MULTIPLIER + i]
     s[at.MULTIPLIER + i] = 0.0
-    returns = returns and (multiplier == 0.0 or off <= REMAINING * (1.0 - multiplier**LOOPS))
+    returns = returns and (multiplier == 0.0 or off <= REMAINING * tolerance * (1.0 - multiplier**LOOPS))
     if not returns or LOOPS % length != 0.0:
         s[at.CONFIRMING + i], s[at.LOOP_CHANGE + i], s[at.LOOP_STILL + i] = 0.0, inf, 0.0
         s[at.PUSH_STATE + i] = NO_RETURN if s[at.PUSH_STATE + i] == PUSHED else s[at.PUSH_STATE + i]
