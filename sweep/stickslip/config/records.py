@@ -63,7 +63,7 @@ def _whole(document: Document, path: Path, given: Any, unknown: Collection[str])
         key = "drive"
         rig = room.rig_of(_beside(document, drive) if isinstance(drive, str) else drive, conditions)
         key = "record"
-        said = room.observed(room.read_record(_beside(document, record)), rig, unknown, bool(given.get("scatter")))
+        features = room.observed(room.read_record(_beside(document, record)), rig, unknown, bool(given.get("scatter")))
     except ConfigError:
         raise
     except QuantityError as error:
@@ -73,7 +73,7 @@ def _whole(document: Document, path: Path, given: Any, unknown: Collection[str])
         raise document.refused((*path, key), f"{name}: {error}") from None
     plain = rig.resolved()
     at = {name: value for name, value in plain["system"].items() if name not in unknown}
-    return {**at, **said._asdict(), **given, "drive": {name: plain[name] for name in _OF_RIG}}
+    return {**at, **features._asdict(), **given, "drive": {name: plain[name] for name in _OF_RIG}}
 
 
 def _beside(document: Document, name: str) -> str:
