@@ -59,6 +59,7 @@ except QuantityError as error:
 """)
 
 
+@pytest.mark.slow
 def test_a_new_parameter_is_one_row_and_its_conversion(copy):
     """The share of the load that the contact carries: half of it is half the load."""
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'

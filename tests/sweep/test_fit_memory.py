@@ -32,7 +32,9 @@ def record(law, noise=2e-4, every=0.2):
     return time, speed, mu + np.random.default_rng(0).normal(0.0, noise, mu.size)
 
 
-@pytest.mark.parametrize(("law", "stiffness"), [("rate_state_ageing", None), ("rate_state_slip", DRIVE)])
+@pytest.mark.parametrize(
+    ("law", "stiffness"), [("rate_state_ageing", None), pytest.param("rate_state_slip", DRIVE, marks=pytest.mark.slow)]
+)
 def test_the_law_is_that_which_drew_the_record(law, stiffness):
     fit = fit_rate_state(*record(law), law=law, stiffness=stiffness)
     assert fit.good, fit.quality

@@ -59,6 +59,7 @@ def test_coulomb_friction_is_quiet_over_a_range_where_its_slowest_speed_is_criti
     np.testing.assert_array_equal(ds["quiet_probability"][0], critical(*at) < SLOWEST)
 
 
+@pytest.mark.slow
 def test_of_several_ranges_the_worst_combination_counts():
     """The largest load; of the stiffness one inside the range, depending on the damper."""
     cell = COULOMB | {"damping": 1.0, "mu_static": 0.45, "belt_speed": SLOWEST}
@@ -113,7 +114,7 @@ def test_an_undamped_coulomb_cell_is_quiet_nowhere():
     assert words.needs(ds).rows == [["0", "vibrates", "0", "-", "-", "-"]]
 
 
-@pytest.mark.parametrize("slowest", [0.004, 0.003])
+@pytest.mark.parametrize("slowest", [0.004, pytest.param(0.003, marks=pytest.mark.slow)])
 def test_a_vibration_between_quiet_ends_of_the_range_is_found(slowest):
     """A Gaussian curve falls most steeply at a4/sqrt(2), so that a damper that is a little too weak lets vibrate there
     alone: the border is that of linear theory, c = N a3/a4 sqrt(2/e). Of the values looked at first none need be there.

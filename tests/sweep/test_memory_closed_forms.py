@@ -133,6 +133,7 @@ def test_threads_and_order_do_not_matter(cell, law):
         np.testing.assert_array_equal(two[name], one[name][order], err_msg=name)
 
 
+@pytest.mark.slow
 def test_the_heat_of_stiff_bristles_is_that_of_the_belt_in_long_steps():
     """Steps of thousands of turns of the bristles: found by the adversary, 4 % off at 1e-6, more than twice at 1e-5."""
     cell = {

@@ -52,7 +52,7 @@ def bell():
 
 
 @pytest.mark.parametrize("belt", [0.004, 0.1, 0.7])
-@pytest.mark.parametrize("law", ["lorentzian", "expanded"])
+@pytest.mark.parametrize("law", [pytest.param("lorentzian", marks=pytest.mark.slow), "expanded"])
 def test_the_motion_under_a_registered_law_is_that_of_scipy(law, belt, monkeypatch, request):
     lorentzian = request.getfixturevalue(law)
     monkeypatch.setitem(scipy_oscillator.SHAPES, lorentzian, lambda z, delta: 1.0 / (1.0 + z * z))
@@ -71,6 +71,7 @@ def test_the_motion_under_a_registered_law_is_that_of_scipy(law, belt, monkeypat
         assert found["sticks"][0] == sum(mode == "stick" for _, mode, _, _ in exact.phases)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delta", [1.0, 1.7, 3.0])
 def test_our_law_written_again_gives_the_same_map(stretched, delta):
     random, n = np.random.default_rng(4), 400
@@ -97,7 +98,8 @@ def decades(random, n):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("with_recurrence", [pytest.param(True, marks=pytest.mark.slow), False])
+@pytest.mark.slow
+@pytest.mark.parametrize("with_recurrence", [True, False])
 def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell, stretched, with_recurrence):
     cells, delta = decades(np.random.default_rng(6), 500), {"delta": 2.0}
     law = (bell, {}) if with_recurrence else (stretched, delta)
@@ -111,14 +113,16 @@ def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell, stretche
         np.testing.assert_allclose(own[name].values[both], ours[name].values[both], rtol=2e-5, err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_recurrence_takes_a_fraction_of_the_steps(lorentzian, expanded):
     cells = decades(np.random.default_rng(7), 300) | {"damping": 0.02, "stiffness": 1.0}
     steps = [float(stickslip.evaluate(cells, law=law)["steps"].mean()) for law in (lorentzian, expanded)]
     assert steps[1] < 0.35 * steps[0]
 
 
-@pytest.mark.parametrize("with_recurrence", [pytest.param(True, marks=pytest.mark.slow), False])
-@pytest.mark.parametrize("gamma", [0.02, pytest.param(5.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("with_recurrence", [True, False])
+@pytest.mark.parametrize("gamma", [0.02, 5.0])
 def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, stretched, gamma, with_recurrence):
     """Where loops grow or shrink too slowly to be followed."""
     delta = {"delta": 2.0}
@@ -133,13 +137,13 @@ def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, stretched,
     assert first[0] == pytest.approx(first[1], rel=1e-6)
 
 
-def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_that_was_registered(lorentzian):
+def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_that_was_registered(expanded):
     z = np.array([0.3, 0.8, 2.0])
     critical = -np.array([0.1 + 0.2 / 0.05 * own_shapes.slope(one, 1.0) for one in z])
     steady = 0.3 + 0.1 * 0.05 * z + 0.2 * np.array([own_shapes.shape(one, 1.0) for one in z])
     cell = CELL | {"belt_speed": 0.05 * z, "displacement": steady * (1.0 + 1e-6), "velocity": 0.0}
     regimes = [
-        stickslip.evaluate(cell | {"damping": critical * share}, law=lorentzian)["regime"] for share in (0.98, 1.001)
+        stickslip.evaluate(cell | {"damping": critical * share}, law=expanded)["regime"] for share in (0.98, 1.001)
     ]
     assert set(regimes[0].values) <= {REGIMES.index("stick_slip"), REGIMES.index("sustained")}
     assert set(regimes[1].values) == {REGIMES.index("damped")}
@@ -153,13 +157,13 @@ def test_only_a_law_that_depends_on_it_has_the_exponent(lorentzian, stretched):
         make_config({"system": UNIT | {"belt_speed": 0.1}, "friction": friction})
 
 
-def test_a_configuration_names_a_registered_law(lorentzian):
-    text = ENTRY.replace("LAW", "own_lorentzian")
+def test_a_configuration_names_a_registered_law(expanded):
+    text = ENTRY.replace("LAW", "own_expanded")
     found = stickslip.run(stickslip.config.reader.parse_config(text))
-    same = stickslip.evaluate(CELL | {"belt_speed": [0.02, 0.1, 0.6]}, law=lorentzian)
+    same = stickslip.evaluate(CELL | {"belt_speed": [0.02, 0.1, 0.6]}, law=expanded)
     np.testing.assert_array_equal(found["period"], same["period"])
-    with pytest.raises(ConfigError, match="expected .*own_lorentzian"):
-        stickslip.config.reader.parse_config(text.replace("own_lorentzian", "own_lorentz"))
+    with pytest.raises(ConfigError, match="expected .*own_expanded"):
+        stickslip.config.reader.parse_config(text.replace("own_expanded", "own_expand"))
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,17 @@ def test_squares_of_the_harmonics_sum_to_the_mean_square(name):
     assert np.mean(a**2) - rest - error <= total <= np.mean(a**2) + error + 1e-7 * total
 
 
-@pytest.mark.parametrize("name", ["stribeck", "damped", "peak of static friction", "ageing", "gaussian", "rational"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "stribeck",
+        "damped",
+        "peak of static friction",
+        "ageing",
+        "gaussian",
+        pytest.param("rational", marks=pytest.mark.slow),
+    ],
+)
 def test_squares_sum_to_what_scipy_integrates_over_the_slip(name):
     """DOP853 and quad, which know nothing of the kernels; break-away is where the kernels say."""
     law, given = STICKING[name]
