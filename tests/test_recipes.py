@@ -317,7 +317,7 @@ def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_m
     copy.insert("kernels/stickslip_kernels/contacts/__init__.py", '"stribeck.modes",', ' "dahl",')
     copy.insert("sweep/stickslip/vocabulary/models/__init__.py", "= (STRIBECK,", " DAHL,")
     copy.insert(
-        "sweep/stickslip/vocabulary/models/__init__.py", "FORMULA, STRIBECK\n",
+        "sweep/stickslip/vocabulary/models/__init__.py", "OF_ANY_SHAPE, STRIBECK\n",
         "from stickslip.vocabulary.models.dahl import DAHL\n",
     )  # fmt: skip
     copy.run("""
