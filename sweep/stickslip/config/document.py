@@ -66,7 +66,8 @@ def with_observations(document: Document) -> Document:
     whole: dict[str, Any] = {key: value for key, value in data.items() if key not in OWN_WORDS}
     before: tuple[dict[Path, Any], ...] = (document.keys, document.values, document.texts)
     after = [{p: place for p, place in places.items() if not p or p[0] not in OWN_WORDS} for places in before]
-    for old, new in _moves(data):
+    moves = list(_moves(data))
+    for old, new in moves:
         inside: Any = whole
         for key in new[:-1]:
             inside = inside.setdefault(key, {})
@@ -80,7 +81,7 @@ def with_observations(document: Document) -> Document:
     if isinstance(first, str):
         whole.setdefault("friction", {}).setdefault("law", law_of(first)[0])
     keys, values, texts = after
-    return replace(document, data=whole, keys=keys, values=values, texts=texts)
+    return replace(document, data=whole, keys=keys, values=values, texts=texts, moved={new: old for old, new in moves})
 
 
 def _check_words(document: Document) -> None:

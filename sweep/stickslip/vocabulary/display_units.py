@@ -141,6 +141,9 @@ def units_shown(ds: xr.Dataset) -> dict[str, str]:
 
 def _given(data: Any) -> Iterator[tuple[str, Any]]:
     """Quantities by name with what is given for them, anywhere."""
+    if isinstance(data, list | tuple):  # of observations
+        for part in data:
+            yield from _given(part)
     if not isinstance(data, Mapping):
         return
     for key, value in data.items():

@@ -35,6 +35,7 @@ mislabelled: 0.02
 def test_a_file_of_observations_is_a_configuration_in_other_words():
     config = parse_config(TEXT)
     plain = config.resolved()
+    assert config.written_in["normal_load"] == "N" and config.written_in["belt_speed"] == "mm/s"
     assert plain["system"]["mass"] == 0.1 and plain["friction"]["a3"] == 0.2
     assert list(plain["uncertain"]["quantities"]) == ["stiffness", "a1"]
     assert plain["explain"]["observed"][0] == {
@@ -88,7 +89,7 @@ def test_populations_that_are_not_computed_yet_are_left_out_and_said(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "place", "words"),
     [
-        ("regime: stick_slip", "regime: squeak", ":3:", "stick_slip, damped, creep"),
+        ("regime: stick_slip", "regime: squeak", ":3:", " observed[0].regime: got"),
         ("regime: stick_slip", "regim: stick_slip", ":3:", "did you mean regime?"),
         ("spring_force_max: 4.5 +- 0.1 N", "spring_force_max: 4.5 N", ":3:", "a value above 0 with its standard"),
         ("spring_force_max: 4.5 +- 0.1 N", "spring_force_max: 4.5 +- 0.1 ms", ":3:", "N"),
@@ -104,9 +105,10 @@ def test_populations_that_are_not_computed_yet_are_left_out_and_said(tmp_path):
          "got stribeck, which has no delta"),
         ("  a4: 20 mm/s\n", "  a4: 20 mm/s\n  delta: {uniform: [1, 2]}\n  laws: [gaussian]\n", ":13:", "delta is"),
         ("  mass: 100 g\n", "  mass: 100 g\n  weight: 2\n", ":7:", "did you mean mass?"),
-        ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":8:", "more than low"),
+        ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":8:", " prior.a1.uniform[1]: got 0.05"),
         ("mislabelled: 0.02", "mislabelled: 2", ":17:", "at most 0.5"),
         ("150 mm/s, normal_load: 10 N", "150 mm/s, normal_load: 20 N", ":13:", "differs between"),
+        ("num: 5}", "num: 0}", ":13:", " predict.axes.belt_speed.num: "),
     ],
 )  # fmt: skip
 def test_bad_input_is_refused_at_its_place(tmp_path, old, new, place, words):

@@ -100,10 +100,10 @@ def test_a_record_in_a_configuration_is_what_it_says_once_it_is_resolved(tmp_pat
     [
         (
             {"record": "felt.csv"},
-            "explain.observed[0]: missing, expected the configuration of the rig: drive: rig.yaml",
+            "observed[0]: missing, expected the configuration of the rig: drive: rig.yaml",
         ),
-        ({"drive": RIG}, "explain.observed[0]: missing, expected the name of a CSV file"),
-        ({"record": 1, "drive": RIG}, "explain.observed[0].record: got 1, expected the name of a CSV file"),
+        ({"drive": RIG}, "observed[0]: missing, expected the name of a CSV file"),
+        ({"record": 1, "drive": RIG}, "observed[0].record: got 1, expected the name of a CSV file"),
         (
             {"record": "felt.csv", "drive": RIG, "belt_speed": "1 N"},
             "observed[0].belt_speed: got '1 N', expected a speed",

@@ -10,7 +10,15 @@ from scipy import stats  # type: ignore[import-untyped]
 
 from stickslip.config.studies import Table
 from stickslip.config.uncertain import Uncertain
-from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, study_dataset, text_index
+from stickslip.dataset.build import (
+    NO_FILL,
+    attributes_of,
+    grid_coordinates,
+    parameter_variable,
+    shown_in,
+    study_dataset,
+    text_index,
+)
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Results
 from stickslip.studies.explain.directions import directions
@@ -134,11 +142,18 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
 
 def _coordinates(context: Context) -> dict[str, xr.Variable]:
     about = {"units": "1", "long_name": "share of the draws below the quantile"}
+    observed = context.request.observed
+    predicted = {*context.grid.fixed, *context.grid.along} if context.grid.dims else set()
+    conditions = dict.fromkeys(name for one in observed for name in one.conditions if name not in predicted)
+    values = {name: [one.conditions.get(name, np.nan) for one in observed] for name in conditions}
     return {
+        name: shown_in(parameter_variable(name, _OBSERVED, made_at), context.written_in.get(name))
+        for name, made_at in values.items()
+    } | {
         "law": text_index("law", context.laws, "law of friction"),
         "quantity": text_index("quantity", context.prior.names, "uncertain quantity"),
         "other": text_index("other", context.prior.names, "uncertain quantity"),
-        "observation": text_index("observation", [one.words for one in context.request.observed], "observation"),
+        "observation": text_index("observation", [one.words for one in observed], "observation"),
         "share": xr.Variable("share", np.array(SHARES), about, NO_FILL),
     }  # fmt: skip
 
