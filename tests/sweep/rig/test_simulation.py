@@ -11,7 +11,7 @@ from stickslip.config.rigs import Sensor
 from stickslip.rig import RigTests, apparatus, features, make_record, make_rig, run_matrix
 from stickslip.rig.quantities import EXACT, FEATURES
 from stickslip.vocabulary.flags import STATUSES
-from stickslip.vocabulary.models import LAWS
+from stickslip.vocabulary.models import CURVE_LAWS
 
 TIGHT = {"rtol": 1e-9}
 SEEDS = range(20)
@@ -270,8 +270,8 @@ def test_ctrl_c_ends_a_matrix():
         run_matrix(noisy_matrix(), progress=progress)
 
 
-@pytest.mark.slow  # each of them is compiled
-@pytest.mark.parametrize("law", [law for law in LAWS if law != "stribeck"])
+@pytest.mark.slow  # each of them is compiled; rigs of contacts with memory: test_memory.py, test_reversing_slip.py
+@pytest.mark.parametrize("law", CURVE_LAWS[1:])
 def test_other_laws_have_rigs_too(law):
     friction = {"law": law} | ({"delta": 1.5} if law == "stribeck_delta" else {})
     test = one(rig(friction=friction))
