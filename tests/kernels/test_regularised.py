@@ -47,6 +47,19 @@ def test_cells_from_rest_on_the_belt_come_to_the_cycles_of_the_logarithms(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
+def test_the_largest_acceleration_counts_that_at_rest_on_the_belt(law):
+    """There nothing but the load acts, and only for a moment."""
+    cells = columns(draw(300, 21), 10 ** np.random.default_rng(22).uniform(-3.0, 1.0, 300))
+    cells[at.ETA_START] = cells[at.BELT]
+    found = run(cells, max_steps=2e4, law=LAWS[law])
+    whole = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP, at.SUSTAINED))
+    load = cells[at.XI_START] + cells[at.GAMMA] * cells[at.BELT]
+    assert whole.sum() > 100
+    assert (found[at.ACCELERATION_MAX, whole] >= load[whole]).all()
+    assert (found[at.ACCELERATION_MAX, whole] == load[whole]).any()  # often nothing later is as steep
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_no_cell_fails_where_a_heavy_mass_shoots_past_the_belt(law):
     """Thrown a hundred belt speeds past it, so far that the spring pulls backwards harder than friction holds."""
     one = dict(zip(NAMES, (10.0, 1e3, 0.0, 0.0, 1e-2, 0.6, 1e-6, 0.01, 0.018, 1e-6), strict=True))

@@ -225,6 +225,8 @@ def begin_cell(m, i, c):
         gamma = damper(m.law, s, i, belt)
         judge_steady_sliding(s, i, gamma + at_once, gamma + at_once - later, belt / cells[DISTANCE, c])
     derive(m, i)
+    if s[at.W + i] == 0.0:  # where w' does not follow the load yet: friction is none
+        observers.observe_standstill(m, i, s[at.Y + i])
     return RUNNING
 
 

@@ -121,6 +121,10 @@ def observe_slip_begin(m, i, u, w, fresh):
     note(m.s, i, u, w, 0.0)
 
 
+def observe_standstill(m, i, dw):
+    m.s[at.DW_TOP + i] = max(m.s[at.DW_TOP + i], abs(dw))
+
+
 def before_commit(m):
     widest_vectors()
     s = m.s
@@ -171,14 +175,16 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
             peak = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
         note(s, i, y - s[at.G + i] * b, peak, 0.0)
         s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], abs(peak - b))
+        grazes = is_beyond(b, s[at.W + i]) == is_beyond(b, w) != is_beyond(b, peak)
+        if grazes and abs(y - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
+            s[at.CROSSED + i] += 2.0
     if s[at.JERK + i] * jerk < 0.0 and (s[at.BY_SERIES + i] == 0.0 or peaks.may_be_steepest(s, i, h, dw, jerk)):
         steepest = s[peaks.SLOPE + i]
         if s[at.BY_SERIES + i] == 0.0 or isnan(steepest):
             steepest = contacts.extreme_slope(m, i, h, at_end)
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(steepest))
     start, outside = 0.0, is_outside(s, i, s[at.Y + i], s[at.W + i])
-    is_beyond = w < b if b < 0.0 else w > b
-    if (s[at.W + i] < b if b < 0.0 else s[at.W + i] > b) != is_beyond:
+    if is_beyond(b, s[at.W + i]) != is_beyond(b, w):
         s[TURNED + i] += 1.0
         t, rise, there, fallen = passage(s, i, b, 1.0 if w > b else -1.0, h, at_end)
         u = s[at.Y + i] + rise - s[at.G + i] * b
@@ -188,10 +194,16 @@ def observe_step(m, i, h, y, w, dw, jerk, work):
         if off > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 1.0
             start, outside = t, True
-        if is_beyond:
+        if is_beyond(b, w):
             look_back(m, i, t, u, s[at.HEAT + i] + friction_work(s, i, t, rise, there, fallen))
     if outside and not is_outside(s, i, y, w):
         note_entry(s, i, start, h)
+
+
+@compiled(inline=True)
+def is_beyond(b, w):
+    """Return whether slip is faster than the belt, in its direction."""
+    return w < b if b < 0.0 else w > b
 
 
 @compiled(inline=True)

@@ -72,6 +72,10 @@ def observe_slip_begin(m, i, u, w, fresh):
     m.observer.results[at.RIG_SLIPS, int(m.s[at.CELL + i])] += 1.0
 
 
+def observe_standstill(m, i, dw):
+    note_acceleration(m, i, m.s[at.ALPHA + i] - dw)
+
+
 def observe_step(m, i, h, y, w, dw, jerk, work):
     s = m.s
     note_acceleration(m, i, s[at.ALPHA + i] - s[at.DW + i])
