@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import stickslip
+from helpers.adversary_memory import PLAIN, judged
 from judge import memory
 from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
@@ -48,6 +49,27 @@ system: {mass: 100 g, stiffness: 5 N/mm, damping: 1 N s/m, normal_load: 10 N, be
 friction: {a1: 0.25, a2: 0, a3: 0.2, a4: 20 mm/s, contact_stiffness: 1 N/um, contact_damping: 100 N s/m}
 drive: {stroke: 5 mm}
 """
+
+
+def test_what_comes_before_the_limit_of_loops_that_shrink_counts():
+    """The fastest slip on the way to a slip cycle; crossings on the way to a slow approach, two of them shallow."""
+    common = {"mu_0": 0.6, "v_0": 1e-6}
+    growing = common | {
+        "mass": 445.76008899533224, "stiffness": 1385.6784656552115, "normal_load": 0.4568321150582744,
+        "belt_speed": 8.168355442069221e-05, "damping": 0.021605029923511113, "a": 0.02096677077355937,
+        "b": 0.033042074252559096, "D_c": 8.263101799303501e-06,
+    }  # fmt: skip
+    settling = common | {
+        "mass": 14.824961156373558, "stiffness": 1519114.5679029587, "normal_load": 0.2756862442111749,
+        "belt_speed": 1.9317823290168653e-06, "damping": 2.940349515830149, "a": 0.007957161403075341,
+        "b": 0.023085696033609902, "D_c": 5.773719447697682e-07, "displacement": 1.0707919103358539e-07,
+        "velocity": 1.9317262974608686e-06, "contact_time": 3.6799085656301704e-05,
+    }  # fmt: skip
+    for cell, names in ((growing, ["slip_speed_max"]), (settling, ["settling_time", "equilibrium_crossings"])):
+        ruled = judged({name: np.array([value]) for name, value in (PLAIN | cell).items()}, LAWS[1])
+        ours = stickslip.evaluate(cell, law=LAWS[1], variables=names)
+        for name in names:
+            assert ours[name].item() == pytest.approx(ruled[name][0], rel=1e-6)
 
 
 @pytest.mark.parametrize("law", [LAWS[0], pytest.param(LAWS[1], marks=pytest.mark.slow)])

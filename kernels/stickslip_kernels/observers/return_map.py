@@ -79,6 +79,8 @@ def look_ahead(m, i, t, y, span, loop, least, least_before):
             return CLOSED
     if is_still:
         return GO_ON
+    if not sticks and apart2 > (NARROW * span) ** 2:  # extremes of all of the motion count, and when it settles
+        return GO_ON
     ratio = (out_y * in_y + out_z * in_z) / apart2
     ahead = ratio / (1.0 - ratio)
     s[TO_Y + i], s[TO_Z + i] = y + ahead * by_y, z + ahead * by_z
