@@ -48,6 +48,7 @@ def test_an_edited_law_gives_new_numbers(edited):
     assert run(PRINT_FRICTION) == ["4.0", "0"]
 
 
+@pytest.mark.slow
 def test_an_edit_in_another_file_gives_new_numbers(edited):
     """Numba's own check sees only the file of the function."""
     package, run = edited

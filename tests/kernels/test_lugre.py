@@ -136,6 +136,7 @@ def test_motion_is_that_of_scipy(law):
         assert b - of_cell[at.ETA_END] == pytest.approx(w, rel=3e-6, abs=3e-6 * abs(b))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("own", [(2.0, 0.3), (0.0, 0.0)], ids=["implicit", "series"])
 def test_motion_under_a_belt_that_turns_round_is_that_of_scipy(own):
     law, cell = LAWS[0], draw(1, 0, LAWS[0])[:, 0]

@@ -58,6 +58,7 @@ def test_nodes_are_those_of_border_along_either_parameter():
         assert nearest.max() < 1e-8
 
 
+@pytest.mark.slow
 def test_the_basin_of_steady_sliding_ends_at_the_unstable_cycle_that_scipy_reaches_backwards_in_time():
     """The border between starting states is a loop; in reversed time the unstable cycle attracts."""
     speed = 0.5

@@ -66,6 +66,7 @@ def test_kernels_of_an_exponent_continue_those_of_its_neighbours():
         np.testing.assert_allclose(near[name], at_two[name], rtol=1e-5, err_msg=name)
 
 
+@pytest.mark.slow
 def test_trajectories_of_an_exponent_are_those_of_its_neighbours():
     times, cell = np.linspace(0.0, 30.0, 301), {name: values[:1] for name, values in as_cells(PAIR | TRACED).items()}
     options = Options(law="stribeck_delta", rtol=1e-9)

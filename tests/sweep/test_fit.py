@@ -61,6 +61,7 @@ def test_exact_points_give_back_their_curve_in_any_units(a1, rise, drop, log_spe
     np.testing.assert_allclose(fit.predict(speed), law(speed, *truth), rtol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sigma",
     [

@@ -202,6 +202,7 @@ def test_a_decay_speed_changes_with_what_is_measured_held():
         )
 
 
+@pytest.mark.slow
 def test_the_probability_is_that_of_quadrature():
     """Load scatters: the critical speed grows in proportion to it, so that P(quiet) is a normal probability."""
     load = {"normal_load": {"lognormal": {"median": 3.0, "factor": 1.2}}}
@@ -225,6 +226,7 @@ def test_the_probability_is_that_of_quadrature():
     assert few == 1.0 and "goal_draws" not in coulomb().attrs
 
 
+@pytest.mark.slow
 def test_a_higher_goal_and_a_wider_range_leave_less_of_the_plane():
     both = {
         "normal_load": {"normal": {"mean": 3.0, "std": 0.4}},
@@ -244,6 +246,7 @@ def test_a_higher_goal_and_a_wider_range_leave_less_of_the_plane():
     assert critical(loose.y, loose.x).min() > critical(strict.y, strict.x).max()
 
 
+@pytest.mark.slow
 def test_threads_and_shards_change_no_bit(tmp_path):
     section = {"quiet_over": {"belt_speed": "10..60 mm/s"}, "axes": ["mu_reversal", "mu_start"], "points": 9, "scan": 5}
     drawn = measured(goal=section, uncertain={"draws": 2, "quantities": {"normal_load": {"uniform": [8.0, 12.0]}}})

@@ -38,7 +38,7 @@ def test_at_the_critical_stiffness_the_ageing_law_without_mass_conserves_its_ene
     np.testing.assert_allclose(energy, (B - A) / A * (share - np.log(share)) + 1.0, rtol=inertia)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", [LAWS[0], pytest.param(LAWS[1], marks=pytest.mark.slow)])
 def test_a_step_of_the_speed_has_its_direct_effect_at_once_and_its_evolution_over_the_slip_distance(law):
     """Up and down by a decade; on a spring so stiff that slip follows the drive, but for one over its stiffness."""
     stiffness = 300.0 * LOAD / DISTANCE
@@ -74,11 +74,15 @@ def test_static_friction_after_a_hold_grows_by_b_per_e_fold_of_its_time():
     np.testing.assert_allclose(np.diff(peaks) / np.diff(np.log(holds)), B, rtol=0.02)
 
 
+SLIDING = CONTACT | {"mass": 1.0, "stiffness": 2e4, "damping": 2.0, "belt_speed": 1e-2}
+
+
 @pytest.mark.parametrize(
     ("cell", "law"),
     [
         (BRISTLES, "stribeck"),
-        *((CONTACT | {"mass": 1.0, "stiffness": 2e4, "damping": 2.0, "belt_speed": 1e-2}, law) for law in LAWS),
+        (SLIDING, LAWS[0]),
+        pytest.param(SLIDING, LAWS[1], marks=pytest.mark.slow),
     ],
 )
 def test_the_work_of_the_belt_is_the_heat_of_friction_and_damper(cell, law):

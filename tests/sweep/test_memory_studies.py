@@ -68,6 +68,7 @@ margins: {{parameters: [{name}]}}
         parse_config(text)
 
 
+@pytest.mark.slow
 def test_contours_follow_the_critical_stiffness_past_what_is_undecided():
     """One line, no speckles, though grid points next to it are unresolved."""
     ds = stickslip.contours(

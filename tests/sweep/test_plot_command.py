@@ -43,6 +43,7 @@ def written(*arguments):
     return done.stdout.split()[-1]
 
 
+@pytest.mark.slow
 def test_no_request_overwrites_the_picture_of_another(computed):
     before = (computed / "map.png").read_bytes()
     requests = [

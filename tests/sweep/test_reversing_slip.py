@@ -187,7 +187,7 @@ def test_a_rig_of_strokes_has_rate_and_state_friction():
     assert friction.max() == pytest.approx(0.62, abs=0.05) and friction.min() == pytest.approx(-0.62, abs=0.05)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", [LAWS[0], pytest.param(LAWS[1], marks=pytest.mark.slow)])
 def test_a_trajectory_from_rest_on_the_belt_slides_first_where_the_regularised_law_says(law):
     """No slip to speak of until the load comes close to friction; the map and the trajectory go the same way."""
     cell = {

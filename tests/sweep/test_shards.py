@@ -197,6 +197,7 @@ print(count)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_a_run_killed_in_its_last_write_goes_on_there(tmp_path):
     (tmp_path / "map.yaml").write_text(CONFIG)
@@ -219,6 +220,7 @@ def test_a_run_killed_in_its_last_write_goes_on_there(tmp_path):
     assert not [*tmp_path.glob(".map.zarr*")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", few(["zarr", "nc"], 1))
 def test_the_plan_says_how_large_the_file_will_be(tmp_path, monkeypatch, kind):
     """Of files of its own folder that a variable has, as well."""

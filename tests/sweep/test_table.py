@@ -107,6 +107,7 @@ def test_a_dense_table_of_a_curve_is_that_curve_to_the_error_of_the_spline():
         np.testing.assert_allclose(table[name], values, atol=(300 * off + 1e-6) * np.nanmax(values), err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("belt", "x", "w"), [(0.05, 0.9, 0.25), (0.6, 0.3, 0.95)])
 def test_a_narrow_spike_is_not_stepped_over(belt, x, w, monkeypatch):
     """On the way up, where it holds the slip back, and in a trough between two fast ends of a step.

@@ -182,6 +182,7 @@ def weak_and_strong(kappa, count, seed):
     return curve, rest
 
 
+@pytest.mark.slow
 def test_near_harmonic_edge_is_as_close_to_the_kernels_as_it_says_and_nan_elsewhere():
     """Below 0.33 % kappa^2 up to kappa = 3, over g from 0.001 to 0.98, units, damper and rise."""
     kappa = np.append(10 ** np.random.default_rng(3).uniform(-1, math.log10(3), 37), [3.0, 3.0, 3.0])

@@ -159,6 +159,7 @@ def test_regimes_that_coexist_are_bits():
     assert [REGIMES[code] for code in found["regime_from_sliding"][:2]] == ["stick_slip", "damped"]
 
 
+@pytest.mark.slow
 def test_numbers_do_not_depend_on_how_cells_are_cut():
     cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
 

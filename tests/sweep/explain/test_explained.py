@@ -106,6 +106,7 @@ def test_without_forces_only_groups_are_known():
     assert all(name in free for name in scattered)
 
 
+@pytest.mark.slow
 def test_the_law_that_data_come_from_is_found_and_predictions_differ_where_laws_do():
     cell = {"mass": 0.1, "stiffness": 5e3, "normal_load": 10.0, "a1": 0.2, "a2": 0.0, "a3": 0.2, "a4": 0.02}
     speeds = [0.005, 0.01, 0.02, 0.04]
@@ -232,6 +233,7 @@ def test_friction_points_and_a_squeak_are_explained_together():
     assert float(both["posterior_a1"].std()) < 0.6 * std
 
 
+@pytest.mark.slow
 def test_laws_that_are_both_wrong_disagree_where_one_of_them_errs():
     """The truth has a Gaussian curve, and neither law has; what was observed decides for none."""
     true = AT | {"mass": 0.1, "stiffness": 5e3, "damping": 0.3, "a1": 0.3, "a2": 0.2, "a3": 0.12, "a4": 0.02}

@@ -57,7 +57,7 @@ def obeys(motion, cell, curve, tolerance=1e-6):
     assert np.allclose(np.abs(found["friction_coefficient"][rises]), np.interp(w, *curve), atol=2e-3)
 
 
-@pytest.mark.parametrize("law", few(CURVE_LAWS, ("stribeck", "stribeck_delta")))
+@pytest.mark.parametrize("law", few(CURVE_LAWS, 1))
 def test_motions_slip_on_the_curve_that_is_drawn_behind_them_under_every_law(law):
     cell = STICK_SLIP | ({"delta": 2.0} if law == "stribeck_delta" else {})
     found = of(cell, law)

@@ -133,6 +133,7 @@ def test_interpolated_metrics_come_near_the_computed_ones_with_the_square_of_the
         assert np.isnan(found["equilibrium_crossings"].values[coarse]).all()
 
 
+@pytest.mark.slow
 def test_the_numbers_do_not_depend_on_where_and_when_tiles_are_computed(tmp_path, monkeypatch):
     """Many small tiles; blocks in a store, in shards, in memory; written at once and region by region."""
     monkeypatch.setattr(tiles, "_TILE", 8)  # 16 x 16 cells a tile
