@@ -133,7 +133,7 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     TOP, TOP_TIME,  # its value, and when; the time is NaN where it is known for the value only
     GUESS, GUESS_W, GUESS_DW, GUESS_A, GUESS_B,  # a time close to what is sought, and the series about it
     ALLOWED,  # error of w that a Taylor step may make
-    BY_SERIES,  # 1 in lanes whose steps are those of series (`contacts/lugre.py`)
+    BY_SERIES,  # 1 in lanes whose steps are those of series (`contacts/explicit.py`)
     # inside a Runge-Kutta step: stages and errors
     W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
     SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start

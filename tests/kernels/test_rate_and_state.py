@@ -148,6 +148,19 @@ def test_regimes_near_the_critical_stiffness_are_those_of_a_tighter_tolerance(la
 
 
 @pytest.mark.parametrize("law", LAWS)
+def test_loops_with_much_inertia_are_few_steps_by_series(law):
+    """Rosenbrock steps are five times as many here."""
+    p = draw(300, 12)
+    p["v_b"] = np.sqrt(100.0 * p["a"] * p["N"] * p["Dc"] / p["m"])
+    p["k"] = 0.7 * memory.critical_stiffness(p["m"], slopes(p))
+    p = {name: values[p["k"] > 0.0] for name, values in p.items()}
+    found, tight = (run(columns(p), rtol, max_steps=3e4, law=LAWS[law]) for rtol in (1e-6, 1e-9))
+    cycles = np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED)) & (tight[at.REGIME] == found[at.REGIME])
+    assert cycles.mean() > 0.95 and found[at.STEPS].mean() < 1000.0
+    np.testing.assert_allclose(found[at.PERIOD, cycles], tight[at.PERIOD, cycles], rtol=1e-6)
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_motions_that_hardly_grow_or_shrink_end_as_linear_theory_says(law):
     """Inertia so large that thousands of loops change little; from a tenth of the belt speed off to rest or a cycle."""
     ratio, speed = (axis.ravel() for axis in np.meshgrid([0.3, 0.8, 1.25, 3.0], np.geomspace(3e-3, 8e-3, 8)))

@@ -99,6 +99,12 @@ def put(m, i, y, w, load):
 
 
 @_inline
+def loops_are_cheap(m, i):
+    """Return whether lane i had better follow most of its loops than pass over them."""
+    return False
+
+
+@_inline
 def friction(m, i, t, w):
     """Friction coefficient at t after the start of the step of lane i, the slip speed being w: what is left of the
     load."""

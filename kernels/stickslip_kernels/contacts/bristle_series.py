@@ -14,22 +14,18 @@ from math import inf, nan
 
 from .. import layout as at
 from ..dense import rise_and_work, subtract_damper_work
-from ..events import end_motion
-from ..exponential import rough_exp2, rough_log2
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled, in_turn
-from ..roots import TO_ROUNDING, extreme_speed
+from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
 from .stribeck.laws import RECURRENCES, by_law_inline, shape, steps_over, weakening_slope
-from .stribeck.resolvable import MARGIN, may_bend_twice, may_hide
+from .stribeck.resolvable import may_bend_twice, may_hide
 from .stribeck.taylor import rows_of, sum_series
 
-# rows of a lane: s_0, s_1, sign of w, a1; how long a step may be; scales of speeds and of loads; tolerances of w and f
-# in the step; steps since w' last vanished; of the series of f and of f/g the first
-SIGN, LEVEL_OF_CURVE, S_0, S_1, MOST, SPEED_SCALE, LOAD_SCALE = (
-    at.W_2, at.W_3, at.W_4, at.W_5, at.K_5, at.K_3, at.K_4,
-)  # fmt: skip
-ALLOWED_LOAD, PER_LEVEL, CAP, QUIET = at.K_6, at.ERROR_Y, at.ERROR_W, at.GAIN
-STATE, SHARE = at.SERIES_STATE, at.SERIES_SHARE
+# rows of a lane, beside those of `explicit.py`: sign of w, a1, s_0, s_1; scales of speeds and of loads; one over g;
+# steps since w' last vanished; of the series of f/g the first
+SIGN, LEVEL_OF_CURVE, S_0, S_1, SPEED_SCALE, LOAD_SCALE = at.W_2, at.W_3, at.W_4, at.W_5, at.K_3, at.K_4
+PER_LEVEL, QUIET = at.ERROR_Y, at.GAIN
+SHARE = at.SERIES_SHARE
 ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may spend, and the error of a step
 
 
@@ -45,14 +41,16 @@ def find_coefficients(law, s):
 
 
 @compiled
-def begin_series(law, s):
-    """Coefficients 0."""
+def begin_series(law, s, rtol):
+    """Coefficients 0, and what errors may be."""
     widest_vectors()
     for i in range(at.WIDTH):
         w = s[at.W + i]
         x = s[at.DROP + i] * shape(law, s[at.RATE + i] * w, s[at.EXPONENT + i])
         s[at.SERIES + i], s[at.SERIES_WEAK + i], s[STATE + i] = w, x, s[at.WEAK + i]
         s[PER_LEVEL + i] = 1.0 / (s[LEVEL_OF_CURVE + i] + x)
+        s[at.ALLOWED + i] = ERROR_SHARE * rtol * max(abs(w), s[SPEED_SCALE + i])
+        s[ALLOWED_STATE + i] = ERROR_SHARE * rtol * s[LOAD_SCALE + i]
 
 
 def order_loop(recurrence):
@@ -118,38 +116,6 @@ for _tag, _recurrence in RECURRENCES.items():
 
 
 @compiled(inline=True)
-def log2_of_step(s, i, first, allowed):
-    """How long a step may be for the last two coefficients of the series in these rows."""
-    most, last, before = rough_log2(allowed), at.ORDER * at.WIDTH, (at.ORDER - 1) * at.WIDTH
-    by_last, by_before = most - rough_log2(s[first + last + i]), most - rough_log2(s[first + before + i])
-    return min(by_last * (1.0 / at.ORDER), by_before * (1.0 / (at.ORDER - 1)))
-
-
-@compiled
-def choose_step(s, rtol):
-    """As long a step as the last two coefficients of w and of f allow (`stribeck/taylor.py`)."""
-    widest_vectors()
-    for i in range(at.WIDTH):
-        h = min(s[MOST + i], min(s[CAP + i], s[at.TAU_END + i] - s[at.TAU + i]))
-        s[at.ALLOWED + i] = ERROR_SHARE * rtol * max(abs(s[at.W + i]), s[SPEED_SCALE + i])
-        s[ALLOWED_LOAD + i] = ERROR_SHARE * rtol * s[LOAD_SCALE + i]
-        by_w, by_f = log2_of_step(s, i, at.SERIES, s[at.ALLOWED + i]), log2_of_step(s, i, STATE, s[ALLOWED_LOAD + i])
-        h = min(h, rough_exp2(min(by_w, by_f)))
-        s[at.TAKEN + i] = h
-        s[at.GOOD + i] = select(h >= at.SMALLEST_STEP, 1.0, 0.0)
-
-
-@compiled(inline=True)
-def state_after(s, i, t):
-    """f at t after the start of the step, and f' by the series."""
-    f, slope = s[STATE + at.ORDER * at.WIDTH + i], 0.0
-    for j in range(at.ORDER):
-        slope = slope * t + f
-        f = f * t + s[STATE + (at.ORDER - 1 - j) * at.WIDTH + i]
-    return f, slope
-
-
-@compiled(inline=True)
 def motion(law, s, i, t, y, w, f):
     """w', w'' and f' at t after the start of the step, by the equations."""
     sign, s_0, s_1, drag = s[SIGN + i], s[S_0 + i], s[S_1 + i], s[at.G + i] + s[at.SLOPE + i]
@@ -166,17 +132,6 @@ def motion(law, s, i, t, y, w, f):
     return dw, jerk, df
 
 
-@compiled(inline=True)
-def may_turn_twice(s, i, h, dw, jerk):
-    """Return whether w', of one sign at both ends of the step of lane i, may vanish twice in it.
-
-    Tangents at the ends, which fall towards zero, meet beyond it.
-    """
-    side = select(dw > 0.0, 1.0, -1.0)
-    start, down, up = side * s[at.DW + i], -side * s[at.JERK + i], side * jerk
-    return (start > 0.0) & (min(down, up) > 0.0) & (MARGIN * h * down * up > (down + up) * min(start, side * dw))
-
-
 @compiled
 def end_step(law, s):
     """The state at the end, by the equations themselves; the step is good if its series agree with them."""
@@ -185,13 +140,11 @@ def end_step(law, s):
         h, y, w = s[at.TAKEN + i], s[at.Y_NEW + i], s[at.W_NEW + i]
         f, slope = state_after(s, i, h)
         dw, jerk, df = motion(law, s, i, h, y, w, f)
-        agrees = abs(slope - df) * h <= (at.ORDER + 1) * s[ALLOWED_LOAD + i]
-        agrees = agrees & (abs(s[at.DW_NEW + i] - dw) * h <= (at.ORDER + 1) * s[at.ALLOWED + i])
         rate, rise = s[at.RATE + i], s[at.RATE + i] * h
         hides = may_hide(s, i, h, w, dw, s[SIGN + i])
         hides = hides | steps_over(law, rate * s[at.W + i], rate * w, rise * s[at.DW + i], rise * dw)
         hides = hides | may_bend_twice(s, i, h, dw, jerk) | may_turn_twice(s, i, h, dw, jerk)
-        good = (s[at.GOOD + i] > 0.0) & agrees & (not hides)
+        good = (s[at.GOOD + i] > 0.0) & agrees(s, i, h, dw, df, slope) & (not hides)
         s[at.WEAK_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i] = f, dw, jerk
         s[at.GOOD + i] = select(good, 1.0, 0.0)
         s[CAP + i] = select(good, inf, 0.5 * h)
@@ -201,9 +154,9 @@ def end_step(law, s):
 @compiled
 def try_step(law, s, rtol):
     """A step in every lane, as far as the series are good for; nothing is committed."""
-    begin_series(law, s)
+    begin_series(law, s, rtol)
     find_coefficients(law, s)
-    choose_step(s, rtol)
+    choose_step(s)
     sum_series(s)
     subtract_damper_work(s)
     end_step(law, s)
@@ -218,16 +171,3 @@ def end_earlier(law, s, i, t):
     s[at.TOP + i], s[at.TOP_TIME + i] = nan, nan  # extremes (`observers/peaks.py`) that may lie beyond
     s[at.Y_NEW + i], s[at.W_NEW + i], s[at.WEAK_NEW + i] = y, w, f
     s[at.DW_NEW + i], s[at.JERK_NEW + i], _ = motion(law, s, i, t, y, w, f)
-
-
-@compiled
-def passes_twice(s, i, level):
-    """When, within the step of lane i, w turns beyond a level on one side of which it begins and ends; 0 if not."""
-    w, at_end = s[at.W + i], end_motion(s, i)
-    side = 1.0 if w < level else -1.0
-    start, end = side * (level - w), side * (level - at_end[0])
-    rise, fall = side * s[at.DW + i], -side * at_end[1]
-    if min(end, rise, fall) <= 0.0 or min(start, end) > MARGIN * s[at.TAKEN + i] * rise * fall / (rise + fall):
-        return 0.0
-    t, peak = extreme_speed(s, i, s[at.TAKEN + i], at_end, TO_ROUNDING)
-    return t if (w > level) != (peak > level) else 0.0

@@ -14,7 +14,7 @@ it begins with, and one that would pass zero is tried again so that it ends ther
 """
 
 from math import exp as exp_of
-from math import inf, nan
+from math import nan
 
 from .. import contacts
 from .. import layout as at
@@ -27,9 +27,10 @@ from ..machine import DONE, RUNNING
 from ..observers import return_map
 from ..observers.recurrence import Recurrence
 from ..roots import TO_ROUNDING, crossing, extreme_speed
-from . import bristle_series, bristle_steps, smooth
-from .bristle_series import LEVEL_OF_CURVE, LOAD_SCALE, MOST, QUIET, S_0, S_1, SIGN, SPEED_SCALE
+from . import bristle_series, bristle_steps, explicit, smooth
+from .bristle_series import LEVEL_OF_CURVE, LOAD_SCALE, QUIET, S_0, S_1, SIGN, SPEED_SCALE
 from .bristle_steps import ELASTIC, S_1_RATE, LuGre, derivatives
+from .explicit import MOST, SINCE
 from .implicit import judge_steady_sliding
 from .stribeck import laws
 from .stribeck.friction import coefficient, coefficient_slope
@@ -39,13 +40,9 @@ TAG = LuGre(0)
 PREFIX = "lugre_"
 LAWS, REGIMES = {f"{PREFIX}{name}": law for name, law in laws.LAWS.items()}, Recurrence
 
-# rows of a lane, beside: time when stock was taken; 1 in lanes that step by series again once they swing
-SINCE, FITS = at.AGE, at.GAIN_TOP
-# what one kind of step, and its dense output, would overwrite of the other
-OF_STEP = (
-    at.TAKEN, at.STEP, at.WORK, at.GOOD, at.JERK, at.Y_NEW, at.W_NEW, at.DW_NEW, at.JERK_NEW, at.WEAK_NEW,
-)  # fmt: skip
+FITS = at.GAIN_TOP  # row of a lane, beside: 1 where it steps by series again once it swings
 TERMS = 6  # of a series between ends
+# what that of one kind of step would overwrite of the other
 OF_SERIES = (at.WORK, *range(at.SERIES, at.SERIES + TERMS * at.WIDTH, at.WIDTH))
 PASSED = 0.1  # tolerances, of the speed: slip back by less has not passed zero
 BEYOND, AT_MOST = 1.5, 2.0  # of this: where a step that passes zero is to end, and the most it may be beyond
@@ -73,7 +70,7 @@ def begin_cell(m, i, c):
     know_steepness(m.law, s, i, cells, c)
     s[at.STEP + i] = 1e-3 / (1.0 + s[S_0 + i] ** 0.5 + s[S_1 + i])
     if not is_later(m, c):
-        step_by_series(m, i)
+        explicit.step_by_series(m, i, STOCK)
     s[LOAD_SCALE + i] = cells[at.A1, c] + max(cells[at.A3, c], 0.0)
     fastest = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt
     s[SPEED_SCALE + i] = fastest if fastest > 0.0 else s[LOAD_SCALE + i] / s[S_0 + i] ** 0.5
@@ -139,7 +136,7 @@ def handle_event(m, i):
         if s[at.BY_SERIES + i] > 0.0:
             if t > 0.0:
                 bristle_series.end_earlier(m.law, s, i, t)
-            t = bristle_series.passes_twice(s, i, s[at.B + i])
+            t = explicit.passes_twice(s, i, s[at.B + i])
             if t > 0.0:
                 bristle_series.end_earlier(m.law, s, i, t)
         if reaches(s, i, s[at.W_NEW + i]):
@@ -149,7 +146,7 @@ def handle_event(m, i):
         return DONE
     if swings:
         s[FITS + i] = 0.0
-        step_by_series(m, i)
+        explicit.step_by_series(m, i, STOCK)
     derive(m, i)
     return RUNNING
 
@@ -160,19 +157,11 @@ def take_stock(m, i):
     s = m.s
     short = s[at.TAU + i] - s[SINCE + i] < SHORT * STOCK * s[MOST + i]
     if short or s[QUIET + i] >= STOCK:
-        s[at.BY_SERIES + i], s[at.STEP + i], s[at.PAUSE + i] = 0.0, s[at.TAKEN + i], m.max_steps
+        explicit.step_implicitly(m, i)
         s[FITS + i] = 0.0 if short else 1.0
         derive(m, i)
     else:
-        step_by_series(m, i)
-
-
-@compiled
-def step_by_series(m, i):
-    """Let lane i step by series from here on."""
-    s = m.s
-    s[at.BY_SERIES + i], s[bristle_series.CAP + i], s[at.STEP + i] = 1.0, inf, inf
-    s[SINCE + i], s[at.PAUSE + i] = s[at.TAU + i], min(s[at.TRIED + i] + STOCK, m.max_steps)
+        explicit.step_by_series(m, i, STOCK)
 
 
 @compiled
@@ -207,13 +196,19 @@ def inner_load(m, i, t, y, w):
     slides = s[at.V_LOW + i] > 0.0 if w > 0.0 else s[at.V_HIGH + i] < 0.0
     if s[at.BY_SERIES + i] == 0.0 or not (slides and sign * (y - s[at.Y_STAR + i]) > 0.0):
         return nan
-    return bristle_series.state_after(s, i, t)[0] - on_curve(m, i)
+    return explicit.state_after(s, i, t)[0] - on_curve(m, i)
 
 
 def put(m, i, y, w, load):
     """Put lane i there."""
     m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, on_curve(m, i) + load
     slide(m, i, 1.0 if w > 0.0 else -1.0)
+
+
+@compiled(inline=True)
+def loops_are_cheap(m, i):
+    """Those of few steps."""
+    return m.s[at.BY_SERIES + i] > 0.0
 
 
 @compiled
@@ -230,17 +225,17 @@ def expand(m):
     if not bristle_series.has_series(m.law):
         interpolate(s)
         return
-    by_series, others = kinds_of_steps(s)
+    by_series, others = explicit.kinds_of_steps(s)
     if not others:
         return
     if by_series:
-        set_aside(s, OF_SERIES)
+        explicit.set_aside(s, OF_SERIES, at.AFTER)
     for n in range(TERMS, at.ORDER + 1):
         for i in range(at.WIDTH):
             s[at.SERIES + n * at.WIDTH + i] = select(s[at.BY_SERIES + i] > 0.0, s[at.SERIES + n * at.WIDTH + i], 0.0)
     interpolate(s)
     if by_series:
-        bring_back(s, OF_SERIES)
+        explicit.bring_back(s, OF_SERIES, at.AFTER, 1.0)
 
 
 def smallest_step(contact):
@@ -263,46 +258,15 @@ def try_step(m):
     if not bristle_series.has_series(law):
         bristle_steps.try_step(m)
         return
-    by_series, others = kinds_of_steps(s)
+    by_series, others = explicit.kinds_of_steps(s)
     if by_series:
         bristle_series.try_step(law, s, m.rtol)
     if others:
         if by_series:
-            set_aside(s, OF_STEP)
+            explicit.set_aside(s, explicit.OF_STEP, at.AFTER)
         bristle_steps.try_step(m)
         if by_series:
-            bring_back(s, OF_STEP)
-
-
-@compiled
-def kinds_of_steps(s):
-    """Return whether any lane at work steps by series, and whether any does not."""
-    by_series, others = False, False
-    for i in range(at.WIDTH):
-        works = s[at.CELL + i] >= 0.0
-        by_series |= works & (s[at.BY_SERIES + i] > 0.0)
-        others |= works & (s[at.BY_SERIES + i] == 0.0)
-    return by_series, others
-
-
-@compiled(inline=True)
-def set_aside(s, rows):
-    """Copy these rows to where the state is put together after a step."""
-    to = at.AFTER
-    for row in rows:
-        for i in range(at.WIDTH):
-            s[to + i] = s[row + i]
-        to += at.WIDTH
-
-
-@compiled(inline=True)
-def bring_back(s, rows):
-    """Copy them back in lanes that step by series."""
-    of = at.AFTER
-    for row in rows:
-        for i in range(at.WIDTH):
-            s[row + i] = select(s[at.BY_SERIES + i] > 0.0, s[of + i], s[row + i])
-        of += at.WIDTH
+            explicit.bring_back(s, explicit.OF_STEP, at.AFTER, 1.0)
 
 
 contacts.register(LuGre, globals())

@@ -12,7 +12,7 @@ friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbr
 WEAK has psi.
 """
 
-from math import isnan, log
+from math import inf, isnan, log
 from typing import NamedTuple
 
 from .. import contacts
@@ -25,7 +25,7 @@ from ..intrinsics import select, widest_vectors
 from ..jit import compiled, in_turn
 from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
-from . import rate_state_laws, smooth
+from . import explicit, rate_state_laws, rate_state_series, smooth
 from .implicit import (
     V_START,
     end_of_step,
@@ -73,6 +73,11 @@ STEEPEST = 1e150  # slope of ln w in a series, whose square is finite
 LARGEST = 1e250  # power of 1/h in a series
 LONGEST_RISE = 3.0  # of ln w in a step, so that its series hold
 START = 0.1  # slip speed at the start, over that of the belt
+
+# Series: rates up to which steps are theirs, of friction and of the state; stock being taken after so many; steps that
+# are short, and the longest, in radians; how much of one that passes the speed of the belt and back is left as it is
+MOST_FIRM, MOST_RATE, STOCK, SHORT, LONGEST, MOST_OF_STEP = 0.3, 10.0, 32.0, 0.05, 1.0, 0.99
+OF_SERIES, ROOM = tuple(range(at.SERIES, at.SERIES_DW, at.WIDTH)), at.SERIES_DW  # rows, and where they are set aside
 
 
 # --- the equations ----------------------------------------------------------------------------------------------------
@@ -149,8 +154,20 @@ def begin_cell(m, i, c):
     at_once = s[at.G + i] + direct(m.law, s, i, over) / belt
     later = evolution(m.law, s, i, -log(over)) / belt
     judge_steady_sliding(s, i, at_once, at_once - later, abs(belt) / cells[DISTANCE, c])
+    s[explicit.MOST + i] = LONGEST
+    if not is_later(m, c):
+        explicit.step_by_series(m, i, STOCK)
     derive(m, i)
     return RUNNING
+
+
+@compiled
+def is_later(m, c):
+    """Cells whose steps are not those of series."""
+    if not rate_state_series.has_series(m.law):
+        return True
+    cells, speed = m.cells, abs(m.cells[at.BELT, c])
+    return cells[DIRECT, c] > MOST_FIRM * speed or speed > MOST_RATE * cells[DISTANCE, c]
 
 
 @compiled
@@ -168,17 +185,59 @@ def derive(m, i):
     """w' and w'' of lane i at its present state."""
     s = m.s
     phi = ln(s[at.W + i] / s[V + i])
-    slope, bend = derivatives(m.law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], phi, s[at.WEAK + i])
+    h = 0.0 if s[at.BY_SERIES + i] > 0.0 else s[at.STEP + i]
+    slope, bend = derivatives(m.law, s, i, 0.0, h, s[at.Y + i], phi, s[at.WEAK + i])
     put_motion(s, i, 0, s[at.W + i], slope, bend)
 
 
 @compiled
 def handle_event(m, i):
     """Look at lane i, whose step was flagged."""
+    s = m.s
+    if s[at.BY_SERIES + i] > 0.0 and is_tried_again(m, i):
+        return RUNNING
+    loosened = s[at.BY_SERIES + i] == 0.0 and rate_state_series.has_series(m.law) and has_loosened(s, i)
     if smooth.commit(m, i) == DONE:
         return DONE
+    if loosened:
+        explicit.step_by_series(m, i, STOCK)
     derive(m, i)  # the belt may accelerate otherwise from here on
     return RUNNING
+
+
+@compiled(apart=True)
+def is_tried_again(m, i):
+    """Take stock in lane i, which steps by series, where that is due; return whether its step is not committed."""
+    s = m.s
+    if s[at.FLAG + i] == at.HALTED:
+        if s[at.TRIED + i] < m.max_steps:
+            take_stock(m, i)
+            return True
+        return False
+    t = explicit.passes_twice(s, i, s[at.B + i])
+    if 0.0 < t < MOST_OF_STEP * s[at.TAKEN + i]:
+        s[explicit.CAP + i] = t  # to end there
+        return True
+    return False
+
+
+@compiled(inline=True)
+def has_loosened(s, i):
+    """Return whether slip that passes the speed of the belt was nowhere held back fast in the loop that ends so."""
+    b, way = s[at.B + i], 1.0 if s[at.B + i] > 0.0 else -1.0
+    least = s[at.V_LOW + i] if b > 0.0 else -s[at.V_HIGH + i]
+    ends = way * s[at.W + i] <= way * b < way * s[at.W_NEW + i]
+    return ends and abs(s[A + i]) < MOST_FIRM * least and s[RATE + i] < MOST_RATE
+
+
+@compiled
+def take_stock(m, i):
+    """Let lane i step by the implicit method where steps by series turn out to be short."""
+    if m.s[at.TAU + i] - m.s[explicit.SINCE + i] < SHORT * STOCK:
+        explicit.step_implicitly(m, i)
+        derive(m, i)
+    else:
+        explicit.step_by_series(m, i, STOCK)
 
 
 @compiled
@@ -191,6 +250,8 @@ def deviation(m, i):
 def inner_load(m, i, t, y, w):
     """b psi: what is left of the load."""
     s = m.s
+    if s[at.BY_SERIES + i] > 0.0:
+        return s[B_STATE + i] * explicit.state_after(s, i, t)[0]
     rest = y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - speed(s, i, t)[1]
     return rest - above(m.law, s, i, w / s[V + i]) - further(m.law, s, i, 0.0)
 
@@ -215,11 +276,26 @@ def steady_friction(contact, law, cells, c, w):
 
 @compiled
 def try_step(m):
-    """A step of the size STEP in every lane; nothing is committed."""
+    """A step of the size STEP in every lane, or by series; nothing is committed."""
     kind = (m.contact, m.law)
     factorise(kind, m.s)
     stages(kind, m.s)
     control_step(m.law, m.s, m.rtol)
+    if rate_state_series.has_series(m.law) and explicit.may_step_by_series(m.s):
+        step_some(m.law, m.s, m.rtol)
+
+
+@compiled(apart=True)
+def step_some(law, s, rtol):
+    """The step by series of lanes that step so, in place of the one that all have taken: hardly ever all step so, and
+    where none does the loops had better not stand behind a branch.
+    """
+    explicit.set_aside(s, explicit.OF_STEP, at.AFTER)
+    rate_state_series.try_step(law, s, rtol)
+    explicit.bring_back(s, explicit.OF_STEP, at.AFTER, 0.0)
+    for i in range(at.WIDTH):
+        s[at.STEP + i] = select(s[at.BY_SERIES + i] > 0.0, inf, s[at.STEP + i])
+    explicit.set_aside(s, OF_SERIES, ROOM)
 
 
 @variable.of(RateAndState)
@@ -297,6 +373,14 @@ def expand(m):
             scale *= per_h
             row = at.SERIES + n * at.WIDTH + i
             s[row] = select(scale < LARGEST, s[row] * scale, 0.0)
+    if rate_state_series.has_series(m.law) and explicit.may_step_by_series(s):
+        bring_back_series(s)
+
+
+@compiled(apart=True)
+def bring_back_series(s):
+    """Series that lanes had before."""
+    explicit.bring_back(s, OF_SERIES, ROOM, 1.0)
 
 
 @compiled(inline=True)

@@ -126,7 +126,7 @@ def most_of_settling(m, i, off, by):
     Where loops are cheap, not at all, unless there are about a thousand of them.
     """
     s = m.s
-    if s[at.BY_SERIES + i] == 0.0 or s[at.ATTRACTS + i] == 0.0 or m.observer.until == at.UNTIL_REGIME:
+    if not contacts.loops_are_cheap(m, i) or s[at.ATTRACTS + i] == 0.0 or m.observer.until == at.UNTIL_REGIME:
         return off
     return 0.0 if abs(by) > SLOWLY * off else max(off - BEFORE * BAND * s[at.AMPLITUDE + i], 0.0)
 
