@@ -15,8 +15,10 @@ scatter that the likelihood has; few runs, since it trains for minutes. Simulati
 from __future__ import annotations
 
 import sys
+from contextlib import chdir
 from dataclasses import replace
 from importlib.util import find_spec
+from tempfile import TemporaryDirectory
 from time import process_time
 
 import numpy as np
@@ -100,8 +102,9 @@ def network_draws(target, rng, budget):
     points = rng.standard_normal((SIMULATIONS, target.dimensions))
     simulated, made = target.simulated(points, rng)
     prior = torch.distributions.MultivariateNormal(torch.zeros(target.dimensions), torch.eye(target.dimensions))
-    inference = NPE(prior=prior, show_progress_bars=False)
-    inference.append_simulations(torch.as_tensor(points.astype(np.float32)), torch.as_tensor(simulated)).train()
+    with TemporaryDirectory() as folder, chdir(folder):  # it writes logs where it stands
+        inference = NPE(prior=prior, show_progress_bars=False)
+        inference.append_simulations(torch.as_tensor(points.astype(np.float32)), torch.as_tensor(simulated)).train()
     drawn = inference.build_posterior().sample((DRAWS,), x=torch.as_tensor(made), show_progress_bars=False)
     return drawn.numpy().astype(np.float64)
 

@@ -50,11 +50,8 @@ def test_damped_and_creep_are_told_apart():
     assert [what for what, *_ in found] == ["damped/creep"] and ours["kind"][0] in ("damped", "creep")
 
 
-QUICK = [pytest.param(one, marks=[pytest.mark.slow] * (one == "cut_offs")) for one in adversary_memory.FAMILIES]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("family", QUICK)  # kernels of cut-offs are compiled for slow tests alone
+@pytest.mark.parametrize("family", adversary_memory.FAMILIES)
 def test_a_wrong_answer_about_a_contact_with_memory_is_noticed(family):
     """A draw of it: right as it is; a number wrong by a twentieth is noticed, but where it says nothing (the largest
     slip speed of a motion that creeps in is that of the belt), and so is each other regime.

@@ -64,10 +64,7 @@ def test_exact_points_give_back_their_curve_in_any_units(a1, rise, drop, log_spe
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "sigma",
-    [
-        pytest.param(None, id="scatter from the residuals", marks=pytest.mark.slow),
-        pytest.param(0.005, id="scatter known"),
-    ],
+    [pytest.param(None, id="scatter from the residuals"), pytest.param(0.005, id="scatter known")],
 )
 def test_confidence_intervals_of_the_curve_hold_what_they_promise(sigma):
     random = np.random.default_rng(7)

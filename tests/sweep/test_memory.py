@@ -72,6 +72,18 @@ def test_what_comes_before_the_limit_of_loops_that_shrink_counts():
             assert ours[name].item() == pytest.approx(ruled[name][0], rel=1e-6)
 
 
+def test_speeds_that_pass_that_of_the_belt_within_a_step_and_come_back_are_crossings():
+    """Of bristles that ring on the way to steady sliding: ten of 190."""
+    cell = {
+        "mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "damping": 0.00356485, "belt_speed": 0.000769944,
+        "a1": 0.556814, "a2": 0.0, "a3": 0.0314705, "a4": 0.00250666, "contact_stiffness": 2.22665,
+        "contact_damping_speed": 0.124001, "elastic_part": 0.0478896,
+    }  # fmt: skip
+    ruled = judged({name: np.array([value]) for name, value in (PLAIN | cell).items()}, "stribeck")
+    ours = stickslip.evaluate(cell, variables=["equilibrium_crossings"])
+    assert ours["equilibrium_crossings"].item() == ruled["equilibrium_crossings"][0] > 180.0
+
+
 @pytest.mark.parametrize("law", [LAWS[0], pytest.param(LAWS[1], marks=pytest.mark.slow)])
 def test_a_trajectory_is_that_of_scipy(law):
     belt = 1e-2

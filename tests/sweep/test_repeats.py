@@ -37,7 +37,7 @@ def specimens(random, count, between=0.08, noise=0.02):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [3, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, 5])
 def test_the_border_of_the_material_is_covered_as_often_as_its_interval_says(count):
     random, true = np.random.default_rng(count), float(border(**TRUE))
     hits = []

@@ -12,7 +12,6 @@ import pytest
 import xarray as xr
 
 import stickslip
-from helpers.nightly import few
 from stickslip.config.reader import load_config
 from stickslip.errors import StoreError
 from stickslip.files import targets, writing
@@ -221,7 +220,7 @@ def test_a_run_killed_in_its_last_write_goes_on_there(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", few(["zarr", "nc"], 1))
+@pytest.mark.parametrize("kind", ["zarr", "nc"])
 def test_the_plan_says_how_large_the_file_will_be(tmp_path, monkeypatch, kind):
     """Of files of its own folder that a variable has, as well."""
     monkeypatch.undo()

@@ -60,7 +60,7 @@ def at_once(*tasks):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [1, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seconds", [1, 60])
 def test_threads_read_write_run_and_extend_at_once(kernels, seconds):
     in_process(TESTS / "thread_stress.py", seconds, patience=seconds + 200)
 

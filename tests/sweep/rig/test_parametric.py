@@ -50,7 +50,7 @@ KEPT = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("keep", ["flags", *(pytest.param(keep, marks=pytest.mark.slow) for keep in list(KEPT)[1:])])
+@pytest.mark.parametrize("keep", list(KEPT))
 def test_friction_is_identified_from_records_with_noise(keep):
     """From a start 15 to 20 % away. Standard deviations of the features come from repetitions, as a user would do.
 
