@@ -18,9 +18,9 @@ from pathlib import Path
 
 from bokeh.events import Tap
 
-from stickslip.explore import open_source
-from stickslip.explore.server import Explorer
-from stickslip.explore.session import Session
+from stickslip_explore import open_source
+from stickslip_explore.server import Explorer
+from stickslip_explore.session import Session
 
 ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 600.0  # s

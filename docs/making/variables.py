@@ -8,6 +8,7 @@ from stickslip.rig.quantities import EXACT, FEATURES
 from stickslip.studies.uncertainty.inputs import STATISTICS
 from stickslip.vocabulary import flags, results, units
 from stickslip.vocabulary.results import Variable
+from stickslip_sound.variables import LEVEL_VARIABLES
 
 HEAD = """# Variables of results
 
@@ -39,7 +40,7 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
     ),
     "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", _of("attractors")),
     "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", _of("ramp")),
-    "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", results.LEVEL_VARIABLES),
+    "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", LEVEL_VARIABLES),
     "Of scatter": (
         "what a section `uncertain` gives ([uncertainty.md](uncertainty.md)); of each metric asked for also "
         + ", ".join(f"`{name}_METRIC`" for name in STATISTICS),

@@ -7,13 +7,13 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from . import extensions
 from ._version import __version__
 
 if TYPE_CHECKING:
     from . import fit as fit
     from . import plots as plots
     from . import rig as rig
-    from . import sound as sound
     from . import theory as theory
     from .api.cells import evaluate, simulate
     from .api.explained import explain, next_measurement
@@ -44,17 +44,18 @@ _HOMES = {
     "goal": "api.studies", "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
     "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
-_MODULES = ("fit", "plots", "rig", "sound", "theory")
+_MODULES = ("fit", "plots", "rig", "theory")
 
 
 def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(f".{name}", __name__)
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    if name in _HOMES:
+        value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    else:
+        value = extensions.call(name, __name__)
     _add_accessor()
-    return found
+    return value
 
 
 def _add_accessor() -> None:
@@ -64,7 +65,7 @@ def _add_accessor() -> None:
 
 
 def __dir__() -> list[str]:
-    return sorted((*__all__, *_MODULES))
+    return sorted((*__all__, *_MODULES, *extensions.brought("calls")))
 
 
 _add_accessor()

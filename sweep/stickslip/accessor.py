@@ -6,17 +6,18 @@ datasets that plain `xr.open_dataset` read (`backend.py`).
 
 from __future__ import annotations
 
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from stickslip import extensions
 from stickslip.vocabulary.suggest import listed, or_meant
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.plots.layout import Figure
-    from stickslip.sound import Sound
 
 __all__ = ["StickslipAccessor"]
 _NAME = "stickslip"
@@ -117,18 +118,15 @@ class StickslipAccessor:
             duration = time_span(evaluate(cell, **how)).duration
         return simulate(**{"duration": duration, "samples": samples, **how, **cell})
 
-    def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
-        """Return what one cell sounds like; a notebook plays it.
+    def __getattr__(self, name: str) -> Any:
+        """Return a method that an extension brings."""
+        places = {} if name.startswith("_") else extensions.brought("methods")
+        if name not in places:
+            raise AttributeError(f"datasets of stickslip have no {name!r}")
+        return partial(extensions.imported(places[name]), self._ds)
 
-        seconds, slow, transient : as for `sound.of`. at : which cell, as for `cell`. Sounds of cells can be compared.
-        """
-        from stickslip import sound
-        from stickslip.config.select import shared_by
-
-        cell, how = self.cell(**at), shared_by(self._ds)
-        how.pop("rtol", None)  # sounds have a tolerance of their own
-        title = str(self._ds.attrs.get("title", ""))
-        return sound.of(cell, seconds, slow=slow, transient=transient, title=title, **how)
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *extensions.brought("methods")})
 
     # --- what a notebook shows ----------------------------------------------------------------------------------------
 

@@ -219,7 +219,7 @@ def test_files_of_the_package_that_docs_and_helps_name_are_there():
 def test_every_command_of_the_cheat_sheet_runs_as_it_stands(here, monkeypatch):
     """In its order, in an empty folder; with exit code 1 only where the page says so."""
     monkeypatch.setattr(
-        "stickslip.explore.server.Explorer.run", lambda explorer, started: (started(), explorer.close())
+        "stickslip_explore.server.Explorer.run", lambda explorer, started: (started(), explorer.close())
     )
     monkeypatch.setattr("webbrowser.open", lambda _: True)
     rows = re.findall(r"^\|.*$", PAGES["cheatsheet.md"], re.MULTILINE)

@@ -9,14 +9,14 @@ import stickslip
 from stickslip import plots, sound
 from stickslip.config.reader import parse_config
 from stickslip.dataset.display import MapAxis
-from stickslip.explore.source import _of_config
-from stickslip.explore.view import sliders_of
 from stickslip.plots.theory import over_plane
-from stickslip.sound.loudness import a_weighting
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip_explore.source import _of_config
+from stickslip_explore.view import sliders_of
+from stickslip_sound.loudness import a_weighting
 
 TABLE = "table: {speed: [0.001, 0.005, 0.02, 0.1, 1.0], mu: [0.30, 0.29, 0.27, 0.25, 0.256]}"
 BRISTLES = "contact_stiffness: 20 N/mm, contact_damping: 5 N s/m"

@@ -11,8 +11,8 @@ from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
 from stickslip.engine import Options
 from stickslip.errors import ConfigError
-from stickslip.explore.motions import motions_of
 from stickslip.rig import RigTests
+from stickslip_explore.motions import motions_of
 
 PAIR = {
     "mass": 1.0,

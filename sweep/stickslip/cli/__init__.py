@@ -8,6 +8,7 @@ import warnings
 
 import click
 
+from stickslip import extensions
 from stickslip._version import __version__
 from stickslip.cli import screen
 from stickslip.cli.exits import EXIT_CODES
@@ -18,10 +19,10 @@ from stickslip.vocabulary.studies import STUDIES
 SECTIONS = {  # of the help: each command with its file, a new one is an entry here
     "To begin": {"init": "configs", "validate": "configs", "schema": "configs", "help": "help"},
     "Maps": {
-        "plan": "plan", "run": "run", "plot": "plot", "inspect": "results", "explore": "explore", "export": "results",
+        "plan": "plan", "run": "run", "plot": "plot", "inspect": "results", "export": "results",
     },
     "One cell, and what a designer asks": {
-        "simulate": "simulate", "listen": "listen",
+        "simulate": "simulate",
         **{key: "studies" for key, entry in STUDIES.items() if entry.command}, "advise": "advise",
     },
     "From measurements to causes": {"explain": "explain", "next": "explain"},
@@ -32,10 +33,15 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
 OLD = {"rig-features": "rig_features:features", "calibrate": "rig_fits:calibrate"}  # spellings of earlier versions
 
 
+def _places(files: dict[str, str]) -> dict[str, str]:
+    return {name: f"{__name__}.{file}" for name, file in files.items()}
+
+
 @click.group(
     cls=SectionedGroup,
-    sections=SECTIONS,
-    old=OLD,
+    sections={heading: _places(row) for heading, row in SECTIONS.items()},
+    more=extensions.commands,
+    old=_places(OLD),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=EXIT_CODES,

@@ -1,7 +1,7 @@
 """Groups of commands: listed in sections, forgiving where a file is named instead of a command; names to complete."""
 
 from collections import UserDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import partial
 from importlib import import_module
@@ -11,7 +11,8 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-Places = Mapping[str, str]  # of commands by name: `file` of `cli/`, or `file:name` where it has another name there
+Places = Mapping[str, str]  # of commands by name: `module`, or `module:name` where it has another name there
+Sections = Mapping[str, Places]  # by heading of the help
 _COMMANDS_FOR = {
     ".yaml": ("run", "validate", "rig"), ".yml": ("run", "validate", "rig"),
     ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"), ".csv": ("fit",),
@@ -19,18 +20,41 @@ _COMMANDS_FOR = {
 
 
 class _Commands(UserDict[str, Any]):
-    """Commands by name, each imported when it is asked for: a run does not wait for what the others need."""
+    """Commands by name, each imported when it is asked for: a run does not wait for what the others need.
+
+    Those of extensions join when one is asked for that is not among the group's own, or all are.
+    """
+
+    def __init__(self, places: Places, sections: Callable[[], Sections]) -> None:
+        super().__init__(places)
+        self._sections, self._joined = sections, False
+
+    def _join(self) -> None:
+        if not self._joined:
+            self._joined = True
+            self.data = {name: place for row in self._sections().values() for name, place in row.items()} | self.data
+
+    def __contains__(self, name: object) -> bool:
+        if name not in self.data:
+            self._join()
+        return name in self.data
+
+    def __iter__(self) -> Iterator[str]:
+        self._join()
+        return iter(self.data)
 
     def __getitem__(self, name: str) -> click.Command:
+        if name not in self:
+            raise KeyError(name)
         command = self.data[name]
         if isinstance(command, str):
             command = self.data[name] = _imported(name, *command.split(":"))
         return command  # type: ignore[no-any-return]
 
 
-def _imported(name: str, file: str, itself: str | None = None) -> click.Command:
-    """The command of a file; one that has another name there is hidden."""
-    names = vars(import_module(f"stickslip.cli.{file}"))
+def _imported(name: str, module: str, itself: str | None = None) -> click.Command:
+    """The command of a module; one that has another name there is hidden."""
+    names = vars(import_module(module))
     commands = (*names.values(), *names.get("COMMANDS", {}).values())
     command = next(c for c in commands if isinstance(c, click.Command) and c.name == (itself or name))
     if itself:
@@ -43,22 +67,31 @@ def _imported(name: str, file: str, itself: str | None = None) -> click.Command:
 class SectionedGroup(click.Group):
     """A group whose help lists its commands under headings, in the order of a table.
 
-    sections : places of commands by heading. old : of commands under spellings that go on working, and are not listed.
+    sections : places of commands by heading. more : gives those of extensions, when they are asked for.
+    old : of commands under spellings that go on working, and are not listed.
     default : of a group that was a command once, the command of arguments that begin with none of its commands.
     """
 
     def __init__(
         self,
         *args: Any,
-        sections: Mapping[str, Places],
+        sections: Sections,
+        more: Callable[[], Iterable[tuple[str, Places]]] = tuple,
         old: Places | None = None,
         default: str | None = None,
         **given: Any,
     ) -> None:
         places = {name: place for row in (*sections.values(), old or {}) for name, place in row.items()}
         super().__init__(*args, **given)
-        self.commands = _Commands(places)
-        self._sections, self._default = sections, default
+        self.commands = _Commands(places, self._all_sections)
+        self._own, self._more, self._default = sections, more, default
+
+    def _all_sections(self) -> Sections:
+        """The places of all commands, by heading."""
+        sections = {heading: dict(row) for heading, row in self._own.items()}
+        for heading, row in self._more():
+            sections.setdefault(heading, {}).update(row)
+        return sections
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """The arguments, with the command that is meant."""
@@ -68,13 +101,14 @@ class SectionedGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names that are listed, in the order of the table."""
-        listed = [name for row in self._sections.values() for name in row]
+        listed = [name for row in self._all_sections().values() for name in row]
         return [*listed, *(name for name in sorted(self.commands) if name not in listed)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The commands with their short helps, a list for each heading."""
-        width = max(len(name) for row in self._sections.values() for name in row)
-        for heading, names in self._sections.items():
+        sections = self._all_sections()
+        width = max(len(name) for row in sections.values() for name in row)
+        for heading, names in sections.items():
             limit = formatter.width - 6 - width
             rows = [(name.ljust(width), self.commands[name].get_short_help_str(limit)) for name in names]
             with formatter.section(heading):

@@ -202,7 +202,7 @@ def _results() -> dict[str, Variable]:
     """Variables of results of every kind, by name; of a name that several have, that of maps or of comparisons."""
     from stickslip.config.studies import study_class
 
-    tables = (*(study_class(key).variables for key in STUDIES), results.TRACE_VARIABLES, results.LEVEL_VARIABLES,
+    tables = (*(study_class(key).variables for key in STUDIES), results.TRACE_VARIABLES,
               results.MATERIAL_VARIABLES, results.MAP_VARIABLES)  # fmt: skip
     return {name: declared for table in tables for name, declared in table.items()}
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.config.overrides import Setting
     from stickslip.config.select import Recipe
     from stickslip.files.locations import Location
+    from stickslip.files.targets import Kind
 
 Command = Callable[..., Any]
 PAGES = (".html", ".htm")
@@ -56,7 +57,7 @@ class Place(click.Path):
 class Target(Place):
     """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
-    def __init__(self, *kinds: str) -> None:
+    def __init__(self, *kinds: str | Kind) -> None:
         super().__init__()
         self.name, self._kinds = "path", kinds
 
@@ -68,13 +69,13 @@ class Target(Place):
         return place  # if there, maybe of a finished run, which writes nothing; else a run looks itself
 
     def _is_there(self, place: Location) -> bool:
-        from stickslip.files.targets import KINDS
+        from stickslip.files.targets import kinds_of
 
-        suffixes = [suffix for kind in self._kinds if kind in KINDS for suffix in KINDS[kind].suffixes]
+        suffixes = [suffix for kind in kinds_of(self._kinds) for suffix in kind.suffixes]
         return place.suffix.lower() in suffixes and os.path.isfile(str(place))
 
 
-def checked(place: Location, *kinds: str) -> Any:
+def checked(place: Location, *kinds: str | Kind) -> Any:
     """The place itself; ends the command if no file of these kinds can be written there."""
     from stickslip.errors import StoreError
     from stickslip.files import targets

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import params, rig_features, screen
+from stickslip.cli import params, rig_features, rig_sounds, screen
 from stickslip.cli.exits import JSON, QUIET, fail, reports_errors
 from stickslip.cli.groups import SectionedGroup
-from stickslip.cli.listen import check_sounds, save_sounds
 from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
 from stickslip.cli.run import BLOCKS, run_request, shard_of
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
     from stickslip.rig import RigTests
-    from stickslip.sound import Sound
 
 _MOST_TRACES = 6  # drawn over each other
 _FINE, _COARSE = 8, 2  # samples computed per sample of sound: of short tests, and of long ones, which take much memory
@@ -42,7 +40,7 @@ Examples:
 @params.plot_option("Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): maps, traces, table.")
 @click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
-@click.option("--sound", type=params.Target("sound", "folder"), help="Folder for the sounds, a WAV file for each test.")
+@rig_sounds.sound_option("test")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @rig_features.PART
 @BLOCKS
@@ -51,8 +49,8 @@ Examples:
 @reports_errors
 def run(
     config: Path, output: Location | None, plot: Path | None, report: Path | None, records: Path | None,
-    sound: Path | None, chosen: tuple[int, ...], beside: bool, begin: str | None, end: str | None, shard: str | None,
-    **blocks: Any,
+    chosen: tuple[int, ...], beside: bool, begin: str | None, end: str | None, shard: str | None,
+    sound: Path | None = None, **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute a test matrix on a simulated rig.
 
@@ -72,7 +70,7 @@ def run(
             fail(f"--test {number}: tests are numbered from 0 to {tests.grid.size - 1}")
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
-    check_sounds(sound, tests.grid.size)
+    rig_sounds.check_sounds(sound, tests.grid.size)
     request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
     outputs = _Outputs(plot, tests=tests, report=report, records=records, sound=sound, chosen=chosen, beside=beside,
                        window=window)  # fmt: skip
@@ -116,7 +114,7 @@ class _Outputs(Outputs):
                     write_record(test.record, self.records / f"{self._file_name(test.number)}.csv")
             screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
         if self.sound is not None:
-            save_sounds(self.sound, self._sounds())
+            rig_sounds.save_sounds(self.sound, self._sounds())
         if self.report is not None:
             from stickslip.rig.report import write_report
 
@@ -135,11 +133,12 @@ class _Outputs(Outputs):
     def _file_name(self, number: int) -> str:
         return f"test{number:0{len(str(self.tests.grid.size - 1))}d}"
 
-    def _sounds(self) -> Iterator[tuple[str, Sound]]:
+    def _sounds(self) -> Iterator[tuple[str, Any]]:
         """Names and sounds of tests integrated to their end, from the first stroke on: of the acceleration itself, not
         of what a sensor shows."""
-        from stickslip import sound
         from stickslip.rig import RigTests
+
+        sound = rig_sounds.maker()
 
         config = self.tests.config
         for number in range(self.tests.grid.size):
@@ -157,7 +156,14 @@ class _Outputs(Outputs):
 rig = SectionedGroup(
     "rig",
     default="run",
-    sections={"Commands": {"run": "rig", "features": "rig_features", "calibrate": "rig_fits", "identify": "rig_fits"}},
+    sections={
+        "Commands": {
+            "run": "stickslip.cli.rig",
+            "features": "stickslip.cli.rig_features",
+            "calibrate": "stickslip.cli.rig_fits",
+            "identify": "stickslip.cli.rig_fits",
+        }
+    },
     help="""Test rigs: simulated ones, records of measured ones, and the risk number.
 
     `stickslip rig my_rig.yaml` is short for `stickslip rig run my_rig.yaml`.""",

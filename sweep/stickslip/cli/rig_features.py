@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import params, screen
+from stickslip.cli import params, rig_sounds, screen
 from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
-from stickslip.cli.listen import check_sounds, save_sounds
 from stickslip.cli.outputs import save_plot, save_result, save_table
 from stickslip.errors import UnitWarning, visible
 from stickslip.vocabulary import units
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from stickslip.config.risk import Risk
     from stickslip.files.locations import Location
     from stickslip.rig.settings import Settings
-    from stickslip.sound import Sound
 
 CONFIG_OPTION = click.option(
     "-c", "--config", type=click.Path(path_type=Path), help="YAML: columns, units, conditions, features, risk."
@@ -69,9 +67,7 @@ Examples:
 @CONFIG_OPTION
 @CONDITIONS
 @params.plot_option()
-@click.option(
-    "--sound", type=params.Target("sound", "folder"), help="Folder for the sounds, a WAV file for each record."
-)
+@rig_sounds.sound_option("record")
 @PART
 @click.option(
     "-o", "--output", type=params.Target("table", "result"),
@@ -81,7 +77,8 @@ Examples:
 @reports_errors
 def features(
     files: tuple[Path, ...], config: Path | None, load: str | None, speed: str | None, bandwidth: str | None,
-    plot: Path | None, sound: Path | None, beside: bool, begin: str | None, end: str | None, output: Location | None,
+    plot: Path | None, beside: bool, begin: str | None, end: str | None, output: Location | None,
+    sound: Path | None = None,
 ) -> Answer:  # fmt: skip
     """Compute features and a risk number of rig records.
 
@@ -95,7 +92,7 @@ def features(
     from stickslip.rig.evaluation import as_columns
 
     settings = record_settings(config, load, speed, bandwidth)
-    check_sounds(sound, len(files))
+    rig_sounds.check_sounds(sound, len(files))
     window = time_window(begin, end)
     records: dict[str, xr.Dataset] = {}
     given = {name: text for name, text in (("normal_load", load), ("drive_speed", speed)) if text is not None}
@@ -120,7 +117,7 @@ def features(
         numbers = dict(zip(records, ds["model_rpn"].values.tolist(), strict=True))
         save_plot(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
     if sound is not None:
-        save_sounds(sound, _sounds(records))
+        rig_sounds.save_sounds(sound, _sounds(records))
     action = f"rig-features {' '.join(map(str, files))}"
     ds = ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
     if isinstance(output, Path) and output.suffix.lower() in KINDS["table"].suffixes:
@@ -156,11 +153,12 @@ def _title(name: str, file: Path, record: xr.Dataset, others: Collection[str]) -
     return material if material not in others else f"{material} ({name})"
 
 
-def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Sound]]:
+def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Any]]:
     """Names of files and the sound of every record, as its sensor shows it."""
-    from stickslip import sound
     from stickslip.files.targets import NO_FILE_NAME
     from stickslip.rig.signals import evenly, sample_rate
+
+    sound = rig_sounds.maker()
 
     for name, record in records.items():
         even = evenly(record)

@@ -65,7 +65,7 @@ def simulate(
 
     CONFIG is a YAML file, or a result (.nc, .zarr), which holds its configuration. The axes need a value each (--at);
     everything else is as in the file. Says the regime, the frequency, the forces and more; -o writes the motion over
-    time, --plot draws it, `stickslip listen` makes it heard.
+    time, --plot draws it.
     """
     from stickslip.api import cells
     from stickslip.config.select import cell_of, config_at, seconds
@@ -79,7 +79,7 @@ def simulate(
     screen.print_rows(_rows(result))
     answer = _answer(result)
     if output is None and plot is None:
-        screen.echo("over time: -o trace.nc, --plot trace.png; as sound: stickslip listen")
+        screen.echo("over time: -o trace.nc, --plot trace.png")
         return answer
     ds = cells.simulate(
         duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 _BEGINNINGS = {  # of files, whatever they are called
     b"\x89HDF\r\n\x1a\n": "netcdf", b"CDF\x01": "netcdf", b"CDF\x02": "netcdf", b"CDF\x05": "netcdf",
-    b"PK\x03\x04": "zip", b"\xd0\xcf\x11\xe0": "workbook", b"\x89PNG": "plot", b"%PDF": "plot", b"RIFF": "sound",
+    b"PK\x03\x04": "zip", b"\xd0\xcf\x11\xe0": "workbook", b"\x89PNG": "plot", b"%PDF": "plot", b"RIFF": "wav",
 }  # fmt: skip
 _SUFFIXES = {
     ".yaml": "configuration", ".yml": "configuration", ".csv": "table", ".tsv": "table", ".svg": "plot",
@@ -22,7 +22,7 @@ _TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the 
     "zip": ("an archive", None),
     "plot": ("a plot", None),
     "page": ("a web page", None),
-    "sound": ("a sound", None),
+    "wav": ("a WAV file", None),
     "program": ("a program", None),
     "notebook": ("a notebook", None),
     "json": ("JSON", None),

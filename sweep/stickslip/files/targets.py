@@ -18,7 +18,7 @@ import socket
 import stat
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -60,14 +60,21 @@ KINDS = {
     "points": Kind("tables of points", (".csv",), folder=True),
     "plot": Kind("plots", (".png", ".svg", ".pdf")),
     "page": Kind("pages", (".html", ".htm", ".pdf"), {".pdf": ("plutoprint", "pdf")}),
-    "sound": Kind("sounds", (".wav",)),
 }
 
 
-def check_target(place: str | os.PathLike[str], *kinds: str) -> None:
-    """Raises StoreError now if a file of one of these `KINDS`, or a `folder` of files, could not be written later."""
+def kinds_of(kinds: Iterable[str | Kind]) -> list[Kind]:
+    """The kinds of files of these names; a `folder` is none."""
+    return [kind if isinstance(kind, Kind) else KINDS[kind] for kind in kinds if kind != "folder"]
+
+
+def check_target(place: str | os.PathLike[str], *kinds: str | Kind) -> None:
+    """Raises StoreError now if a file of one of these `KINDS`, or a `folder` of files, could not be written later.
+
+    kinds : by name, or those of an extension themselves.
+    """
     where = location(place)
-    possible = [KINDS[kind] for kind in kinds if kind != "folder"]
+    possible = kinds_of(kinds)
     kind = next((kind for kind in possible if where.suffix.lower() in kind.suffixes), None)
     if kind is None and "folder" in kinds:
         if not isinstance(where, Path) or (where.exists() and not where.is_dir()):

@@ -7,6 +7,9 @@ Every function returns a matplotlib Figure and touches no global state: no pyplo
     options   what may be asked of a map      fixed_values   what is equal in all cells
 """
 
+from typing import Any
+
+from stickslip import extensions
 from stickslip.dataset.selection import MAX_PANELS
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_branches, plot_of_ramp, plot_ramp
@@ -16,12 +19,16 @@ from stickslip.plots.maps import plot_map
 from stickslip.plots.marks import BORDERS
 from stickslip.plots.materials import plot_fits, plot_materials, plot_memory_fits
 from stickslip.plots.options import Look, Mark
-from stickslip.plots.traces import plot_sound, plot_trace
+from stickslip.plots.traces import plot_trace
 from stickslip.plots.uncertainty import plot_probability
 from stickslip.vocabulary.studies import kind_of
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "free_name", "is_drawn", "is_over_map", "kind_of",
     "plot_attractors", "plot_branches", "plot_fits", "plot_map", "plot_materials", "plot_memory_fits", "plot_of_ramp",
-    "plot_probability", "plot_ramp", "plot_result", "plot_sound", "plot_trace", "request_of", "save", "subject",
+    "plot_probability", "plot_ramp", "plot_result", "plot_trace", "request_of", "save", "subject",
 ]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    return extensions.call(name, __name__)

@@ -1,10 +1,9 @@
 """Every quantity that comes out of the engine, declared once.
 
 `VARIABLES` are those of a cell, `MAP_VARIABLES` those that a map may have (`computed` where it is refined),
-`TRACE_VARIABLES` those of one trajectory over time, `MATERIAL_VARIABLES` those of materials compared, `LEVEL_VARIABLES`
-those of how loud cells are. Studies declare those of their results themselves, as rows of the same kind.
-Datasets, plots and documentation read these
-tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
+`TRACE_VARIABLES` those of one trajectory over time, `MATERIAL_VARIABLES` those of materials compared. Studies and
+extensions declare those of their results themselves, as rows of the same kind. Datasets, plots and documentation read
+these tables; nothing else repeats a unit or a long name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
 from stickslip.vocabulary.models import CURVE, FITTED, MODELS, Model
@@ -116,18 +115,8 @@ MATERIAL_VARIABLES: dict[str, Variable] = table(
     Variable("point_sigma", "1", "standard deviation of the measured friction coefficient"),
 )  # fmt: skip
 
-LEVEL = Variable(
-    "acceleration_level_a", "1", "time-average A-weighted level of the acceleration, dB re 1e-6 m/s2",
-    comment="Of the limit cycle, from the Fourier series of one period, up to 20 kHz; IEC 61672-1, ISO 1683. No level "
-    "of sound pressure: levels of cells can be compared with each other. NaN where there is no cycle; -inf where "
-    "nothing of it is heard.",
-)  # fmt: skip
-
 COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime was inferred")
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
-LEVEL_VARIABLES: dict[str, Variable] = {
-    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
-} | {LEVEL.name: LEVEL}
 
 
 def variables_of_model(model: Model) -> dict[str, Variable]:

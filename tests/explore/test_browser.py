@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import pytest
 
 from helpers.configs import HOSTILE
-from stickslip.explore import open_source
+from stickslip_explore import open_source
 
 pytest.importorskip("bokeh")
 selenium = pytest.importorskip("selenium")
@@ -22,8 +22,8 @@ from selenium.webdriver.chrome.service import Service  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
-from stickslip.explore.server import Explorer  # noqa: E402
-from stickslip.explore.static import write_page  # noqa: E402
+from stickslip_explore.server import Explorer  # noqa: E402
+from stickslip_explore.static import write_page  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.sound.cycles import RTOL, cycles_of
-from stickslip.sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
-from stickslip.sound.sounds import FULL_SCALE, Sound
 from stickslip.theory.ageing import static_friction
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_with
+from stickslip_sound.cycles import RTOL, cycles_of
+from stickslip_sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
+from stickslip_sound.sounds import FULL_SCALE, Sound
 
 Floats = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from bokeh.settings import settings
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 
-from stickslip.explore.session import Session
-from stickslip.explore.source import Source
+from stickslip_explore.session import Session
+from stickslip_explore.source import Source
 
 HOST = "127.0.0.1"
 _TOKEN_BYTES = 24

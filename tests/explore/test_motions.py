@@ -14,13 +14,13 @@ from helpers.nightly import few
 from helpers.unstable_cycle import Cycle
 from stickslip.cli import main
 from stickslip.engine import Options, stop_flag
-from stickslip.explore import maps, open_source
-from stickslip.explore.html import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
-from stickslip.explore.motions import motions_of
-from stickslip.explore.static import essential
-from stickslip.explore.view import COARSE, View, cell_of_view, config_of, first_view
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.models import CURVE_LAWS
+from stickslip_explore import maps, open_source
+from stickslip_explore.html import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
+from stickslip_explore.motions import motions_of
+from stickslip_explore.static import essential
+from stickslip_explore.view import COARSE, View, cell_of_view, config_of, first_view
 
 PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))

@@ -7,6 +7,6 @@ browser, `page.html` and `parts.html` are its HTML; `session.py` answers events,
 writes a page that needs none.
 """
 
-from stickslip.explore.source import Source, open_source
+from stickslip_explore.source import Source, open_source
 
 __all__ = ["Source", "open_source"]

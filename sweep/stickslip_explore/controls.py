@@ -9,14 +9,14 @@ from typing import Any
 
 from bokeh.models import Button, Checkbox, Column, ColumnDataSource, Row, Select, Slider, UIElement
 
-from stickslip import sound
-from stickslip.explore.html import part
-from stickslip.explore.motions import CellMotions
-from stickslip.explore.page import WIDGETS, Page, calling, place_format, words
-from stickslip.explore.source import Source
-from stickslip.explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of
+from stickslip import extensions
 from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.parameter import NAN
+from stickslip_explore.html import part
+from stickslip_explore.motions import CellMotions
+from stickslip_explore.page import WIDGETS, Page, calling, place_format, words
+from stickslip_explore.source import Source
+from stickslip_explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of
 
 _STEPS = 400  # of a slider
 _ROUNDING = 1e-6  # of a step: what the browser makes of zero, adding up steps
@@ -152,11 +152,14 @@ class Actions:
             _button(label, f"file_{name}", partial(self._send, name))
             for label, name in (("Map as CSV", "map.csv"), ("Motions as CSV", "motions.csv"), ("YAML", "view.yaml"))
         ]
+        hearing = _row(*sounds, self._pace, self._loud)
         copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
         rows = [
-            _row(*pins, _button("Unpin", "unpin", unpin)), _row(*sounds, self._pace, self._loud), self._heard,
+            _row(*pins, _button("Unpin", "unpin", unpin)), hearing, self._heard,
             _row(*files, *copies), page.reproduce,
         ]  # fmt: skip
+        if "sound" not in extensions.brought("calls"):
+            rows = [row for row in rows if row not in (hearing, self._heard)]
         self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
         self.column.tags = [self._outbox, self._wave]  # what no widget shows is a part of the document all the same
 
@@ -170,7 +173,7 @@ class Actions:
         """True if each sound is as loud as may be; else all are of one scale."""
         return bool(self._loud.active)
 
-    def play(self, name: str, heard: sound.Sound) -> None:
+    def play(self, name: str, heard: Any) -> None:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
         self._heard.visible = True
@@ -186,9 +189,9 @@ class Actions:
         return button
 
 
-def sound_of(motions: CellMotions, pace: float, loud: bool) -> sound.Sound:
-    """The sound of a cell, from its start. Raises NotReachedError."""
-    heard = sound.of(motions.cell, _SECONDS, law=motions.law, slow=pace)
+def sound_of(motions: CellMotions, pace: float, loud: bool) -> Any:
+    """The sound of a cell, from its start, by `stickslip.sound`. Raises NotReachedError."""
+    heard = extensions.call("sound", "stickslip").of(motions.cell, _SECONDS, law=motions.law, slow=pace)
     if loud and heard.peak > 0.0:
         return replace(heard, full_scale=heard.peak / _LOUDEST)
     return heard

@@ -19,13 +19,13 @@ from stickslip import pages
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
 from stickslip.engine import stop_flag
-from stickslip.explore import maps, page
-from stickslip.explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
-from stickslip.explore.maps import Picture, border_lines
-from stickslip.explore.motions import Motion, motions_by_line, motions_of
-from stickslip.explore.source import Source
-from stickslip.explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
 from stickslip.vocabulary.display_units import spoken
+from stickslip_explore import maps, page
+from stickslip_explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
+from stickslip_explore.maps import Picture, border_lines
+from stickslip_explore.motions import Motion, motions_by_line, motions_of
+from stickslip_explore.source import Source
+from stickslip_explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
 CELLS: Sides = (10, 14)  # whose motions are in it

@@ -12,9 +12,11 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.select import cell_of, config_at
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
-from stickslip.explore import maps, open_source
-from stickslip.explore.maps import border_lines
-from stickslip.explore.view import (
+from stickslip.vocabulary.display_units import Unit, quantity, unit_for
+from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip_explore import maps, open_source
+from stickslip_explore.maps import border_lines
+from stickslip_explore.view import (
     COARSE,
     FULL,
     View,
@@ -27,8 +29,6 @@ from stickslip.explore.view import (
     sliders_of,
     with_plane,
 )
-from stickslip.vocabulary.display_units import Unit, quantity, unit_for
-from stickslip.vocabulary.quantities import QUANTITIES
 
 SHIPPED = (
     "hysteresis", "lubricants", "quickstart", "start_state", "uncertain",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from contextlib import nullcontext
 from math import isfinite
 from pathlib import Path
@@ -15,11 +14,12 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fail, fields, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.simulate import cell_title
+from stickslip.files.targets import Kind
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
-    from stickslip.sound import Sound
 
+WAV = Kind("sounds", (".wav",))
 _BETWEEN = re.compile(r",\s*(?=[^,=]+=)")  # of several NAME=VALUE in a text
 _ALIKE = 0.05  # dB
 _LONGEST = 600.0  # s of sound
@@ -40,7 +40,7 @@ Examples:
 @params.CONFIG
 @params.AT
 @click.option(
-    "-o", "--output", type=params.Target("sound", "result"),
+    "-o", "--output", type=params.Target(WAV, "result"),
     help="Sound to write, .wav; with --level the levels, .nc or .zarr.",
 )  # fmt: skip
 @click.option("--seconds", default="3", show_default=True, metavar="TIME", help='How long: seconds, or "500 ms".')
@@ -82,9 +82,10 @@ def listen(
         fail(f"{output}: sounds end in .wav")
     if not 1.0 / _FASTEST <= slow <= _FASTEST:
         fail(f"--slow: got {slow:g}, expected a number from 1e-6 to 1e6, such as 10, or 0.1 for ten times faster")
-    from stickslip import sound
+    import stickslip_sound as sound
     from stickslip.config import select
-    from stickslip.vocabulary.results import LEVEL
+    from stickslip_sound.plots import plot_sound
+    from stickslip_sound.variables import LEVEL
 
     loudest = params.si_quantity("--full-scale", full_scale, "m s-2", "an acceleration > 0, such as '100 m/s2'")
     loaded, length = select.config_at(params.recipe_in(config), at), select.seconds(seconds, "--seconds")
@@ -107,35 +108,11 @@ def listen(
         bits = "32-bit floating" if floating else "16 bit"
         show_file("sound", output, f"{made.seconds:.3g} s, {bits}, full scale {made.full_scale:g} m/s2")
     with refuses_bad_input(plot):
-        save_plot(lambda plots: plots.plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
+        save_plot(lambda _: plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
     if output is None and plot is None:
         screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
     answer = fields(made, *_ANSWER, acceleration_max="peak") | {"acceleration_level_a": cell_level}
     return answer | {"remarks": made.remarks(), "output": output, "plot": plot}
-
-
-# --- files, also for tests of rigs ------------------------------------------------------------------------------------
-
-
-def save_sounds(target: Path, sounds: Iterable[tuple[str, Sound]]) -> None:
-    """Write named sounds of one scale, a file each, into a folder; or the one there is."""
-    single = target.suffix.lower() == ".wav"
-    written, clipping, loudest, full_scale = 0, 0, 0.0, 0.0
-    for name, sound in sounds:
-        sound.save(target if single else target / f"{name}.wav")
-        full_scale, loudest = sound.full_scale, max(loudest, sound.peak)
-        written, clipping = written + 1, clipping + sound.clips
-    if not written:
-        return screen.row("sounds", "none: no test was integrated to its end")
-    screen.row("sounds", f"{target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)")
-    if clipping:
-        screen.echo(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
-
-
-def check_sounds(target: Path | None, count: int) -> None:
-    """End if so many sounds cannot be written there."""
-    if target is not None and target.suffix.lower() == ".wav" and count != 1:
-        fail(f"{target}: {count:,} tests have a WAV file each: name a folder")
 
 
 # --- levels -----------------------------------------------------------------------------------------------------------
@@ -145,7 +122,7 @@ def _levels(
     config: Location, at: tuple[str, ...], output: Location | None, reference: tuple[str, ...]
 ) -> dict[str, Any]:
     """The levels of all cells of a configuration, or of the one at `at`."""
-    from stickslip import sound
+    import stickslip_sound as sound
     from stickslip.config.grid import build_grid
     from stickslip.config.select import cell_of, config_at
 

@@ -19,8 +19,6 @@ from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
 from stickslip.errors import StoppedError
-from stickslip.explore.source import Source
-from stickslip.explore.view import FULL, Sides, View
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.work import MapStudy
 from stickslip.studies import borders
@@ -29,6 +27,8 @@ from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.units import spelled
+from stickslip_explore.source import Source
+from stickslip_explore.view import FULL, Sides, View
 
 Floats = NDArray[np.float64]
 SHADES = 256  # colours of a picture

@@ -14,8 +14,8 @@ import stickslip
 from helpers.configs import HOSTILE
 from helpers.pages import tags
 from stickslip.config.reader import parse_config
-from stickslip.explore import open_source
-from stickslip.explore.session import LatestOnly
+from stickslip_explore import open_source
+from stickslip_explore.session import LatestOnly
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document  # noqa: E402
@@ -23,8 +23,8 @@ from bokeh.embed.bundle import _use_mathjax  # noqa: E402
 from bokeh.events import ButtonClick, Tap  # noqa: E402
 from bokeh.models import Div  # noqa: E402
 
-from stickslip.explore import maps, session  # noqa: E402
-from stickslip.explore.session import Session  # noqa: E402
+from stickslip_explore import maps, session  # noqa: E402
+from stickslip_explore.session import Session  # noqa: E402
 
 WAIT = 30.0  # s
 

@@ -15,16 +15,16 @@ from jinja2 import Environment, PackageLoader
 from stickslip.dataset.build import variable_of
 from stickslip.dataset.export import write_table
 from stickslip.errors import ConfigError
-from stickslip.explore.maps import Picture
-from stickslip.explore.motions import CellMotions, Motion, regime_of
-from stickslip.explore.source import Source
-from stickslip.explore.view import At, View, cell_of_view, settings
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, GREEN, ORANGE, PURPLE
 from stickslip.vocabulary.display_units import Unit, number, quantity, spoken, unit_for
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
+from stickslip_explore.maps import Picture
+from stickslip_explore.motions import CellMotions, Motion, regime_of
+from stickslip_explore.source import Source
+from stickslip_explore.view import At, View, cell_of_view, settings
 
 LINES: dict[str, tuple[str, str, float]] = {  # by motion: colour, dash, width
     "stick": (BLUE, "solid", 1.6),
@@ -39,7 +39,7 @@ _NUMBERS = (
 )  # fmt: skip
 _DIGITS = 6  # of what a command says
 _RARE = ("delta", "ageing_rate", "ageing_time", "contact_time", "displacement", "velocity", "mu_static", "mu_stop")
-_PARTS = Environment(loader=PackageLoader("stickslip", "explore"), autoescape=True, trim_blocks=True).get_template(
+_PARTS = Environment(loader=PackageLoader("stickslip_explore", ""), autoescape=True, trim_blocks=True).get_template(
     "parts.html"
 )
 

@@ -7,18 +7,19 @@ import base64
 import io
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from math import floor, isfinite, log10
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
 from stickslip.files.targets import replaced
-from stickslip.sound.series import HIGHEST
+from stickslip_sound.series import HIGHEST
 
 Floats = NDArray[np.float64]
 _LOUDEST = 32767  # of 16 bits
@@ -181,3 +182,19 @@ def _round_up(value: float) -> float:
     """The next of 1, 2, 5, 10, ... that is no smaller."""
     scale = 10.0 ** floor(log10(value))
     return float(next(step * scale for step in (1.0, 2.0, 5.0, 10.0) if step * scale >= value * (1.0 - 1e-12)))
+
+
+def save_all(target: Path, sounds: Iterable[tuple[str, Sound]]) -> list[str]:
+    """Write named sounds of one scale, a WAV file each, into a folder; or the one there is. Returns lines on them."""
+    single = target.suffix.lower() == ".wav"
+    written, clipping, loudest, full_scale = 0, 0, 0.0, 0.0
+    for name, sound in sounds:
+        sound.save(target if single else target / f"{name}.wav")
+        full_scale, loudest = sound.full_scale, max(loudest, sound.peak)
+        written, clipping = written + 1, clipping + sound.clips
+    if not written:
+        return ["none: no test was integrated to its end"]
+    lines = [f"{target if single else target / '*.wav'} (full scale {full_scale:g} m/s2)"]
+    if clipping:
+        lines.append(f"{clipping:,} of {written:,} clip, with peaks of up to {loudest:.3g} m/s2: softly compressed")
+    return lines

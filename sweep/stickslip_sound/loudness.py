@@ -27,14 +27,14 @@ from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
-from stickslip.sound.cycles import RTOL, Cycles, cycles_of
-from stickslip.sound.series import HIGHEST, natural_frequency, samples_for, series_of
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import LEVEL, LEVEL_VARIABLES
+from stickslip_sound.cycles import RTOL, Cycles, cycles_of
+from stickslip_sound.series import HIGHEST, natural_frequency, samples_for, series_of
+from stickslip_sound.variables import LEVEL, LEVEL_VARIABLES
 
 Floats = NDArray[np.float64]
 _POLES = 20.598997, 107.65265, 737.86223, 12194.217  # Hz

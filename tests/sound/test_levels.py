@@ -19,10 +19,10 @@ from helpers.cycles import (
 )  # fmt: skip
 from stickslip import sound
 from stickslip.engine import Options, stop_flag
-from stickslip.sound import levels
-from stickslip.sound.loudness import a_weighting, levels_of
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import REGIMES
+from stickslip_sound import levels
+from stickslip_sound.loudness import a_weighting, levels_of
 
 LEVEL = "acceleration_level_a"
 FREE = UNIT | {"a1": 0.5, "a2": 0.0, "a3": 0.0, "a4": 1.0, "belt_speed": 5.0, "velocity": 0.0}
@@ -77,7 +77,7 @@ def test_more_samples_change_nothing(name, monkeypatch):
     law, cell = (STICKING | SUSTAINED)[name]
     cell = cell if name == "two_way_slip_cycle" else faster(cell)
     once = level(cell, law)
-    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
+    monkeypatch.setattr("stickslip_sound.loudness.OVERSAMPLING", 16)
     assert level(cell, law) == pytest.approx(once, abs=0.01) and np.isfinite(once)
 
 
@@ -86,8 +86,8 @@ def test_hard_cells_need_no_more_samples_either(others, monkeypatch):
     """Every tenth of those with stick-slip, all laws, parameters over decades."""
     some = [(law, cell) for law, cell, row in hard_cells("stick_slip", others) if float(row["period"]) < 3.0][::9]
     once = [level(cell, law) for law, cell in some]
-    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
-    monkeypatch.setattr("stickslip.sound.loudness.FORGOTTEN", 10.0)
+    monkeypatch.setattr("stickslip_sound.loudness.OVERSAMPLING", 16)
+    monkeypatch.setattr("stickslip_sound.loudness.FORGOTTEN", 10.0)
     np.testing.assert_allclose([level(cell, law) for law, cell in some], once, atol=0.02)
     assert len(some) > 3 and np.isfinite(once).all()
 
@@ -97,7 +97,7 @@ def test_slips_far_shorter_than_the_period_of_any_tone_need_no_more_samples(stif
     """1 g: natural frequencies from 5 kHz to 500 kHz, ten slips a second."""
     cell = COULOMB | {"mass": 1e-3, "stiffness": stiffness, "belt_speed": 40.0 / stiffness}
     once = level(cell)
-    monkeypatch.setattr("stickslip.sound.loudness.OVERSAMPLING", 16)
+    monkeypatch.setattr("stickslip_sound.loudness.OVERSAMPLING", 16)
     assert level(cell) == pytest.approx(once, abs=0.02)
 
 

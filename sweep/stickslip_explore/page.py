@@ -13,12 +13,12 @@ from bokeh.events import MouseLeave, MouseMove
 from bokeh.models.axes import Axis
 from bokeh.plotting import figure
 
-from stickslip.explore.html import LINES, STYLE, legend_html, numbers_html, part
-from stickslip.explore.maps import SHADES, Line, Picture, Side
-from stickslip.explore.motions import CellMotions, Motion, motions_by_line
-from stickslip.explore.source import Source
 from stickslip.plots.palette import BLACK, GREEN, GREY, PURPLE, VERMILLION
 from stickslip.vocabulary.display_units import Unit, spoken, unit_for
+from stickslip_explore.html import LINES, STYLE, legend_html, numbers_html, part
+from stickslip_explore.maps import SHADES, Line, Picture, Side
+from stickslip_explore.motions import CellMotions, Motion, motions_by_line
+from stickslip_explore.source import Source
 
 TOOLS = "box_zoom,pan,wheel_zoom,reset,save"
 WIDGETS = ":host { font-size: 13px; --font-size: 13px; } .bk-slider-title, label { color: #1b1b1b; }"
@@ -323,7 +323,7 @@ class Page:
                 document.add_root(root)
         title = self.source.config.title
         document.template, script = (
-            files("stickslip.explore").joinpath(name).read_text(encoding="utf-8") for name in ("page.html", "page.js")
+            files("stickslip_explore").joinpath(name).read_text(encoding="utf-8") for name in ("page.html", "page.js")
         )
         document.title = f"{title} - stickslip"
         document.template_variables.update(

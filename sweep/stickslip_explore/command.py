@@ -43,7 +43,7 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     except ImportError:
         fail("the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'")
     from stickslip import engine
-    from stickslip.explore import open_source
+    from stickslip_explore import open_source
 
     source = open_source(config, params.settings())  # type: ignore[arg-type]
     for signals in (False, True):
@@ -51,12 +51,12 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     for note in source.notes:
         screen.notice(f"note: {note}")
     if static is not None:
-        from stickslip.explore.static import left_out, write_page
+        from stickslip_explore.static import left_out, write_page
 
         for note in left_out(source):
             screen.notice(f"note: {note}")
         return show_file("page", write_page(source, static))
-    from stickslip.explore.server import Explorer
+    from stickslip_explore.server import Explorer
 
     try:
         explorer = Explorer(source, port)

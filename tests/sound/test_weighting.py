@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.sound.loudness import a_weighting, decibels
+from stickslip_sound.loudness import a_weighting, decibels
 
 # IEC 61672-1:2013, Table 3: nominal frequency of the third octave (Hz) and design goal (dB).
 TABLE = {

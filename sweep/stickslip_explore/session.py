@@ -17,14 +17,14 @@ from bokeh.events import Tap
 from stickslip.config.model import Config
 from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
-from stickslip.explore import maps
-from stickslip.explore.controls import Actions, Controls, sound_of
-from stickslip.explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
-from stickslip.explore.maps import Line, Picture, border_lines
-from stickslip.explore.motions import CellMotions, motions_by_line, motions_of
-from stickslip.explore.page import Page
-from stickslip.explore.source import Source
-from stickslip.explore.view import (
+from stickslip_explore import maps
+from stickslip_explore.controls import Actions, Controls, sound_of
+from stickslip_explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
+from stickslip_explore.maps import Line, Picture, border_lines
+from stickslip_explore.motions import CellMotions, motions_by_line, motions_of
+from stickslip_explore.page import Page
+from stickslip_explore.source import Source
+from stickslip_explore.view import (
     COARSE,
     FULL,
     At,

@@ -22,12 +22,12 @@ import stickslip
 from helpers.configs import HOSTILE, write_config
 from helpers.pages import tags
 from stickslip.cli import main
-from stickslip.explore import open_source
+from stickslip_explore import open_source
 
 pytest.importorskip("bokeh")
-from stickslip.explore import maps, static  # noqa: E402
-from stickslip.explore.server import Explorer  # noqa: E402
-from stickslip.explore.static import page_html  # noqa: E402
+from stickslip_explore import maps, static  # noqa: E402
+from stickslip_explore.server import Explorer  # noqa: E402
+from stickslip_explore.static import page_html  # noqa: E402
 
 NETWORK = re.compile(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
 

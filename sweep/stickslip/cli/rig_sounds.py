@@ -1,0 +1,41 @@
+"""Sounds of tests and records: an option of commands, where an extension brings `stickslip.sound`."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from stickslip import extensions
+from stickslip.cli import params, screen
+from stickslip.cli.exits import fail
+from stickslip.files.targets import Kind
+
+_WAV = Kind("sounds", (".wav",))
+
+
+def sound_option(each: str) -> Callable[[params.Command], params.Command]:
+    """The option `--sound` of a command that has an `each`; none where nothing makes sounds."""
+    if "sound" not in extensions.brought("calls"):
+        return lambda command: command
+    text = f"Folder for the sounds, a WAV file for each {each}."
+    return click.option("--sound", type=params.Target(_WAV, "folder"), help=text)
+
+
+def check_sounds(target: Path | None, count: int) -> None:
+    """End if so many sounds cannot be written there."""
+    if target is not None and target.suffix.lower() == ".wav" and count != 1:
+        fail(f"{target}: {count:,} tests have a WAV file each: name a folder")
+
+
+def save_sounds(target: Path, sounds: Iterable[tuple[str, Any]]) -> None:
+    """Write named sounds, a file each, into a folder; or the one there is."""
+    files, *remarks = maker().save_all(target, sounds)
+    screen.row("sounds", files)
+    for remark in remarks:
+        screen.echo(remark)
+
+
+def maker() -> Any:
+    """The module `stickslip.sound`."""
+    return extensions.call("sound", "stickslip")

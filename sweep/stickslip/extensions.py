@@ -1,0 +1,108 @@
+"""Extensions: packages that lean on the engine and bring commands, Python calls, sections, studies and figures.
+
+An extension is found by an entry point of the group `stickslip.extensions`, in whatever package it is installed:
+
+    [project.entry-points."stickslip.extensions"]
+    sound = "stickslip_sound.extension:EXTENSION"
+
+whose value is an `Extension`. What it brings is named by place, `module` or `module:name`, and imported when it is
+used. The engine asks for what there is, and knows no extension by name.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.metadata import entry_points
+from importlib.util import spec_from_loader
+from types import ModuleType
+from typing import Any
+
+GROUP = "stickslip.extensions"
+Place = str  # `module` or `module:name`
+
+
+@dataclass(frozen=True)
+class Extension:
+    """What an extension brings.
+
+    commands : by heading of `stickslip --help`, by name: places of click commands.
+    calls : by name in `stickslip` (`plots.NAME` in one of its rooms): places of modules, functions and classes.
+    methods : by name in `ds.stickslip`: places of functions that take a dataset first.
+    """
+
+    commands: Mapping[str, Mapping[str, Place]] = field(default_factory=dict)
+    calls: Mapping[str, Place] = field(default_factory=dict)
+    methods: Mapping[str, Place] = field(default_factory=dict)
+
+
+@cache
+def installed() -> tuple[Extension, ...]:
+    """The extensions that are there, in the order of their names.
+
+    One whose package was taken away though its entry point is still listed (an editable installation) is left out.
+    """
+    extensions = []
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            extensions.append(point.load())
+        except ModuleNotFoundError as error:
+            if error.name != point.module.partition(".")[0]:
+                raise
+    return tuple(extensions)
+
+
+def brought(field: str) -> dict[str, Any]:
+    """One field of all extensions, joined: `brought("calls")`; of a name in two of them, the first holds."""
+    joined: dict[str, Any] = {}
+    for extension in reversed(installed()):
+        joined |= getattr(extension, field)
+    return joined
+
+
+def commands() -> Iterator[tuple[str, Mapping[str, Place]]]:
+    """Headings of the help, each with places of commands by name; a heading may come several times."""
+    for extension in installed():
+        yield from extension.commands.items()
+
+
+def call(name: str, module: str) -> Any:
+    """What extensions bring under a name in a module of the engine. Raises AttributeError."""
+    places = {} if name.startswith("_") else brought("calls")
+    inside = module.removeprefix("stickslip").removeprefix(".")
+    whole = f"{inside}.{name}" if inside else name
+    if whole not in places:
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
+    return imported(places[whole])
+
+
+class _Named(MetaPathFinder, Loader):
+    """Lets `from stickslip.sound import levels` find the module that an extension calls `sound`."""
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        package, _, name = fullname.rpartition(".")
+        if package != "stickslip" or ":" in brought("calls").get(name, ":"):
+            return None
+        return spec_from_loader(fullname, self)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        module = imported(brought("calls")[spec.name.rpartition(".")[2]])
+        self._spec = module.__spec__
+        return module  # type: ignore[no-any-return]
+
+    def exec_module(self, module: ModuleType) -> None:
+        module.__spec__ = self._spec
+
+
+sys.meta_path.append(_Named())
+
+
+def imported(place: Place) -> Any:
+    """What lies at a place."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name) if name else import_module(module)

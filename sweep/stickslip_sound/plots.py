@@ -1,0 +1,73 @@
+"""The picture of a sound: its acceleration over time, and its spectrogram."""
+
+import math
+
+import numpy as np
+from matplotlib.ticker import ScalarFormatter
+from numpy.typing import NDArray
+
+from stickslip.errors import PlotError
+from stickslip.plots.layout import Figure, entitle
+from stickslip.plots.palette import BLUE
+
+Floats = NDArray[np.float64]
+_WINDOW = 0.09  # s: tones 20 Hz apart are told from each other
+_OVERLAP = 0.875  # of a window, with the next one
+_REFERENCE = 1e-6  # m/s2, ISO 1683
+_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared; more where a sound has more
+_LEAST_SHOWN = 40.0  # dB below the largest line, of faint sounds
+_LOWEST, _HIGHEST = 20.0, 20e3  # Hz that are heard
+
+
+def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: float = 1.0) -> Figure:
+    """The acceleration (m/s2, `rate` samples a second) over time, and below it the level of its tones over time.
+
+    slow : how many times slower than the motion it is; time and frequencies are as heard. Raises PlotError.
+    """
+    length = round(_WINDOW * rate)
+    if acceleration.size < 2 * length:
+        raise PlotError(f"a spectrogram needs {2 * _WINDOW:g} s of sound, got {acceleration.size / rate:.2g} s")
+    times, frequencies, level = _levels(acceleration, rate, length)
+    figure = Figure(figsize=(9.0, 5.4), layout="constrained")
+    seconds = acceleration.size / rate
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1, 2])
+    upper.plot(np.arange(acceleration.size) / rate, acceleration, color=BLUE, linewidth=0.6, rasterized=True)
+    upper.set_ylabel("acceleration (m/s²)")
+    upper.margins(x=0)
+    if not np.isfinite(level).any():
+        lower.text(0.5, 0.5, "silence", transform=lower.transAxes, ha="center", va="center")
+    else:
+        loudest = float(np.nanmax(level))
+        low, high = min(_SHOWN[0], _in_tens(loudest - _LEAST_SHOWN)), max(_SHOWN[1], _in_tens(loudest + 10.0))
+        image = lower.pcolormesh(
+            times, frequencies, level, cmap="viridis", vmin=low, vmax=high, shading="nearest", rasterized=True
+        )
+        figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="min")
+    as_heard = "" if slow == 1.0 else f", {slow:g} times slower than the motion"
+    lower.set(yscale="log", ylim=(_LOWEST, min(_HIGHEST, 0.5 * rate)), ylabel="frequency (Hz)")
+    lower.yaxis.set_major_formatter(ScalarFormatter())
+    lower.set(xlim=(0.0, seconds), xlabel=f"time (s){as_heard}")
+    entitle(figure, upper, title, above_all=True)
+    return figure
+
+
+def _in_tens(level: float) -> float:
+    return 10.0 * math.floor(level / 10.0)
+
+
+def _levels(acceleration: Floats, rate: float, length: int) -> tuple[Floats, Floats, Floats]:
+    """Times (s), frequencies (Hz) and levels (dB, NaN for none), shape (frequencies, times).
+
+    A tone has the level of its mean square, whatever the window.
+    """
+    from scipy import signal  # type: ignore[import-untyped]
+
+    step = length - int(_OVERLAP * length)
+    around = np.pad(acceleration, length // 2)  # so that a window is centred on either end
+    frequencies, times, squares = signal.spectrogram(
+        around, rate, "hann", nperseg=length, noverlap=length - step, scaling="spectrum", detrend=False
+    )
+    with np.errstate(divide="ignore"):
+        level = 10.0 * np.log10(squares / _REFERENCE**2)
+    heard = (frequencies >= _LOWEST) & (frequencies <= _HIGHEST)
+    return times - (length // 2) / rate, frequencies[heard], np.where(np.isfinite(level), level, np.nan)[heard]
