@@ -18,9 +18,9 @@ from pathlib import Path
 
 from bokeh.events import Tap
 
-from stickslip_explore import open_source
 from stickslip_explore.server import Explorer
 from stickslip_explore.session import Session
+from stickslip_explore.source import open_source
 
 ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 600.0  # s

@@ -1,20 +1,13 @@
-"""The sound of a cell, and its level.
+"""What a cell sounds like, and how loud it is: an extension of `stickslip`.
 
-    from stickslip import sound
+`stickslip listen` writes the acceleration of a cell as a WAV file; `stickslip.sound` does so in Python, for records of
+rigs and for levels of whole maps as well.
 
-    sound.of(cell)            a Sound, which plays itself in a notebook; .wav() are the bytes of a file
-    sound.of_record(a, rate)  that of a record, measured or simulated
-    sound.save_all(folder, sounds)   named ones, a WAV file each
-    sound.levels(cells)       how loud cells, maps, or all cells of a configuration are, in dB
-    sound.summary(levels)     how many cells have a level, and its range
-    sound.a_weighting(100)    how much fainter the ear hears a tone of 100 Hz than one of 1 kHz
+    extension.py   what the engine is told      api.py        the names in `stickslip.sound`
+    command.py     `stickslip listen`           plots.py      a sound and its spectrogram
+    making.py      the sound of a cell          series.py     its acceleration as a Fourier series
+    cycles.py      where cycles start           sounds.py     WAV files, what to know when listening
+    loudness.py    levels of cells, weighted    variables.py  the variables of levels
 
-Of the files, `series.py` has the acceleration as a Fourier series, `cycles.py` the states that cycles start from,
-`making.py` the sound of a cell or a record, `sounds.py` what is done with one, `loudness.py` the levels.
+It leans on the engine alone. Others use it through `stickslip.sound`, if it is there.
 """
-
-from stickslip_sound.loudness import a_weighting, levels, summary
-from stickslip_sound.making import RATE, of, of_record
-from stickslip_sound.sounds import FULL_SCALE, Sound, save_all
-
-__all__ = ["FULL_SCALE", "RATE", "Sound", "a_weighting", "levels", "of", "of_record", "save_all", "summary"]

@@ -82,8 +82,8 @@ def listen(
         fail(f"{output}: sounds end in .wav")
     if not 1.0 / _FASTEST <= slow <= _FASTEST:
         fail(f"--slow: got {slow:g}, expected a number from 1e-6 to 1e6, such as 10, or 0.1 for ten times faster")
-    import stickslip_sound as sound
     from stickslip.config import select
+    from stickslip_sound import api as sound
     from stickslip_sound.plots import plot_sound
     from stickslip_sound.variables import LEVEL
 
@@ -122,9 +122,9 @@ def _levels(
     config: Location, at: tuple[str, ...], output: Location | None, reference: tuple[str, ...]
 ) -> dict[str, Any]:
     """The levels of all cells of a configuration, or of the one at `at`."""
-    import stickslip_sound as sound
     from stickslip.config.grid import build_grid
     from stickslip.config.select import cell_of, config_at
+    from stickslip_sound import api as sound
 
     recipe = params.recipe_in(config)
     loaded: Any = config_at(recipe, at) if at else recipe

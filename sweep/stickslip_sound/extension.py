@@ -9,11 +9,11 @@ from stickslip.extensions import Extension
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip_sound import Sound
+    from stickslip_sound.sounds import Sound
 
 EXTENSION = Extension(
     commands={"One cell, and what a designer asks": {"listen": "stickslip_sound.command:listen"}},
-    calls={"sound": "stickslip_sound", "plots.plot_sound": "stickslip_sound.plots:plot_sound"},
+    calls={"sound": "stickslip_sound.api", "plots.plot_sound": "stickslip_sound.plots:plot_sound"},
     methods={"sound": "stickslip_sound.extension:sound_of_cell"},
 )
 
@@ -27,7 +27,7 @@ def sound_of_cell(
     compared.
     """
     from stickslip.config.select import shared_by
-    from stickslip_sound import of
+    from stickslip_sound.making import of
 
     cell, how = ds.stickslip.cell(**at), shared_by(ds)
     how.pop("rtol", None)  # sounds have a tolerance of their own

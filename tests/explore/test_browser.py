@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import pytest
 
 from helpers.configs import HOSTILE
-from stickslip_explore import open_source
+from stickslip_explore.source import open_source
 
 pytest.importorskip("bokeh")
 selenium = pytest.importorskip("selenium")

@@ -16,9 +16,10 @@ from stickslip.cli import main
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.models import CURVE_LAWS
-from stickslip_explore import maps, open_source
+from stickslip_explore import maps
 from stickslip_explore.html import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
 from stickslip_explore.motions import motions_of
+from stickslip_explore.source import open_source
 from stickslip_explore.static import essential
 from stickslip_explore.view import COARSE, View, cell_of_view, config_of, first_view
 

@@ -22,7 +22,7 @@ import stickslip
 from helpers.configs import HOSTILE, write_config
 from helpers.pages import tags
 from stickslip.cli import main
-from stickslip_explore import open_source
+from stickslip_explore.source import open_source
 
 pytest.importorskip("bokeh")
 from stickslip_explore import maps, static  # noqa: E402

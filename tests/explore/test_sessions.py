@@ -14,8 +14,8 @@ import stickslip
 from helpers.configs import HOSTILE
 from helpers.pages import tags
 from stickslip.config.reader import parse_config
-from stickslip_explore import open_source
 from stickslip_explore.session import LatestOnly
+from stickslip_explore.source import open_source
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document  # noqa: E402

@@ -14,8 +14,9 @@ from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.display_units import Unit, quantity, unit_for
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip_explore import maps, open_source
+from stickslip_explore import maps
 from stickslip_explore.maps import border_lines
+from stickslip_explore.source import open_source
 from stickslip_explore.view import (
     COARSE,
     FULL,

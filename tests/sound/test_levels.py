@@ -21,8 +21,7 @@ from stickslip import sound
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import REGIMES
-from stickslip_sound import levels
-from stickslip_sound.loudness import a_weighting, levels_of
+from stickslip_sound.loudness import a_weighting, levels, levels_of
 
 LEVEL = "acceleration_level_a"
 FREE = UNIT | {"a1": 0.5, "a2": 0.0, "a3": 0.0, "a4": 1.0, "belt_speed": 5.0, "velocity": 0.0}
