@@ -27,10 +27,10 @@ from stickslip.config.examples import config_path
 from stickslip.config.options import options_of
 from stickslip.config.reader import load_config
 from stickslip.engine import stop_flag
-from stickslip.studies.explain.section import Explain
-from stickslip.studies.explain.smc import tempered
-from stickslip.studies.explain.study import ExplainStudy
 from stickslip.vocabulary.flags import DECIDED, REGIMES
+from stickslip_explain.section import Explain
+from stickslip_explain.smc import tempered
+from stickslip_explain.study import ExplainStudy
 
 LAW, SIZE, WALKERS, RUNS, LONGER = "stribeck", 500, 500, 24, 25
 BURN_IN = 0.5  # of a chain

@@ -15,7 +15,8 @@ SWEEP = ROOT / "sweep" / "stickslip"
 KERNELS = ROOT / "kernels" / "stickslip_kernels"
 EXTENSIONS = sorted(path for path in (ROOT / "sweep").glob("stickslip_*") if path.is_dir())
 CEILINGS = {  # lines of Python; to raise one is a decision that the message of the commit defends
-    "sweep/stickslip": 47_000, "sweep/stickslip_explore": 2_450, "sweep/stickslip_sound": 1_250,
+    "sweep/stickslip": 41_500, "sweep/stickslip_explain": 3_050, "sweep/stickslip_explore": 2_450,
+    "sweep/stickslip_sound": 1_250,
     "kernels": 10_860, "tests": 39_900,
 }  # fmt: skip
 
@@ -45,8 +46,7 @@ INNER_FLOORS = {
         {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"},
         {"observation", "plots"}, {"report"},
     ),
-    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"},
-                {"goal"}),
+    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
         {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},
         {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},

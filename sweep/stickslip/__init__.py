@@ -16,21 +16,20 @@ if TYPE_CHECKING:
     from . import rig as rig
     from . import theory as theory
     from .api.cells import evaluate, simulate
-    from .api.explained import explain, next_measurement
     from .api.runs import collect, retry_failed, run, run_shard, status, sweep
-    from .api.studies import attractors, border, contours, goal, margins, ramp
+    from .api.studies import attractors, border, contours, margins, ramp
     from .config.model import Config
     from .config.reader import load_config
     from .engine import Options
     from .errors import ClusterError, ConfigError, ContradictionError, IncompleteError, Interrupted
     from .files.reading import open
-    from .materials import compare
+    from .materials.compare import compare
     from .vocabulary.own_laws import Table, register_law
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options", "Table",
-    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate", "explain", "goal",
-    "load_config", "margins", "next_measurement", "open", "ramp", "register_law", "retry_failed", "run", "run_shard",
+    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate",
+    "load_config", "margins", "open", "ramp", "register_law", "retry_failed", "run", "run_shard",
     "simulate", "status", "sweep",
 ]  # fmt: skip
 
@@ -41,7 +40,7 @@ _HOMES = {
     "collect": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs", "status": "api.runs",
     "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
-    "goal": "api.studies", "ramp": "api.studies", "explain": "api.explained", "next_measurement": "api.explained",
+    "ramp": "api.studies",
     "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
 _MODULES = ("fit", "plots", "rig", "theory")

@@ -12,7 +12,7 @@ used. The engine asks for what there is, and knows no extension by name.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -21,10 +21,22 @@ from importlib.machinery import ModuleSpec
 from importlib.metadata import entry_points
 from importlib.util import spec_from_loader
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 GROUP = "stickslip.extensions"
 Place = str  # `module` or `module:name`
+
+
+class StudyEntry(NamedTuple):
+    """What may be computed instead of a map, by the key of the section that asks for it.
+
+    place : of the class. command : what the command of this name does, where there is one. with_uncertain : whether the
+    section may stand beside `uncertain`, whose quantities are then its own.
+    """
+
+    place: Place
+    command: str = ""
+    with_uncertain: bool = False
 
 
 @dataclass(frozen=True)
@@ -33,11 +45,17 @@ class Extension:
 
     commands : by heading of `stickslip --help`, by name: places of click commands.
     calls : by name in `stickslip` (`plots.NAME` in one of its rooms): places of modules, functions and classes.
+    studies : by key. resolvers : by the path of a key in a file (`friction.fit`, `*` for any name or number), places of
+        functions that take the document and give it with what the key stands for, in this order.
+    schema : places of functions that give properties of the JSON Schema beside those of sections and studies.
     methods : by name in `ds.stickslip`: places of functions that take a dataset first.
     """
 
     commands: Mapping[str, Mapping[str, Place]] = field(default_factory=dict)
     calls: Mapping[str, Place] = field(default_factory=dict)
+    studies: Mapping[str, StudyEntry] = field(default_factory=dict)
+    resolvers: Mapping[str, Place] = field(default_factory=dict)
+    schema: Sequence[Place] = ()
     methods: Mapping[str, Place] = field(default_factory=dict)
 
 

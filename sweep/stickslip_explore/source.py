@@ -15,13 +15,13 @@ from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
 from stickslip.config.select import recipe_of
+from stickslip.config.studies import study_class
 from stickslip.engine import Options
 from stickslip.errors import ConfigError
 from stickslip.files import reading
 from stickslip.files.locations import location
 from stickslip.vocabulary.display_units import quantity, units_shown
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.studies import EXPLAIN
 
 _DRIVEN = "a test rig, whose cells have no regime"
 
@@ -102,9 +102,8 @@ def _of_config(file: str, config: Config) -> Source:
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
         medians = {name: float(drawn[name][0]) for name in uncertain.names}
-        if config.study is not None and config.study.key == EXPLAIN:  # at its first observation, but over its axes
-            along = {member.name for axis in config.axes for member in axis.members}
-            seen: dict[str, float] = config.study.observed[0].conditions  # type: ignore[attr-defined]
+        if config.study is not None and (seen := study_class(config.study.key).conditions(config.study)):
+            along = {member.name for axis in config.axes for member in axis.members}  # which hold where both are given
             config = config.at(**{name: value for name, value in seen.items() if name not in along})
             medians = {name: value for name, value in medians.items() if name not in along}
         config = config.at(**medians)

@@ -1,4 +1,4 @@
-"""The Python calls for studies of cells: border, contours, goal, margins, attractors, ramp."""
+"""The Python calls for studies of cells: border, contours, margins, attractors, ramp."""
 
 from collections.abc import Mapping, Sequence
 from typing import Unpack
@@ -13,11 +13,10 @@ from stickslip.progress import Watch
 from stickslip.runs.memory import CellsOrConfig, Subject
 from stickslip.studies.attractors import Attractors, Ramp
 from stickslip.studies.borders import Border, Contours, Scan
-from stickslip.studies.goal import Goal
 from stickslip.studies.margins import Margins
 from stickslip.vocabulary.quantities import QUANTITIES
 
-__all__ = ["attractors", "border", "contours", "goal", "margins", "ramp"]
+__all__ = ["attractors", "border", "contours", "margins", "ramp"]
 
 Ends = tuple[float | str, float | str]  # in SI, or texts with units
 _BOX = "{'displacement': (low, high), 'velocity': (low, high)}"
@@ -72,7 +71,9 @@ def border(
     TypeError, ValueError, ConfigError
         For bad input, before anything is computed.
     """
-    section = section_of_call(Border, along=along, between=between, tolerance=tolerance, scan=scan, rtol=_rtol(solver))
+    section = section_of_call(
+        Border, along=along, between=between, tolerance=tolerance, scan=scan, rtol=rtol_of(solver)
+    )
     return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
@@ -122,67 +123,8 @@ def contours(
         For bad input, before anything is computed.
     """
     section = section_of_call(
-        Contours, axes=axes, between=between, points=points, tolerance=tolerance, scan=scan, rtol=_rtol(solver)
+        Contours, axes=axes, between=between, points=points, tolerance=tolerance, scan=scan, rtol=rtol_of(solver)
     )
-    return Subject.of(cells_or_config, solver).computed(section, progress)
-
-
-def goal(
-    cells_or_config: CellsOrConfig,
-    quiet_over: Mapping[str, Ends | str],
-    axes: tuple[str, str] | None = None,
-    between: Mapping[str, Ends] | None = None,
-    probability: float | None = None,
-    *,
-    samples: int = 9,
-    points: int = 257,
-    tolerance: float = 1e-5,
-    scan: int = 65,
-    progress: Watch = "auto",
-    **solver: Unpack[SolverKeywords],
-) -> xr.Dataset:
-    """Find the region of a plane of two parameters in which cells are quiet over whole ranges, and the way there.
-
-    Parameters
-    ----------
-    cells_or_config : Mapping, Dataset, DataFrame, Config or path
-        A configuration, whose other axes (materials, say) are panels, and whose section `uncertain` says what scatters;
-        or cells as `evaluate` takes them, each of which is a panel.
-    quiet_over : Mapping of str to pair or str
-        By parameter the range throughout which neither stick-slip nor another vibration lasts, in SI or texts with
-        units, ``{"belt_speed": "5..60 mm/s"}``; of several, at all of their combinations.
-    axes : pair of str, optional
-        The two parameters of the plane, (y, x), what is measured of a curve among them; by default the last two axes
-        of the configuration.
-    between : Mapping of str to pair, optional
-        Their ranges; by default those of the axes, or from half of the least to twice the largest of what panels have.
-    probability : float, optional
-        Of being quiet throughout, where quantities scatter; 0.95 unless given.
-    samples : int
-        Values of each range looked at first. A vibration between them is missed, but about the one that comes closest
-        to re-sticking.
-    points, tolerance, scan
-        As for `contours`; at the points looked at first the probability is in the result.
-    progress, **solver
-        As for `border`.
-
-    Returns
-    -------
-    Dataset
-        Over the panels and the plane quiet_probability, with its standard error and undecided_probability; the borders
-        as `contours` has them, border_NAME over `node`, with verdict_left and verdict_right and `panel` over `line`;
-        over the panels verdict, quiet_share, here_NAME (what the panel has), and where the verdict changes next:
-        alone_NAME by this parameter alone, together_NAME in both.
-
-    Raises
-    ------
-    TypeError, ValueError, ConfigError
-        For bad input, before anything is computed.
-    """
-    section = section_of_call(
-        Goal, quiet_over=quiet_over, axes=axes, between=between, probability=probability, samples=samples,
-        points=points, tolerance=tolerance, scan=scan, rtol=_rtol(solver),
-    )  # fmt: skip
     return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
@@ -248,7 +190,7 @@ def margins(
     """
     section = section_of_call(
         Margins, parameters=parameters, costs=costs, within=within, into=into, speed_range=speed_range, joint=joint,
-        scan=scan, tolerance=tolerance, beyond=beyond, rtol=_rtol(solver),
+        scan=scan, tolerance=tolerance, beyond=beyond, rtol=rtol_of(solver),
     )  # fmt: skip
     return Subject.of(cells_or_config, solver).computed(section, progress)
 
@@ -346,7 +288,7 @@ def ramp(
     return Subject.of(cells_or_config, solver).computed(section, progress)
 
 
-def _rtol(solver: SolverKeywords) -> float | None:
+def rtol_of(solver: SolverKeywords) -> float | None:
     """The tolerance of the integration where one is given, by itself or among options."""
     options = solver.get("options")
     return solver.get("rtol") or (options.rtol if options else None)

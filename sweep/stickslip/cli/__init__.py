@@ -14,7 +14,6 @@ from stickslip.cli import screen
 from stickslip.cli.exits import EXIT_CODES
 from stickslip.cli.groups import SectionedGroup
 from stickslip.cli.params import next_step
-from stickslip.vocabulary.studies import STUDIES
 
 SECTIONS = {  # of the help: each command with its file, a new one is an entry here
     "To begin": {"init": "configs", "validate": "configs", "schema": "configs", "help": "help"},
@@ -23,9 +22,8 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
     },
     "One cell, and what a designer asks": {
         "simulate": "simulate",
-        **{key: "studies" for key, entry in STUDIES.items() if entry.command}, "advise": "advise",
+        **dict.fromkeys(("border", "contours", "attractors", "ramp"), "studies"), "advise": "advise",
     },
-    "From measurements to causes": {"explain": "explain", "next": "explain"},
     "Friction curves and materials": {"fit": "fit", "compare": "compare", "points": "fit"},
     "Test rigs": {"rig": "rig"},
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},

@@ -275,11 +275,11 @@ def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: f
 
 
 def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:
-    """The plot of a run, and the cells of each regime, if it is a map."""
+    """The plot of a run, the cells of each regime, if it is a map, and what its study tells."""
+    from stickslip.config.studies import study_of_result
     from stickslip.dataset.summary import summary
 
     regimes = {name: share.cells for name, share in summary(ds).items()} if "regime" in ds else None
     answer: dict[str, Any] = {"plot": plot, "regimes": regimes}
-    if text := ds.attrs.get("explained_contradiction"):
-        answer |= {"contradiction": text, "observation": int(ds.attrs["explained_contradicting"])}
-    return answer
+    study = study_of_result(ds)
+    return answer | dict(study.answer(ds) if study else {})

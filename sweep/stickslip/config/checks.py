@@ -17,7 +17,7 @@ from stickslip.errors import Path, Problem
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.studies import EXPLAIN, STUDIES
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 RIGID = "none"  # for the stiffness of a contact that sticks without giving way
@@ -93,11 +93,10 @@ def varied_paths(axes: Mapping[str, Any]) -> list[Path]:
     return paths
 
 
-def observed_paths(sections: Mapping[str, Any]) -> list[Path]:
-    """The positions of the quantities that the first observation is made at; the others must name them as well."""
-    observed = sections.get(EXPLAIN, {}).get("observed")
-    first = observed[0] if isinstance(observed, list) and observed else None
-    return [(EXPLAIN, "observed", 0, name) for name in first if name in QUANTITIES] if isinstance(first, dict) else []
+def study_paths(sections: Mapping[str, Any]) -> list[Path]:
+    """The positions of the quantities that sections of studies give themselves."""
+    keys = [key for key in sections if key in STUDIES and key != "uncertain"]
+    return [(key, *path) for key in keys for path in study_class(key).given_in(sections[key])]
 
 
 def ramp_of_no_use(drive: Drive, given: Mapping[str, list[Path]]) -> Problem | None:

@@ -1,22 +1,12 @@
-"""The steps between reading a document and checking it: what its words, and the files of points it names, stand for.
-
-    observed: [...]              explain: {observed: [...]}
-    prior: {mass: 100 g}         system: {mass: 100 g}
-    prior: {a1: {uniform: ...}}  uncertain: {quantities: {a1: {uniform: ...}}}
-    prior: {laws: [...]}         explain: {laws: [...]}, and friction: {law: ...} of the first
-    predict: {axes: ...}         axes: ...
-
-so that priors are read, checked and drawn as all uncertain quantities are. Places in the file stay what they were. A
-measured table takes the place of the coefficients of a curve; points are fitted by one, or by several.
+"""The steps between reading a document and checking it that files of points stand for: a measured table takes the place
+of the coefficients of a curve; points are fitted by one, or by several.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import reduce
-from operator import getitem
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -24,20 +14,18 @@ import numpy as np
 
 from stickslip.config.checks import varied_paths
 from stickslip.config.examples import points_path
-from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Path, Place, QuantityError, UnitWarning
 from stickslip.vocabulary.models import CURVE, PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
-from stickslip.vocabulary.settings import CURVE_COLUMNS, EXPLAIN, OF_PRIOR, law_of
+from stickslip.vocabulary.quantities import MEASURED
+from stickslip.vocabulary.settings import CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit
 
-OWN_WORDS = ("observed", "prior", "predict", *EXPLAIN)  # at the top of a file of observations
 LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
 AXIS = "material"  # the axis of several fits, unless they are in a group (zip) that has a name
 FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
@@ -49,73 +37,6 @@ def _named_file(document: Document, name: str) -> FilePath:
     """A file of points beside the configuration, or the one of the package that is called so."""
     beside, shipped = FilePath(document.name).parent / name, points_path(name)
     return beside if beside.exists() or not shipped.exists() else shipped
-
-
-# --- observations -----------------------------------------------------------------------------------------------------
-
-
-def with_observations(document: Document) -> Document:
-    """The document of a configuration that a file of observations stands for; any other as it is.
-
-    Raises ConfigError for what has no place in one.
-    """
-    data = document.data
-    if not isinstance(data, dict) or not {"observed", "prior"} & data.keys():
-        return document
-    _check_words(document)
-    whole: dict[str, Any] = {key: value for key, value in data.items() if key not in OWN_WORDS}
-    before: tuple[dict[Path, Any], ...] = (document.keys, document.values, document.texts)
-    after = [{p: place for p, place in places.items() if not p or p[0] not in OWN_WORDS} for places in before]
-    moves = list(_moves(data))
-    for old, new in moves:
-        inside: Any = whole
-        for key in new[:-1]:
-            inside = inside.setdefault(key, {})
-        inside[new[-1]] = reduce(getitem, old, data)
-        for places, moved in zip(before, after, strict=True):
-            moved |= {(*new, *p[len(old) :]): place for p, place in places.items() if p[: len(old)] == old}
-            for length in range(1, len(new)) if old[:1] in places else ():  # one word stands for several sections
-                moved.setdefault(new[:length], places[old[:1]])
-    laws = whole["explain"].get("laws")
-    first = laws[0] if isinstance(laws, list) and laws else laws
-    if isinstance(first, str):
-        whole.setdefault("friction", {}).setdefault("law", law_of(first)[0])
-    keys, values, texts = after
-    return replace(document, data=whole, keys=keys, values=values, texts=texts, moved={new: old for old, new in moves})
-
-
-def _check_words(document: Document) -> None:
-    """Raise ConfigError for what is wrong with the words themselves."""
-    data, problems = document.data, ProblemCollector(document)
-    if not isinstance(data.get("observed"), list) or not data["observed"]:
-        example = "observed: [{belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip}]"
-        problems.add(("observed",), "no observation, expected a list of what was seen", example, at_key=True)
-    if "prior" not in data:
-        problems.add(("prior",), "missing, expected what is known before: values and distributions of quantities")
-    prior = problems.mapping(data.get("prior"), ("prior",), "quantities")
-    problems.known_keys(prior, ("prior",), (*QUANTITIES, *OF_PRIOR, "laws"))
-    problems.keys_of(data.get("predict"), ("predict",), ("axes", "draws"))
-    for key in {"uncertain", "axes", "explain"} & data.keys():
-        problems.add((key,), "got it besides observed and prior, expected one of them", at_key=True)
-    problems.raise_any()
-
-
-def _moves(data: dict[str, Any]) -> Iterator[tuple[Path, Path]]:
-    """Where things stand in a file of observations, and where in a configuration."""
-    for key in ("observed", *EXPLAIN):
-        if key in data:
-            yield (key,), ("explain", key)
-    for name, value in data["prior"].items():
-        if name == "laws":
-            yield ("prior", name), ("explain", name)
-        elif name in OF_PRIOR:
-            yield ("prior", name), ("uncertain", name)
-        elif isinstance(value, dict):
-            yield ("prior", name), ("uncertain", "quantities", name)
-        else:
-            yield ("prior", name), (QUANTITIES[name].section, name)
-    for name in data.get("predict", {}):
-        yield ("predict", name), ("axes",) if name == "axes" else ("explain", name)
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------

@@ -11,16 +11,16 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from stickslip.config import checks, examples, rules
-from stickslip.config.document import LAWS_FITTED, with_fits, with_observations, with_table
-from stickslip.config.draws_section import with_draws
+from stickslip.config.document import LAWS_FITTED, with_fits, with_table
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.records import with_records
+from stickslip.config.resolve import resolved
 from stickslip.config.sections import Solver
-from stickslip.config.studies import KEYS, section_class
+from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.unit_warnings import warn_of_units
 from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
@@ -30,7 +30,7 @@ from stickslip.vocabulary.models import WRITTEN_LAWS, law_of_contact, laws_with,
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
-from stickslip.vocabulary.studies import EXPLAIN, STUDIES, WITH_UNCERTAIN
+from stickslip.vocabulary.studies import STUDIES, WITH_UNCERTAIN
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -52,7 +52,7 @@ def load_config(
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
-    document = with_observations(overridden(document, settings))
+    document = resolved(overridden(document, settings))
     config = _read(document, rig)
     warn_of_units(document, config)
     return config
@@ -80,18 +80,18 @@ def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = 
 
     settings : of a command line, which are put into the text. rig : as for `load_config`. Raises ConfigError.
     """
-    return _read(with_observations(overridden(parse_yaml(text, name), settings)), rig)
+    return _read(resolved(overridden(parse_yaml(text, name), settings)), rig)
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None = False) -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(with_observations(python_document(data, name)), rig)
+    return _read(resolved(python_document(data, name)), rig)
 
 
 def _read(document: Document, rig: bool | None) -> Config:
     """A document with the curve of its points, if it names some, and then checked."""
     rig = _has_drive(document) if rig is None else rig
-    whole = with_records(with_fits(with_draws(with_table(document))))
+    whole = with_records(with_fits(with_table(document)))
     return _Reader(whole, rig).config().shown_in(written_units(document.data))
 
 
@@ -104,7 +104,7 @@ class _Reader(ProblemCollector):
 
     def __init__(self, document: Document, rig: bool) -> None:
         super().__init__(document)
-        self._rig, self._explains = rig, False
+        self._rig, self._elsewhere = rig, set[str]()
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
@@ -116,7 +116,7 @@ class _Reader(ProblemCollector):
             self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
             self.add(problem.path, problem.message, problem.hint, at_key=True)
         data = self.known_keys(whole, (), known)
-        self._explains = EXPLAIN in data
+        self._elsewhere = {key for key in data if key in STUDIES and study_class(key).own_conditions}
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
         sections: dict[str, Any] = {
@@ -138,7 +138,7 @@ class _Reader(ProblemCollector):
                  if name in of_model and value is not None}  # fmt: skip
         if self._rig:
             fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
-        drawn = None if self._explains else studies.get("uncertain")  # what is impossible explains nothing
+        drawn = None if self._elsewhere else studies.get("uncertain")  # what is impossible explains nothing
         for finding in rules.findings(rules.Space(fixed, axes, drawn, law)):
             checks.add_finding(self, finding, self._about_list(finding.path))
         self.raise_any()
@@ -156,7 +156,7 @@ class _Reader(ProblemCollector):
 
     def _studies(self, data: Mapping[str, Any], solver: Solver) -> dict[str, Any]:
         """The section that asks for something else than a map, if there is one; there cannot be two, but that what
-        explanations and goals are about may be uncertain."""
+        some studies are about may be uncertain."""
         keys = [key for key in data if key in STUDIES]
         several = len(keys) > 1 and not (len(keys) == 2 and "uncertain" in keys and {*keys} & {*WITH_UNCERTAIN})
         for key in keys[1:] if several else ():
@@ -168,8 +168,8 @@ class _Reader(ProblemCollector):
                 continue
             if (section := self.read(section_class(key), (key,), data[key])) is not None:
                 studies["study"] = section
-        if "goal" in keys and studies.get("uncertain"):
-            studies["uncertain"] = studies["uncertain"].model_copy(update={"indices": False})  # of no use to a goal
+        if studies.get("uncertain") and not all(study_class(key).with_indices for key in keys):
+            studies["uncertain"] = studies["uncertain"].model_copy(update={"indices": False})
         return studies
 
     # --- keys, sections -----------------------------------------------------------------------------------------------
@@ -251,7 +251,7 @@ class _Reader(ProblemCollector):
         scattered = inside.get("uncertain", {}).get("quantities")
         paths += [(*QUANTITIES_PATH, name) for name in scattered] if isinstance(scattered, dict) else []
         given: dict[str, list[Path]] = {}
-        for path in (*paths, *checks.varied_paths(inside.get("axes", {})), *checks.observed_paths(inside)):
+        for path in (*paths, *checks.varied_paths(inside.get("axes", {})), *checks.study_paths(inside)):
             if path[-1] in QUANTITIES:
                 given.setdefault(str(path[-1]), []).append(path)
         return given
@@ -260,7 +260,7 @@ class _Reader(ProblemCollector):
         """No quantity is given twice, and those without a default are given."""
         for first, *others in given.values():
             for path in others:
-                if self._explains and path[0] in ("axes", EXPLAIN):
+                if self._elsewhere and path[0] in {"axes", *self._elsewhere}:
                     continue  # what is observed or predicted elsewhere
                 message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
                 self.add(path, message, "keep the one you mean", at_key=True)

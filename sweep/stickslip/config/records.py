@@ -17,8 +17,9 @@ from typing import Any
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, Path, QuantityError
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.studies import EXPLAIN, RECORDS
+from stickslip.vocabulary.studies import RECORDS
 
+EXPLAIN = "explain"
 _OF_RIG = ("system", "friction", "start", "drive", "sensor", "features", "solver")  # what a simulated record needs
 
 

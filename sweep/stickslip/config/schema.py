@@ -4,6 +4,7 @@ It is generated from the tables and models that the reader uses. It cannot say e
 exactly once, and what must hold between quantities, is checked by `load_config` alone.
 """
 
+from stickslip import extensions
 from stickslip.config.model import SECTIONS, Range
 from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
@@ -14,8 +15,8 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import AXIS, OF_PRIOR
-from stickslip.vocabulary.studies import EXPLAIN, STUDIES
+from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import listed
 
 
@@ -34,57 +35,50 @@ def json_schema() -> Schema:
                 "default": DEFAULT_TITLE,
                 "description": "what the map shows",
             },
-            "axes": _axes(),
-            **{key: _section(model) for key, model in SECTIONS.items()},
-            **{key: _uncertain() if key == "uncertain" else _section(section_class(key)) for key in STUDIES},
-            **_observations(),
+            "axes": axes_schema(),
+            **{key: section_schema(model) for key, model in SECTIONS.items()},
+            **{key: section_schema(section_class(key)) for key in STUDIES},
+            "uncertain": uncertain_schema(),
+            **_of_extensions(),
         },
     }
 
 
-def _uncertain() -> Schema:
-    scatter, kinds = _section(Scatter), [name for name in Scatter.model_fields if name != "truncated"]
+def _of_extensions() -> Schema:
+    return {name: schema for extension in extensions.installed() for place in extension.schema
+            for name, schema in extensions.imported(place)().items()}  # fmt: skip
+
+
+def uncertain_schema() -> Schema:
+    """The section `uncertain`."""
+    scatter, kinds = section_schema(Scatter), [name for name in Scatter.model_fields if name != "truncated"]
     uniform = scatter["properties"]["uniform"]
     scatter["properties"]["uniform"] = {"anyOf": [uniform, {**RANGE}]}
     scatter |= {"type": "object", "minProperties": 1}
     quantities = {name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}
-    matrix = _section(Matrix)
+    matrix = section_schema(Matrix)
     matrices: Schema = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
         "quantities": {
             "description": f"by quantity, its distribution: {listed(kinds)}",
-            **_strict(quantities),
+            **strict(quantities),
         },
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
-        "subset": _section(Subset),
+        "subset": section_schema(Subset),
     }
-    whole = _object({**_section(Sampling)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
+    whole = _object({**section_schema(Sampling)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
     return whole | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
 
 
-def _observations() -> Schema:
-    """The words of a file of observations, which stand for other sections (`document.py`)."""
-    explain, uncertain = _section(section_class(EXPLAIN))["properties"], _uncertain()["properties"]
-    scattered = uncertain["quantities"]["properties"]
-    prior: Schema = {name: {"anyOf": [number_schema(row), *([scattered[name]] if name in scattered else [])]}
-                     for name, row in QUANTITIES.items()}  # fmt: skip
-    prior |= {name: uncertain[name] for name in OF_PRIOR} | {"laws": explain["laws"]}
-    return {
-        **{name: one for name, one in explain.items() if name != "laws"},
-        "prior": _strict(prior) | {"description": "what is known before: values, distributions, laws"},
-        "predict": _strict({"axes": _axes(), "draws": explain["draws"]}) | {"description": "where to predict regimes"},
-    }
-
-
-def _strict(properties: Schema) -> Schema:
+def strict(properties: Schema) -> Schema:
     """A mapping with no other keys."""
     return {"type": "object", "additionalProperties": False, "properties": properties}
 
 
 def _object(properties: Schema, description: str) -> Schema:
     """A section; without content it is one, too."""
-    return _strict(properties) | {"type": ["object", "null"], "description": description}
+    return strict(properties) | {"type": ["object", "null"], "description": description}
 
 
 def _description(row: Parameter) -> str:
@@ -103,7 +97,7 @@ def _described(row: Parameter) -> Schema:
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
-def _axes() -> Schema:
+def axes_schema() -> Schema:
     """Quantities that vary, and groups of them."""
     values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
                       for name in QUANTITIES}  # fmt: skip
@@ -111,8 +105,8 @@ def _axes() -> Schema:
         "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
     }
     names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
-    group = _strict({
-        "zip": _strict(values) | {"minProperties": 1}, "labels": names | {"description": "names of the points"},
+    group = strict({
+        "zip": strict(values) | {"minProperties": 1}, "labels": names | {"description": "names of the points"},
     })  # fmt: skip
     return {
         "type": ["object", "null"],
@@ -132,8 +126,8 @@ def _axis_forms(row: Parameter) -> list[Schema]:
     end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
     return [
         values,
-        _strict({"values": values}) | {"required": ["values"]},
-        _strict({"start": end, "stop": end, "num": _described(AXIS["num"]), "spacing": spacing})
+        strict({"values": values}) | {"required": ["values"]},
+        strict({"start": end, "stop": end, "num": _described(AXIS["num"]), "spacing": spacing})
         | {"required": ["start", "stop", "num"]},
     ]
 
@@ -141,7 +135,7 @@ def _axis_forms(row: Parameter) -> list[Schema]:
 # --- sections ---------------------------------------------------------------------------------------------------------
 
 
-def _section(model: type[Section]) -> Schema:
+def section_schema(model: type[Section]) -> Schema:
     """A section: its numbers as the vocabulary has them, the rest with descriptions and defaults from the model."""
     properties: Schema = {}
     for name, field in model.model_fields.items():
@@ -162,4 +156,4 @@ def field_schema(model: type[Section], name: str) -> Schema:
     for schema in (*(one.schema for one in field.metadata if isinstance(one, Read)), field.json_schema_extra):
         if isinstance(schema, dict):
             return dict(schema)
-    return VALUE if inner is model else _section(inner)
+    return VALUE if inner is model else section_schema(inner)

@@ -10,18 +10,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
-from importlib import import_module
 from math import prod
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
 
+from stickslip import extensions
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
-from stickslip.errors import ArgumentError, dotted
+from stickslip.errors import ArgumentError, Path, dotted
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.studies import STUDIES, kind_of
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.engine import Options, Results, StopFlag
+    from stickslip.vocabulary.cells import Cells
 
 KEYS = (*(field for field in Config.model_fields if field not in ("study", "uncertain")), *STUDIES)  # of a file
 
@@ -40,9 +41,8 @@ Moved = Callable[[int], None]
 @cache
 def study_class(key: str) -> type[Study]:
     """The study of a key of `STUDIES`."""
-    file, _, name = STUDIES[key].place.partition(":")
-    found: type[Study] = getattr(import_module(f"stickslip.studies.{file}"), name)
-    return found
+    study: type[Study] = extensions.imported(STUDIES[key].place)
+    return study
 
 
 def study_of_result(ds: xr.Dataset) -> type[Study] | None:
@@ -97,6 +97,8 @@ class Study(ABC):
 
     about, examples : of the command: sentences below its first, and words behind its name.
     over_map : whether the result is drawn over a map of the cells.
+    own_conditions : whether cells are those of its section, where quantities may be given that vary elsewhere, and
+        where what cannot be is no error. with_indices : whether Sobol indices of what is uncertain are of use.
     section : that asks for it. variables : of its result, by name. subject : the variable that it is about.
     places : what the dimensions of the subject are of, "cells" or "lines".
     caption : of the only picture of a page, if it is the only one. title : of the result of a Python call.
@@ -116,6 +118,8 @@ class Study(ABC):
     about: ClassVar[str] = ""
     examples: ClassVar[Sequence[str]] = ()
     over_map: ClassVar[bool] = False
+    own_conditions: ClassVar[bool] = False
+    with_indices: ClassVar[bool] = True
     title: str
     name: str
     counted: str
@@ -144,6 +148,16 @@ class Study(ABC):
         return None
 
     @classmethod
+    def given_in(cls, raw: Any) -> Iterator[Path]:
+        """The places, in the plain data of the section, of quantities that it gives itself."""
+        yield from ()
+
+    @classmethod
+    def conditions(cls, section: Any) -> Mapping[str, float]:
+        """Quantities that the section gives itself, in SI."""
+        return {}
+
+    @classmethod
     def lines_in(cls, section: Any, config: Config) -> Mapping[str, Any]:
         """By parameter, the lines of a study whose result is drawn over a map of its cells; none of others."""
         return {}
@@ -167,6 +181,10 @@ class Study(ABC):
         )
 
     # --- how it is computed -------------------------------------------------------------------------------------------
+
+    def sample(self, count: int) -> Cells | None:
+        """About so many cells like those that are computed, to time them; None where those of the grid are alike."""
+        return None
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -203,6 +221,11 @@ class Study(ABC):
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """The result in lines and tables for the screen."""
         yield from ()
+
+    @classmethod
+    def answer(cls, ds: xr.Dataset) -> Mapping[str, Any]:
+        """What `--json` tells of the result beside its regimes."""
+        return {}
 
     @classmethod
     def table(cls, ds: xr.Dataset) -> Table | None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.studies.uncertainty import SampleStudy
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
-_DRAWS = 1000  # of the prior of an explanation
+_TRIED = 8192  # cells, about
 _OF_BLOCK = 4  # times its results: they, what the kernels fill, and the bytes that are written
 _ONCE = 20_000_000  # bytes, whatever the map: what writes it, and reads it again for the summary
 _OF_CELL = 800  # bytes of a cell while it is computed: its parameters, in SI and in kernel units, and all rows it fills
@@ -45,7 +45,7 @@ class Probe:
     results: Results = field(repr=False)
 
 
-def probe(cells: Cells | SampleStudy, options: Options, most: int = 8192) -> Probe:
+def probe(cells: Cells | SampleStudy, options: Options, most: int = _TRIED) -> Probe:
     """Compute about `most` cells, in short runs spread evenly. Raises KeyboardInterrupt on Ctrl-C.
 
     To a horizon, the time grows with it: as much of it is tried as takes about a second. Cells that are not decided
@@ -175,25 +175,22 @@ class Nodes:
 
 def estimate(config: Config) -> Estimate:
     """Time a few cells of a configuration. Raises KeyboardInterrupt on Ctrl-C."""
-    from stickslip.studies.explain import ExplainStudy
     from stickslip.studies.uncertainty import SampleStudy
 
     work = Work(config)
     study, blocks, options = work.study, work.blocks, work.options
     grid = build_grid(config)
-    if isinstance(study, ExplainStudy):
-        tried = probe(study.sample(_DRAWS), options)
-    else:
-        tried = probe(grid if config.uncertain is None else SampleStudy(config, options), options)
+    cells = study.sample(_TRIED) or (grid if config.uncertain is None else SampleStudy(config, options))
+    tried = probe(cells, options)
     each, together = bytes_per_cell(options), min(blocks.length, work.size) * study.weight
     at_once = min(tried.threads, blocks.count)
     block_memory = _OF_BLOCK * together * each + _OF_CELL * min(options.block, together)
     map_cells = grid.size if study.name == "map" else 0
-    cells, last_write = study.cells_each * work.size, None
+    number, last_write = study.cells_each * work.size, None
     if map_cells and grid.shape and config.output.file and not config.uncertain:
         kept = {name: tried.results[name] for name in columns(options)}
         last_write = _last_write(kept, grid.shape, location(config.output.file), tried.threads)
-    return Estimate(study, blocks, tried, at_once, cells, map_cells, each, block_memory, last_write)
+    return Estimate(study, blocks, tried, at_once, number, map_cells, each, block_memory, last_write)
 
 
 def _last_write(sample: Results, shape: tuple[int, ...], output: Location, threads: int) -> LastWrite:

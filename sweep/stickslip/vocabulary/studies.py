@@ -2,37 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
+
+from stickslip import extensions
+from stickslip.extensions import StudyEntry
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class Entry(NamedTuple):
-    """A row of `STUDIES`.
-
-    place : file and class in the room `studies`. command : what the command of this name does, where there is one.
-    """
-
-    place: str
-    command: str = ""
-
-
 # By the key of the section that asks for it, which is the name of the command and the attribute `result` as well.
-STUDIES: dict[str, Entry] = {
-    "border": Entry("borders.border:BorderStudy", "Find where along a parameter the regime changes."),
-    "contours": Entry("borders.contours:ContourStudy", "Follow the borders of regimes in a plane."),
-    "margins": Entry("margins.margins:MarginStudy"),
-    "goal": Entry("goal.study:GoalStudy", "Find the region in which a part is quiet over a range."),
-    "attractors": Entry("attractors.study:AttractorStudy", "Find which regimes coexist, and what settles."),
-    "ramp": Entry("attractors.ramp:RampStudy", "Follow attractors up and down a parameter."),
-    "refine": Entry("refinement.study:RefinedMap"),
-    "uncertain": Entry("uncertainty.sampling:SampleStudy"),
-    "explain": Entry("explain.study:ExplainStudy"),
-}
-EXPLAIN = "explain"  # whose quantities are those of the section `uncertain`
+STUDIES: dict[str, StudyEntry] = {
+    "border": StudyEntry(
+        "stickslip.studies.borders.border:BorderStudy", "Find where along a parameter the regime changes."
+    ),
+    "contours": StudyEntry(
+        "stickslip.studies.borders.contours:ContourStudy", "Follow the borders of regimes in a plane."
+    ),
+    "margins": StudyEntry("stickslip.studies.margins.margins:MarginStudy"),
+    "attractors": StudyEntry(
+        "stickslip.studies.attractors.study:AttractorStudy", "Find which regimes coexist, and what settles."
+    ),
+    "ramp": StudyEntry("stickslip.studies.attractors.ramp:RampStudy", "Follow attractors up and down a parameter."),
+    "refine": StudyEntry("stickslip.studies.refinement.study:RefinedMap"),
+    "uncertain": StudyEntry("stickslip.studies.uncertainty.sampling:SampleStudy"),
+} | extensions.brought("studies")
 RECORDS = "stickslip.rig.observation"  # how a record of a rig is an observation of it
-WITH_UNCERTAIN = (EXPLAIN, "goal")  # that may stand beside this section
+WITH_UNCERTAIN = tuple(key for key, entry in STUDIES.items() if entry.with_uncertain)  # may stand beside this section
 
 # Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
 _MARKS = {

@@ -14,8 +14,8 @@ from stickslip.config.reader import make_config, parse_config
 from stickslip.dataset.polylines import polylines
 from stickslip.errors import ConfigError
 from stickslip.plots.kinds import kind_of
-from stickslip.studies.goal import words
 from stickslip.vocabulary.flags import REGIMES, VERDICTS, VIBRATING
+from stickslip_explain.goal import words
 
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}
 SLOWEST, FASTEST = 0.02, 0.2

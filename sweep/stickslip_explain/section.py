@@ -1,5 +1,5 @@
-"""The section `explain`: what was observed, and how the draws that explain it are made; `document.py` of the room
-config puts the words of a file of observations into it."""
+"""The section `explain`: what was observed, and how the draws that explain it are made; `document.py`
+puts the words of a file of observations into it."""
 
 import math
 import re
@@ -15,7 +15,7 @@ from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
-from stickslip.vocabulary.settings import EXPLAIN, EXPLAINING_LAWS
+from stickslip_explain.settings import EXPLAIN, EXPLAINING_LAWS
 
 POINT = "friction_coefficient"  # of steady sliding at the speed of the belt, as a tribometer measures it
 METRICS = {

@@ -5,9 +5,9 @@ import pytest
 from scipy import stats
 from scipy.integrate import quad
 
-from stickslip.studies.explain.likelihood import observation_terms
-from stickslip.studies.explain.section import Observation
 from stickslip.vocabulary.flags import REGIMES
+from stickslip_explain.likelihood import observation_terms
+from stickslip_explain.section import Observation
 
 STICK_SLIP, DAMPED, CREEP, UNRESOLVED = (REGIMES.index(n) for n in ("stick_slip", "damped", "creep", "unresolved"))
 

@@ -25,9 +25,6 @@ from stickslip.studies.borders.lines import CellsOrConfig, Lines
 from stickslip.studies.borders.plane import OPEN, PlaneSearch
 from stickslip.studies.borders.search import Floats, Integers, Labels
 from stickslip.studies.borders.walk import scanned
-from stickslip.studies.goal import words
-from stickslip.studies.goal.section import PROBABILITY, Goal, goal_plane
-from stickslip.studies.goal.verdict import IMPOSSIBLE, QUIET, ROUNDS, VIBRATES, Demand
 from stickslip.studies.margins.joint import Space, refined
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.single import nearest
@@ -39,6 +36,9 @@ from stickslip.vocabulary.flags import VERDICTS
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
+from stickslip_explain.goal import words
+from stickslip_explain.goal.section import PROBABILITY, Goal, goal_plane
+from stickslip_explain.goal.verdict import IMPOSSIBLE, QUIET, ROUNDS, VIBRATES, Demand
 
 
 def _of_verdicts(text: str) -> str:
@@ -145,6 +145,8 @@ def _nearest_node(lines: Results, reaches: Sequence[Reach]) -> list[Floats]:
 class GoalStudy(ContourStudy):
     """The regions of all panels; its items are the panels."""
 
+    with_indices = False
+
     section: ClassVar[type[StudySection]] = Goal
     variables: ClassVar[Mapping[str, Variable]] = {**_MAPS, **_OF_PANELS, **_PLACES, **_LINES}
     title, name, subject, caption, over_map = "Goal", "goal", "quiet_probability", "region that is quiet", False
@@ -214,7 +216,7 @@ class GoalStudy(ContourStudy):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure | None:
         """The region, with what panels have and would need; of a variable its map."""
-        from stickslip.plots.goal import plot_goal
+        from stickslip_explain.goal.plots import plot_goal
 
         return plot_goal(ds, select, title=title, look=look) if variable is None else None
 

@@ -1,20 +1,25 @@
-"""The Python calls for explanations: from what was measured back to what causes it, and what to measure next."""
+"""The Python calls: from what was measured back to its causes, what to measure next, what friction should be."""
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import xarray as xr
 
 from stickslip.api.runs import run
+from stickslip.api.studies import Ends, rtol_of
 from stickslip.config.reader import parse_config
+from stickslip.config.studies import section_of_call
+from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError, ContradictionError
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
-from stickslip.studies.explain.proposals import DRAWS, POINTS, axis_of, check_scatter, proposals
+from stickslip.runs.memory import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
+from stickslip_explain.goal.section import Goal
+from stickslip_explain.proposals import DRAWS, POINTS, axis_of, check_scatter, proposals
 
-__all__ = ["explain", "next_measurement"]
+__all__ = ["explain", "goal", "next_measurement"]
 
 
 def explain(
@@ -133,3 +138,62 @@ def next_measurement(
     axes = [axis_of(config, name, ends, points) for name, ends in names.items()]
     with watched(progress, "draws") as moved:
         return proposals(ds, config, axes, scatter, draws, moved)
+
+
+def goal(
+    cells_or_config: CellsOrConfig,
+    quiet_over: Mapping[str, Ends | str],
+    axes: tuple[str, str] | None = None,
+    between: Mapping[str, Ends] | None = None,
+    probability: float | None = None,
+    *,
+    samples: int = 9,
+    points: int = 257,
+    tolerance: float = 1e-5,
+    scan: int = 65,
+    progress: Watch = "auto",
+    **solver: Unpack[SolverKeywords],
+) -> xr.Dataset:
+    """Find the region of a plane of two parameters in which cells are quiet over whole ranges, and the way there.
+
+    Parameters
+    ----------
+    cells_or_config : Mapping, Dataset, DataFrame, Config or path
+        A configuration, whose other axes (materials, say) are panels, and whose section `uncertain` says what scatters;
+        or cells as `evaluate` takes them, each of which is a panel.
+    quiet_over : Mapping of str to pair or str
+        By parameter the range throughout which neither stick-slip nor another vibration lasts, in SI or texts with
+        units, ``{"belt_speed": "5..60 mm/s"}``; of several, at all of their combinations.
+    axes : pair of str, optional
+        The two parameters of the plane, (y, x), what is measured of a curve among them; by default the last two axes
+        of the configuration.
+    between : Mapping of str to pair, optional
+        Their ranges; by default those of the axes, or from half of the least to twice the largest of what panels have.
+    probability : float, optional
+        Of being quiet throughout, where quantities scatter; 0.95 unless given.
+    samples : int
+        Values of each range looked at first. A vibration between them is missed, but about the one that comes closest
+        to re-sticking.
+    points, tolerance, scan
+        As for `contours`; at the points looked at first the probability is in the result.
+    progress, **solver
+        As for `border`.
+
+    Returns
+    -------
+    Dataset
+        Over the panels and the plane quiet_probability, with its standard error and undecided_probability; the borders
+        as `contours` has them, border_NAME over `node`, with verdict_left and verdict_right and `panel` over `line`;
+        over the panels verdict, quiet_share, here_NAME (what the panel has), and where the verdict changes next:
+        alone_NAME by this parameter alone, together_NAME in both.
+
+    Raises
+    ------
+    TypeError, ValueError, ConfigError
+        For bad input, before anything is computed.
+    """
+    section = section_of_call(
+        Goal, quiet_over=quiet_over, axes=axes, between=between, probability=probability, samples=samples,
+        points=points, tolerance=tolerance, scan=scan, rtol=rtol_of(solver),
+    )  # fmt: skip
+    return Subject.of(cells_or_config, solver).computed(section, progress)

@@ -23,10 +23,10 @@ from scipy import stats  # type: ignore[import-untyped]
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
-from stickslip.studies.explain.section import POINT, Measured, Observation
 from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
+from stickslip_explain.section import POINT, Measured, Observation
 
 Floats = NDArray[np.float64]
 Moved = Callable[[int], None]

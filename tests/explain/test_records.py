@@ -16,8 +16,8 @@ from stickslip.errors import ConfigError, ContradictionError
 from stickslip.rig.observation import SimulatedRecords, observed
 from stickslip.rig.records import write_record
 from stickslip.rig.simulation import RigTests
-from stickslip.studies.explain.smc import tempered
-from stickslip.studies.explain.study import ExplainStudy
+from stickslip_explain.smc import tempered
+from stickslip_explain.study import ExplainStudy
 
 RIG = {
     "system": {"mass": 0.1, "stiffness": 5e3, "normal_load": 10.0, "belt_speed": 0.01, "damping": 2.0},

@@ -21,13 +21,13 @@ from stickslip.dataset.build import (
 )
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Results
-from stickslip.studies.explain.directions import directions
-from stickslip.studies.explain.section import Explain
 from stickslip.studies.uncertainty.reduction import ratio
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
+from stickslip_explain.directions import directions
+from stickslip_explain.section import Explain
 
 Floats = NDArray[np.float64]
 

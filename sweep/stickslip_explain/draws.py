@@ -10,8 +10,8 @@ import numpy as np
 from stickslip.config.checks import varied_paths
 from stickslip.config.yaml import Document, parse_yaml
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.settings import law_of
 from stickslip.vocabulary.suggest import listed
+from stickslip_explain.settings import law_of
 
 _MOST = 512  # rows, evenly chosen: more would say more than the explanation knows
 _DIGITS = 9

@@ -6,8 +6,8 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
-from stickslip.studies.explain.proposals import Shown, _Outcomes
 from stickslip.vocabulary.flags import DECIDED, REGIMES
+from stickslip_explain.proposals import Shown, _Outcomes
 
 STICK_SLIP, DAMPED = DECIDED.index("stick_slip"), DECIDED.index("damped")
 CELL = {"mass": 0.1, "a1": 0.2, "a2": 0.3, "a3": 0.2, "a4": 0.02, "normal_load": 10.0}

@@ -44,10 +44,9 @@ def explain(
     Where nothing explains the observations, the command says which of them contradicts.
     """
     from stickslip.runs.session import Request
-    from stickslip.vocabulary.studies import EXPLAIN
 
     loaded = params.configuration(config)
-    if loaded.study is None or loaded.study.key != EXPLAIN:
+    if loaded.study is None or loaded.study.key != "explain":
         fail(f"{config}: no observation, expected observed: [...] and prior: {{...}}")
     output = output or params.configured_target(loaded.output.file, "result")
     target = plot or params.configured_target(loaded.output.plot, "plot")
@@ -108,11 +107,11 @@ def next_command(
     information of one more observation is computed, its regime and its results being what the draws say, and the best
     three places are named, with what each would narrow.
     """
-    from stickslip.api.explained import next_measurement
     from stickslip.files.reading import look_into
     from stickslip.materials.table import RankTable
     from stickslip.vocabulary.studies import kind_of
     from stickslip.vocabulary.units import ends_of
+    from stickslip_explain.api import next_measurement
 
     with refuses_bad_input(file), look_into(str(file)) as ds:
         if kind_of(ds) == "comparison":

@@ -24,14 +24,14 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, te
 from stickslip.dataset.display import MapAxis
 from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
-from stickslip.studies.explain.likelihood import grid_of_predictions, log_shares, results_over
-from stickslip.studies.explain.section import METRICS, POINT, Explain
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.settings import law_of
 from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip_explain.likelihood import grid_of_predictions, log_shares, results_over
+from stickslip_explain.section import METRICS, POINT, Explain
+from stickslip_explain.settings import law_of
 
 Floats = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ import stickslip
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import make_config
 from stickslip.engine import Options, stop_flag
-from stickslip.studies.explain.likelihood import Experiment
-from stickslip.studies.explain.section import Observation
-from stickslip.studies.explain.smc import tempered
 from stickslip.theory.coulomb import coulomb_cycle
 from stickslip.vocabulary.flags import REGIMES
+from stickslip_explain.likelihood import Experiment
+from stickslip_explain.section import Observation
+from stickslip_explain.smc import tempered
 
 QUICK = {"particles": 200, "repetitions": 4, "progress": False}
 AT = {"normal_load": 10.0, "belt_speed": 0.02}

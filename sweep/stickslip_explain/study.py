@@ -22,18 +22,20 @@ from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.studies import Moved, Study, Table
 from stickslip.engine import Options, Results, StopFlag
-from stickslip.studies.explain import proposals, summary
-from stickslip.studies.explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
-from stickslip.studies.explain.section import Explain
-from stickslip.studies.explain.smc import tempered
+from stickslip.errors import Path
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.models import laws_with, model_of
-from stickslip.vocabulary.quantities import PARAMETERS_OF
-from stickslip.vocabulary.settings import law_of
+from stickslip.vocabulary.quantities import PARAMETERS_OF, QUANTITIES
 from stickslip.vocabulary.studies import RECORDS
+from stickslip_explain import proposals, summary
+from stickslip_explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
+from stickslip_explain.section import Explain
+from stickslip_explain.settings import law_of
+from stickslip_explain.smc import tempered
 
+_DRAWS = 1000  # of the prior that are timed
 _MOVES = 250  # of a population, about, for estimates of time
 _COLUMNS = ("score", "log_likelihood", "unsure", "contradicts", "log_evidence", "evaluations", "predicted")
 
@@ -44,6 +46,7 @@ class ExplainStudy(Study):
     section, variables = Explain, summary.VARIABLES
     subject, caption = "probability", "explanation"
     name, counted, ragged = "posterior", "populations", True
+    own_conditions = True
     columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(_COLUMNS, np.dtype(np.float64))
 
     def __init__(self, config: Config, section: Explain, options: Options) -> None:
@@ -71,6 +74,24 @@ class ExplainStudy(Study):
     def of(cls, given: Config, section: Explain, options: Options) -> ExplainStudy:
         """The populations that a configuration asks for."""
         return cls(given, section, options)
+
+    @classmethod
+    def given_in(cls, raw: Any) -> Iterator[Path]:
+        """The conditions of the first observation; the others must name them as well."""
+        observed = raw.get("observed") if isinstance(raw, dict) else None
+        first = observed[0] if isinstance(observed, list) and observed else None
+        yield from (("observed", 0, name) for name in first or () if name in QUANTITIES and isinstance(first, dict))
+
+    @classmethod
+    def conditions(cls, section: Explain) -> Mapping[str, float]:
+        """Those of the first observation."""
+        return section.observed[0].conditions
+
+    @classmethod
+    def answer(cls, ds: xr.Dataset) -> Mapping[str, Any]:
+        """What contradicts, if nothing explains the observations."""
+        text = ds.attrs.get("explained_contradiction")
+        return {"contradiction": text, "observation": int(ds.attrs["explained_contradicting"])} if text else {}
 
     @classmethod
     def check(cls, section: Explain, config: Config, problems: ProblemCollector) -> None:
@@ -149,7 +170,7 @@ class ExplainStudy(Study):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure | None:
         """Prior beside posterior, and the regimes over the axes; of a variable over the axes, its map."""
-        from stickslip.plots.explained import plot_explained, plot_information
+        from stickslip_explain.plots import plot_explained, plot_information
 
         if "information" in ds and variable is None:
             return plot_information(ds, title=title)
@@ -171,9 +192,11 @@ class ExplainStudy(Study):
                      for i, one in enumerate(observed) if one.record is not None}  # fmt: skip
         return Experiment(observed, base, options.law, fixed, e, options, simulated)
 
-    def sample(self, draws: int) -> Cells:
+    def sample(self, count: int) -> Cells:
         """Cells of draws from the prior, to time what an explanation takes."""
-        points = np.random.default_rng(int(self.request.seed)).standard_normal((draws, len(self.prior.names)))
+        points = np.random.default_rng(int(self.request.seed)).standard_normal(
+            (min(count, _DRAWS), len(self.prior.names))
+        )
         cells = replace(self._law(self.laws[0]), simulated={})  # a simulated record counts as so many of them
         return Cells.of(taken(*cells.cells(self.prior.values(points))))
 

@@ -1,0 +1,26 @@
+"""What the engine is told of explanations and goals."""
+
+from stickslip.extensions import Extension, StudyEntry
+
+EXTENSION = Extension(
+    commands={
+        "From measurements to causes": {
+            "explain": "stickslip_explain.command",
+            "next": "stickslip_explain.command",
+            "goal": "stickslip.cli.studies",
+        }
+    },
+    calls={name: f"stickslip_explain.api:{name}" for name in ("explain", "goal", "next_measurement")},
+    studies={
+        "goal": StudyEntry(
+            "stickslip_explain.goal.study:GoalStudy", "Find the region in which a part is quiet over a range.", True
+        ),
+        "explain": StudyEntry("stickslip_explain.study:ExplainStudy", with_uncertain=True),
+    },
+    resolvers={
+        "observed": "stickslip_explain.document:with_observations",
+        "prior": "stickslip_explain.document:with_observations",
+        "uncertain.explained": "stickslip_explain.draws:with_draws",
+    },
+    schema=("stickslip_explain.schema:properties",),
+)  # fmt: skip
