@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from helpers.configs import write_config
+from stickslip import extensions
 from stickslip.cli import SECTIONS, main
 from stickslip.cli import help as manual
 from stickslip.cli.rig_features import feature_screen_table
@@ -46,9 +47,11 @@ def test_help_lists_every_command_once_under_a_heading():
     text = call("--help").stdout
     for heading, commands in SECTIONS.items():
         part = text.partition(f"\n{heading}:\n")[2].partition("\n\n")[0]
-        assert [line.split()[0] for line in part.splitlines()][: len(commands)] == list(commands)  # then those of extensions
+        listed = [line.split()[0] for line in part.splitlines()]
+        assert listed[: len(commands)] == list(commands)  # behind them those of extensions
     shown = {name for name, command in main.commands.items() if not command.hidden}
-    assert shown == {name for commands in SECTIONS.values() for name in commands}
+    own = {name for commands in SECTIONS.values() for name in commands}
+    assert shown == own | {name for _, commands in extensions.commands() for name in commands}
 
 
 def test_the_commands_of_rigs_are_a_group_and_the_old_spellings_are_the_same_commands():
