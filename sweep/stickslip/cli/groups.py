@@ -57,7 +57,7 @@ def _imported(name: str, module: str, itself: str | None = None) -> click.Comman
     names = vars(import_module(module))
     commands = (*names.values(), *names.get("COMMANDS", {}).values())
     command = next(c for c in commands if isinstance(c, click.Command) and c.name == (itself or name))
-    if itself:
+    if itself not in (None, name):
         command = copy(command)
         command.name, command.hidden = name, True
     complete_names(command)
