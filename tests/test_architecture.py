@@ -15,8 +15,8 @@ SWEEP = ROOT / "sweep" / "stickslip"
 KERNELS = ROOT / "kernels" / "stickslip_kernels"
 EXTENSIONS = sorted(path for path in (ROOT / "sweep").glob("stickslip_*") if path.is_dir())
 CEILINGS = {  # lines of Python; to raise one is a decision that the message of the commit defends
-    "sweep/stickslip": 41_500, "sweep/stickslip_explain": 3_050, "sweep/stickslip_explore": 2_450,
-    "sweep/stickslip_sound": 1_250,
+    "sweep/stickslip": 37_000, "sweep/stickslip_explain": 3_050, "sweep/stickslip_explore": 2_450,
+    "sweep/stickslip_rig": 5_100, "sweep/stickslip_sound": 1_250,
     "kernels": 10_860, "tests": 39_900,
 }  # fmt: skip
 
@@ -31,7 +31,6 @@ FLOORS = (
     ("what is shown", {"plots"}),
     ("what is looked for, and how it is shown", {"studies"}),  # a study names its own plot
     ("pages", {"pages"}),
-    ("records of a rig", {"rig"}),
     ("what is kept", {"runs"}),
     ("the Python calls", {"materials", "api"}),
     ("what datasets can do", {"accessor"}),
@@ -41,11 +40,6 @@ FLOORS = (
 )
 # The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
-    "rig": (
-        {"quantities", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
-        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"},
-        {"observation", "plots"}, {"report"},
-    ),
     "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
         {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},

@@ -13,7 +13,6 @@ from ._version import __version__
 if TYPE_CHECKING:
     from . import fit as fit
     from . import plots as plots
-    from . import rig as rig
     from . import theory as theory
     from .api.cells import evaluate, simulate
     from .api.runs import collect, retry_failed, run, run_shard, status, sweep
@@ -43,7 +42,7 @@ _HOMES = {
     "ramp": "api.studies",
     "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
-_MODULES = ("fit", "plots", "rig", "theory")
+_MODULES = ("fit", "plots", "theory")
 
 
 def __getattr__(name: str) -> Any:

@@ -31,12 +31,15 @@ class StudyEntry(NamedTuple):
     """What may be computed instead of a map, by the key of the section that asks for it.
 
     place : of the class. command : what the command of this name does, where there is one. with_uncertain : whether the
-    section may stand beside `uncertain`, whose quantities are then its own.
+    section may stand beside `uncertain`, whose quantities are then its own. beside : places of other sections that it
+    brings, by key. apart : the command that alone computes such configurations; "" if `run` does.
     """
 
     place: Place
     command: str = ""
     with_uncertain: bool = False
+    beside: Mapping[str, Place] = {}
+    apart: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,8 @@ class Extension:
 
     commands : by heading of `stickslip --help`, by name: places of click commands.
     calls : by name in `stickslip` (`plots.NAME` in one of its rooms): places of modules, functions and classes.
+    quantities : places of tables of quantities, by the section that holds them. marks : of results without the
+        attribute `result`, the key of their study by a variable that no others have.
     studies : by key. resolvers : by the path of a key in a file (`friction.fit`, `*` for any name or number), places of
         functions that take the document and give it with what the key stands for, in this order.
     schema : places of functions that give properties of the JSON Schema beside those of sections and studies.
@@ -53,6 +58,8 @@ class Extension:
 
     commands: Mapping[str, Mapping[str, Place]] = field(default_factory=dict)
     calls: Mapping[str, Place] = field(default_factory=dict)
+    quantities: Mapping[str, Place] = field(default_factory=dict)
+    marks: Mapping[str, str] = field(default_factory=dict)
     studies: Mapping[str, StudyEntry] = field(default_factory=dict)
     resolvers: Mapping[str, Place] = field(default_factory=dict)
     schema: Sequence[Place] = ()

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from importlib import import_module
 from math import prod
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from stickslip import extensions
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
@@ -28,7 +28,6 @@ from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF, QUANTITIES
-from stickslip.vocabulary.studies import RECORDS
 from stickslip_explain import proposals, summary
 from stickslip_explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
 from stickslip_explain.section import Explain
@@ -188,7 +187,7 @@ class ExplainStudy(Study):
         options = replace(self.options, law=law).for_contact({*self.prior.names, *base.fixed})
         observed, e = self.request.observed, float(self.request.mislabelled)
         friction = self.config.friction.model_copy(update={"law": law, **fixed})
-        simulated = {i: import_module(RECORDS).SimulatedRecords(one.drive, one.known, friction)
+        simulated = {i: extensions.call("rig", "stickslip").SimulatedRecords(one.drive, one.known, friction)
                      for i, one in enumerate(observed) if one.record is not None}  # fmt: skip
         return Experiment(observed, base, options.law, fixed, e, options, simulated)
 

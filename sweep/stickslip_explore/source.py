@@ -96,7 +96,7 @@ def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
 
 def _of_config(file: str, config: Config) -> Source:
     """The map behind a configuration; studies of it are left out."""
-    if config.drive is not None or config.sensor is not None:
+    if not config.has_cells:
         raise ConfigError.of(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
     notes, medians = [], dict[str, float]()
     if (uncertain := config.uncertain) is not None:

@@ -13,11 +13,11 @@ from stickslip.config.options import options_of
 from stickslip.config.reader import load_config, make_config
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError, ContradictionError
-from stickslip.rig.observation import SimulatedRecords, observed
-from stickslip.rig.records import write_record
-from stickslip.rig.simulation import RigTests
 from stickslip_explain.smc import tempered
 from stickslip_explain.study import ExplainStudy
+from stickslip_rig.observation import SimulatedRecords, observed
+from stickslip_rig.records import write_record
+from stickslip_rig.simulation import RigTests
 
 RIG = {
     "system": {"mass": 0.1, "stiffness": 5e3, "normal_load": 10.0, "belt_speed": 0.01, "damping": 2.0},

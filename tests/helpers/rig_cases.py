@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from helpers.scipy_rig import Rig, trapezoidal
-from stickslip.rig import make_rig
+from stickslip_rig.api import make_rig
 
 FELT = {
     "system": {"mass": 0.1, "stiffness": 5000.0, "damping": 2.0, "normal_load": 10.0, "belt_speed": 0.01},

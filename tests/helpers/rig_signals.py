@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stickslip.rig import make_record
-from stickslip.rig.quantities import SIGNALS
+from stickslip_rig.api import make_record
+from stickslip_rig.quantities import SIGNALS
 
 
 def record(time, force, acceleration=None, **more) -> xr.Dataset:

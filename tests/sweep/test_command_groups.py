@@ -15,7 +15,7 @@ from helpers.configs import write_config
 from stickslip import extensions
 from stickslip.cli import SECTIONS, main
 from stickslip.cli import help as manual
-from stickslip.cli.rig_features import feature_screen_table
+from stickslip_rig.commands.features import feature_screen_table
 
 ROOT = Path(__file__).parents[2]
 
@@ -54,12 +54,9 @@ def test_help_lists_every_command_once_under_a_heading():
     assert shown == own | {name for _, commands in extensions.commands() for name in commands}
 
 
-def test_the_commands_of_rigs_are_a_group_and_the_old_spellings_are_the_same_commands():
-    rig = main.commands["rig"].commands
-    assert list(rig) == ["run", "features", "calibrate", "identify"]
-    for old, new in (("rig-features", "features"), ("calibrate", "calibrate")):
-        assert main.commands[old].callback is rig[new].callback and main.commands[old].hidden
-    for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"], ["rig-features"]):
+def test_the_commands_of_rigs_are_a_group():
+    assert list(main.commands["rig"].commands) == ["run", "features", "calibrate", "identify"]
+    for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"]):
         assert "Usage: " in call(*arguments, "--help").stdout
 
 
@@ -340,7 +337,7 @@ def test_a_table_of_records_has_every_column_at_any_width():
     import xarray as xr
     from rich.console import Console
 
-    from stickslip.rig.quantities import FEATURES
+    from stickslip_rig.quantities import FEATURES
 
     names = [f"a rather long name of record {i}" for i in range(3)]
     found = xr.Dataset({name: ("record", [1.0, 2.0, 3.0]) for name in FEATURES}, {"record": names})

@@ -21,7 +21,7 @@ from making.played import differences, pictures, play, played_pages
 from stickslip import rig
 from stickslip.cli import main
 from stickslip.config.yaml import parse_yaml
-from stickslip.rig.records import write_record
+from stickslip_rig.records import write_record
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

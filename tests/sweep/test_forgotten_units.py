@@ -10,7 +10,7 @@ from stickslip.cli import main
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import UnitWarning
-from stickslip.rig import load_rig
+from stickslip_rig.api import load_rig
 
 QUIET = """\
 system: {mass: 1 kg, normal_load: 10, damping: 0}
@@ -156,7 +156,7 @@ def test_a_study_without_dimensions_is_not_questioned(tmp_path):
 def test_no_configuration_that_ships_is_questioned(name):
     with warnings.catch_warnings(record=True) as questions:
         warnings.simplefilter("always")
-        load_config(config_path(name), rig=None)
+        load_config(config_path(name), apart=None)
     assert questions == []
 
 

@@ -8,7 +8,7 @@ import pytest
 from stickslip.errors import ConfigError
 from stickslip.fit import Wanted, read_materials
 from stickslip.fit.points import kind_of
-from stickslip.rig import read_record
+from stickslip_rig.api import read_record
 
 FOLDER = Path(__file__).parents[1] / "data" / "instruments"
 EXPECTED = list(csv.DictReader((FOLDER / "expected.csv").read_text(encoding="utf-8").splitlines()))

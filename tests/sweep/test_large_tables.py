@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from stickslip.errors import ConfigError
 from stickslip.files import tables, texts
 from stickslip.fit import CURVE_COLUMNS, read_points
-from stickslip.rig.records import read_record
+from stickslip_rig.records import read_record
 
 HEADING = "time [s]; force [N]; acceleration [m/s2]\n"
 ODD = ["1_0", "nan", "inf", "", " ", "TRUE", "true", "٣", "1e400", "1.2.3", "1e", "0x10", "1 2", '"1"', "#1", "+ 1",
@@ -130,7 +130,7 @@ def measured(call, *paths):
         "import pandas, xarray, openpyxl\n"
         "from stickslip.errors import ConfigError\n"
         "from stickslip.fit import CURVE_COLUMNS, read_points\n"
-        "from stickslip.rig.records import read_record\n"
+        "from stickslip_rig.records import read_record\n"
         "for path in sys.argv[1:]:\n"
         "    begin = time.process_time()\n"
         "    try:\n"

@@ -11,8 +11,8 @@ from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
 from stickslip.engine import Options
 from stickslip.errors import ConfigError
-from stickslip.rig import RigTests
 from stickslip_explore.motions import motions_of
+from stickslip_rig.api import RigTests
 
 PAIR = {
     "mass": 1.0,
@@ -328,7 +328,7 @@ def test_borders_margins_and_attractors_serve_bristles():
 
 
 def test_a_rig_with_bristles_turns_round():
-    record = next(iter(RigTests(parse_config(RIG, rig=True)).tests([0]))).record
+    record = next(iter(RigTests(parse_config(RIG, apart="drive")).tests([0]))).record
     force = record["spring_force"].values
     assert force.max() == pytest.approx(4.5, abs=0.3) and force.min() == pytest.approx(-4.5, abs=0.3)
 

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import stickslip
 from stickslip import engine
 from stickslip.engine import Options
-from stickslip.rig import RigTests, make_rig
+from stickslip_rig.api import RigTests, make_rig
 
 LAWS = ("rate_state_ageing", "rate_state_slip")
 SAMPLES = 200

@@ -7,12 +7,11 @@ from ruamel.yaml import YAML
 from stickslip.config.examples import config_names, config_path, starter
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
-from stickslip.config.studies import STUDIES
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError
-from stickslip.rig.settings import read_settings
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import SETTINGS
+from stickslip_rig.settings import read_settings
 
 SCHEMA = json_schema()
 
@@ -44,7 +43,7 @@ def test_curves_that_strengthen_or_weaken_with_speed_are_valid():
 @pytest.mark.parametrize("name", config_names())
 def test_resolved_configurations_are_valid(name):
     path = config_path(name)
-    text = load_config(path, rig=None).to_yaml()
+    text = load_config(path, apart=None).to_yaml()
     assert complaints(plain(text)) == []
 
 
@@ -107,7 +106,7 @@ def test_every_bound_of_the_vocabulary_holds_for_the_reader_and_in_the_schema(se
         if section in ("features", "risk"):
             read_settings(Document("<data>", data))
         else:
-            make_config(data, rig=section not in STUDIES)
+            make_config(data, apart=None)
     assert (section, name) in [problem.path for problem in caught.value.problems]
     assert complaints(data) == [f"{section}/{name}"]
 

@@ -75,7 +75,7 @@ def run(
     used (before anything is computed), IncompleteError if not everything could be computed or written, and Interrupted
     on Ctrl-C.
     """
-    config = as_config(config_or_path, rig=None)
+    config = as_config(config_or_path, apart=None)
     if variables is not None:
         plain = config.resolved()
         config = make_config({**plain, "output": {**plain["output"], "variables": variables}}, "")
@@ -178,7 +178,7 @@ def run_shard(
     Raises as `run` does.
     """
     return session.run(Request(
-        as_config(config_or_path, rig=None), None, store, parse_shard(shard), on_error=on_error, progress=progress,
+        as_config(config_or_path, apart=None), None, store, parse_shard(shard), on_error=on_error, progress=progress,
         notice=notice or _silent, dask=dask,
     ))  # fmt: skip
 

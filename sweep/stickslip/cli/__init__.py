@@ -25,10 +25,8 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
         **dict.fromkeys(("border", "contours", "attractors", "ramp"), "studies"), "advise": "advise",
     },
     "Friction curves and materials": {"fit": "fit", "compare": "compare", "points": "fit"},
-    "Test rigs": {"rig": "rig"},
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
 }  # fmt: skip
-OLD = {"rig-features": "rig_features:features", "calibrate": "rig_fits:calibrate"}  # spellings of earlier versions
 
 
 def _places(files: dict[str, str]) -> dict[str, str]:
@@ -39,7 +37,6 @@ def _places(files: dict[str, str]) -> dict[str, str]:
     cls=SectionedGroup,
     sections={heading: _places(row) for heading, row in SECTIONS.items()},
     more=extensions.commands,
-    old=_places(OLD),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=EXIT_CODES,

@@ -42,14 +42,14 @@ def _validated(path: Path) -> dict[str, Any]:
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            config = load_config(path, params.settings(), rig=None)
+            config = load_config(path, params.settings(), apart=None)
     except ConfigError as error:
         if not is_for_programs():
             screen.notice(str(error))
         return answer | {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
     rows, computes = list(describe(config)), study_of(config).described()
     texts = [str(warning.message) for warning in caught]
-    if config.drive is None and config.output.plot is not None and (part := plot_limits(config)):
+    if config.has_cells and config.output.plot is not None and (part := plot_limits(config)):
         texts.append(f"output.plot: {part}")
     for text in texts if not is_for_programs() else ():
         screen.notice(f"warning: {text}")
@@ -86,7 +86,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
     FILE is stickslip.yaml unless given; a file that exists is never overwritten.
     """
     from stickslip.config.examples import config_names, config_path, starter
-    from stickslip.config.reader import is_rig
+    from stickslip.config.reader import command_for
     from stickslip.config.yaml import read_yaml
 
     if listing:
@@ -98,7 +98,7 @@ def init(file: Path, name: str | None, listing: bool) -> None:
     try:
         if name is not None:
             source = config_path(name)
-            text, command = source.read_text(encoding="utf-8"), "rig" if is_rig(source) else "run"
+            text, command = source.read_text(encoding="utf-8"), command_for(source)
     except FileNotFoundError as error:
         fail(f"--from: {error}")
     try:

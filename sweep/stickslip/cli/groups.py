@@ -14,7 +14,7 @@ from click.shell_completion import CompletionItem
 Places = Mapping[str, str]  # of commands by name: `module`, or `module:name` where it has another name there
 Sections = Mapping[str, Places]  # by heading of the help
 _COMMANDS_FOR = {
-    ".yaml": ("run", "validate", "rig"), ".yml": ("run", "validate", "rig"),
+    ".yaml": ("run", "validate"), ".yml": ("run", "validate"),
     ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"), ".csv": ("fit",),
 }  # fmt: skip
 

@@ -215,10 +215,6 @@ def _declared(word: str) -> str:
     name, settings, variables = word.replace(" ", "_").replace("-", "_"), _settings(), _results()
     known = (*QUANTITIES, *settings, *variables, *REGIME_MESSAGES, *STATUS_MESSAGES)
     name = name if name in known else synonym_of(word, QUANTITIES) or name
-    if name not in known:  # the room of the rig takes a second to load
-        from stickslip.rig.quantities import EXACT, FEATURES
-
-        variables = FEATURES | EXACT
     texts = []
     if quantity := QUANTITIES.get(name):
         default = (

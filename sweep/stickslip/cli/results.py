@@ -49,7 +49,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     ds = reading.look_into(file)
     if "quiet_above" in ds:
         return compare.show(ds)
-    if "model_rpn" in ds or kind_of(ds) in STUDIES:
+    if kind_of(ds) in STUDIES:
         if regimes or statuses or is_for_programs():
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
         show_result(ds)

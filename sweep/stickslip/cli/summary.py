@@ -27,11 +27,6 @@ def is_reported(ds: xr.Dataset) -> bool:
     """Print the result of a study; False for maps and lists of cells."""
     from stickslip.config.studies import Table, study_of_result
 
-    if "model_rpn" in ds:
-        from stickslip.cli.rig_features import show_features
-
-        show_features(ds)
-        return True
     if (study := study_of_result(ds)) is None:
         return False
     for part in study.report(ds):
@@ -40,8 +35,10 @@ def is_reported(ds: xr.Dataset) -> bool:
             for row in part.rows:
                 table.add_row(*row)
             screen.print_table(table)
-        else:
+        elif isinstance(part, str):
             screen.echo(part)
+        else:
+            screen.terminal().print(part)
     return True
 
 

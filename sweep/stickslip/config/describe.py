@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from stickslip.config.model import Config, Group, Range, Values
-from stickslip.config.rigs import Sensor
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import study_class
 from stickslip.config.unit_warnings import magnitudes
@@ -14,7 +13,6 @@ from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.settings import SENSOR
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
@@ -36,13 +34,7 @@ def describe(config: Config) -> Iterator[Row]:
             yield Row(name, "none", f"{row.long_name}: {model.absent[name]}")
         elif name in fixed and config.friction.law in laws_with(name):
             meaning = f"{row.long_name}: {row.absent}" if math.isnan(fixed[name]) else row.long_name
-            yield Row(name, _value(fixed[name], row), meaning)
-    if config.drive is not None:
-        yield Row("drive", f"{config.drive.strokes} strokes, {config.drive.profile}", "strokes, and speed over time")
-        sensor = config.sensor or Sensor()
-        for name, row in SENSOR.items():
-            value = getattr(sensor, name)
-            yield Row(name, "none" if value is None else _value(value, row), row.long_name)
+            yield Row(name, value_text(fixed[name], row), meaning)
     yield from _amounts(config)
     for axis in config.axes:
         if isinstance(axis, Group):
@@ -75,7 +67,8 @@ def _amounts(config: Config) -> Iterator[Row]:
             yield Row(name, span.text(unit) + _in_customary(si, span.least, span.most), meaning)
 
 
-def _value(value: float, row: Parameter) -> str:
+def value_text(value: float, row: Parameter) -> str:
+    """A value in SI with its unit, and in the unit people use."""
     written = row.written(value)
     if isinstance(written, str):
         return written

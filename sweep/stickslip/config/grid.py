@@ -5,7 +5,7 @@ import math
 from stickslip.config.model import Config, Group, Range, Values
 from stickslip.vocabulary.cells import Cells, Coordinate, Floats
 from stickslip.vocabulary.models import MODELS
-from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS, QUANTITIES
+from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 
 _OF_CURVE = "_of_curve"
@@ -37,7 +37,7 @@ def build_grid(config: Config) -> Cells:
     return Cells(
         dims=tuple(dims),
         shape=tuple(axis.size for axis in config.axes),
-        fixed={name: fixed[name] for name in (*PARAMETERS, *DRIVE) if name in fixed},
+        fixed={name: fixed[name] for name in (*PARAMETERS, *OF_EXTENSIONS) if name in fixed},
         along=along,
         measured=measured,
         coords=tuple(coords),

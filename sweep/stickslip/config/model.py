@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from stickslip.config.rigs import Drive, FeatureSettings, Sensor
-from stickslip.config.risk import Risk
 from stickslip.config.sections import (
     Execution,
     Friction,
@@ -38,10 +36,9 @@ from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
 from stickslip.vocabulary.settings import AXIS
 
-QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start, "drive": Drive}
+QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start}
 SECTIONS: dict[str, type[Section]] = {
-    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output, "sensor": Sensor,
-    "features": FeatureSettings, "risk": Risk,
+    **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output,
 }  # fmt: skip
 
 # --- axes -------------------------------------------------------------------------------------------------------------
@@ -174,12 +171,19 @@ Axis = Range | Values | Group
 _LONGEST = 80  # characters of a value in a notebook
 
 
+def quantities_in(section: Section | type[Section]) -> list[str]:
+    """The names of the quantities that a section gives; ranges of them, in a study, are none."""
+    key = getattr(section, "key", None)
+    names = (section if isinstance(section, type) else type(section)).model_fields
+    return [name for name in names if name in QUANTITIES and key in (None, QUANTITIES[name].section)]
+
+
 class Config(Section):
     """A whole configuration: every quantity exactly once, fixed or along an axis, everything in SI.
 
     axes : in the order of the file, which is that of the dimensions (the first is the outermost).
-    drive, sensor, features, risk : of a test rig; None where the belt moves at a constant speed.
     study : what is asked for instead of a map of every cell, in the section that its key names.
+    beside : other sections that belong to it, by key.
     uncertain : the same of quantities that scatter, which are neither fixed nor along an axis.
     """
 
@@ -191,11 +195,8 @@ class Config(Section):
     solver: Solver
     execution: Execution
     output: Output
-    drive: Drive | None = None
-    sensor: Sensor | None = None
-    features: FeatureSettings | None = None
-    risk: Risk | None = None
     study: StudySection | None = None
+    beside: dict[str, Section] = {}
     uncertain: Uncertain | None = None
     _written_in: dict[str, str] = PrivateAttr(default_factory=dict)
 
@@ -216,16 +217,30 @@ class Config(Section):
     @property
     def is_map(self) -> bool:
         """True if a map of cells is asked for, refined or not, and nothing else."""
-        return self.uncertain is None and self.drive is None and (self.study is None or self.study.is_map)
+        return self.uncertain is None and (self.study is None or self.study.is_map)
 
     def plain_map(self) -> Config:
         """The configuration of the map of every cell, whatever study it asks for."""
-        return self.model_copy(update={"study": None, "uncertain": None})
+        return self.model_copy(update={"study": None, "beside": {}, "uncertain": None})
+
+    @property
+    def has_cells(self) -> bool:
+        """True if what is asked for are cells on a steady belt, which have regimes."""
+        return self.study is None or self.study.has_cells
+
+    def with_sections(self, **sections: Section) -> Config:
+        """The configuration with other sections under these keys."""
+        changed: dict[str, Any] = {key: section for key, section in sections.items() if key in type(self).model_fields}
+        if study := next((one for one in sections.values() if isinstance(one, StudySection)), None):
+            changed["study"] = study
+        beside = {key: section for key, section in sections.items() if key in self.beside}
+        return self.model_copy(update={**changed, "beside": {**self.beside, **beside}})
 
     def fixed(self) -> dict[str, float]:
         """The quantities that do not vary, by name; what is measured of a curve among them where they were given."""
-        sections = (self.system, self.friction, self.start, self.drive or ())
-        named = {name: value for section in sections for name, value in section if name in QUANTITIES}
+        whole: tuple[Section | None, ...] = (self.system, self.friction, self.start, self.study)
+        sections = [section for section in whole if section is not None]
+        named = {name: getattr(section, name) for section in sections for name in quantities_in(section)}
         own = quantities_of_model(model_of(self.friction.law))
         return {name: value for name, value in named.items() if value is not None and name in own}
 
@@ -238,6 +253,7 @@ class Config(Section):
         changed: dict[str, Any] = {"axes": axes}
         for name, value in values.items():
             section = QUANTITIES[name].section
+            section = section if section in type(self).model_fields else "study"
             changed[section] = changed.get(section, getattr(self, section)).model_copy(update={name: value})
         return self.model_copy(update=changed)
 
@@ -248,6 +264,7 @@ class Config(Section):
     def resolved(self) -> dict[str, Any]:
         """Everything as plain data: SI, defaults filled in. Read again, it gives an equal configuration."""
         named = {value.key if isinstance(value, StudySection) else key: value for key, value in self}
+        named |= named.pop("beside")
         plain = {key: value.resolved() if isinstance(value, Section) else value for key, value in named.items()}
         plain["axes"] = {axis.name: axis.resolved() for axis in self.axes}
         if not self.is_map:  # what is asked for on a command line instead of the map of a file has other variables

@@ -10,14 +10,14 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
+from stickslip import extensions
 from stickslip.config import checks, examples, rules
 from stickslip.config.document import LAWS_FITTED, with_fits, with_table
-from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
+from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.records import with_records
 from stickslip.config.resolve import resolved
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
@@ -28,9 +28,9 @@ from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import WRITTEN_LAWS, law_of_contact, laws_with, model_of
 from stickslip.vocabulary.models.lugre import STIFFNESS
-from stickslip.vocabulary.quantities import DRIVE, QUANTITIES, quantities_of_model
+from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
 from stickslip.vocabulary.results import MAP_VARIABLES
-from stickslip.vocabulary.studies import STUDIES, WITH_UNCERTAIN
+from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
@@ -41,26 +41,26 @@ Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a
 
 
 def load_config(
-    path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = (), rig: bool | None = False
+    path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = (), apart: str | None = ""
 ) -> Config:
     """The configuration in a YAML file, or the one of the package that `path` calls (`examples.existing_config`).
 
     path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
         and arrays (`python.py`). Paths in it start at the folder that the program runs in.
-    settings : of a command line, which are put into it. rig : whether it is that of a test rig, which has a drive; None
-        for either.
+    settings : of a command line, which are put into it. apart : the key of the study that it must have, of those that
+        stand apart; "" for none of these, None for any.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     document = resolved(overridden(document, settings))
-    config = _read(document, rig)
+    config = _read(document, apart)
     warn_of_units(document, config)
     return config
 
 
-def as_config(given: Given, rig: bool | None = False) -> Config:
-    """The configuration that was given: as it is, as a mapping, or as a file. rig : as above. Raises ConfigError."""
-    return given if isinstance(given, Config) else load_config(given, rig=rig)
+def as_config(given: Given, apart: str | None = "") -> Config:
+    """The configuration that was given: as it is, as a mapping, or as a file. apart : as above. Raises ConfigError."""
+    return given if isinstance(given, Config) else load_config(given, apart=apart)
 
 
 def is_config(given: object) -> bool:
@@ -70,52 +70,51 @@ def is_config(given: object) -> bool:
     )
 
 
-def is_rig(path: str | os.PathLike[str]) -> bool:
-    """True if a YAML file is that of a rig: whether it has a drive. Raises ConfigError if it cannot be read."""
-    return _has_drive(read_yaml(examples.existing_config(path)))
+def command_for(path: str | os.PathLike[str]) -> str:
+    """The command that computes what a YAML file asks for. Raises ConfigError if it cannot be read."""
+    key = _apart_in(read_yaml(examples.existing_config(path)).data)
+    return STUDIES[key].apart if key else "run"
 
 
-def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = (), rig: bool | None = None) -> Config:
+def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = (), apart: str | None = None) -> Config:
     """The configuration in a YAML text, such as the one kept in a result; `name` stands for a file in messages.
 
-    settings : of a command line, which are put into the text. rig : as for `load_config`. Raises ConfigError.
+    settings : of a command line, which are put into the text. apart : as for `load_config`. Raises ConfigError.
     """
-    return _read(resolved(overridden(parse_yaml(text, name), settings)), rig)
+    return _read(resolved(overridden(parse_yaml(text, name), settings)), apart)
 
 
-def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None = False) -> Config:
+def make_config(data: Mapping[str, Any], name: str = "<data>", apart: str | None = "") -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(resolved(python_document(data, name)), rig)
+    return _read(resolved(python_document(data, name)), apart)
 
 
-def _read(document: Document, rig: bool | None) -> Config:
+def _read(document: Document, apart: str | None) -> Config:
     """A document with the curve of its points, if it names some, and then checked."""
-    rig = _has_drive(document) if rig is None else rig
-    whole = with_records(with_fits(with_table(document)))
-    return _Reader(whole, rig).config().shown_in(written_units(document.data))
+    whole = with_fits(with_table(document))
+    return _Reader(whole, apart).config().shown_in(written_units(document.data))
 
 
-def _has_drive(document: Document) -> bool:
-    return isinstance(document.data, dict) and "drive" in document.data
+def _apart_in(data: object) -> str:
+    """The key of the study in plain data that stands apart; "" for none."""
+    keys = data if isinstance(data, dict) else {}
+    return next((key for key in keys if key in STUDIES and STUDIES[key].apart), "")
 
 
 class _Reader(ProblemCollector):
     """Reads one document and collects what is wrong with it."""
 
-    def __init__(self, document: Document, rig: bool) -> None:
+    def __init__(self, document: Document, apart: str | None) -> None:
         super().__init__(document)
-        self._rig, self._elsewhere = rig, set[str]()
+        self._apart = _apart_in(document.data) if apart is None else apart
+        self._elsewhere, self._sections = set[str](), set(QUANTITY_SECTIONS)
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        known = [key for key in KEYS if checks.belongs(self._rig, key)]
-        whole = checks.with_rigid_contact(self.mapping(self.document.data, (), f"the keys {listed(known)}"))
+        whole = checks.with_rigid_contact(self.mapping(self.document.data, (), f"the keys {listed(KEYS)}"))
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
-        for problem in checks.misplaced(self._rig, whole):
-            self.meant |= DRIVE.keys() if problem.path == ("drive",) else set()
-            self.add(problem.path, problem.message, problem.hint, at_key=True)
-        data = self.known_keys(whole, (), known)
+        data = self.known_keys(self._without_foreign(whole), (), KEYS)
         self._elsewhere = {key for key in data if key in STUDIES and study_class(key).own_conditions}
         title = data.get("title", DEFAULT_TITLE)
         self.is_text(title, ("title",), "a text")
@@ -125,32 +124,53 @@ class _Reader(ProblemCollector):
         varied = self.mapping(data.get("axes"), ("axes",), "names of quantities")
         axes = [axis for name, value in varied.items() if (axis := self._axis(name, value)) is not None]
         studies = self._studies(data, sections["solver"])
+        study: Any = studies.get("study")
         given = self._given(data)
         self._check_once(given)
         friction = sections["friction"]
         sections["friction"] = friction.model_copy(update={"law": law_of_contact(friction.law, given)})
         self._check_contact(sections["friction"], given)
-        if ramp := checks.ramp_of_no_use(sections["drive"], given):
-            self.add(ramp.path, ramp.message, ramp.hint, at_key=True)
         law = sections["friction"].law
         of_model = quantities_of_model(model_of(law))
-        fixed = {name: value for key in QUANTITY_SECTIONS for name, value in sections[key]
-                 if name in of_model and value is not None}  # fmt: skip
-        if self._rig:
-            fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
+        holders = [*(sections[key] for key in QUANTITY_SECTIONS), *([study] if study else [])]
+        values = {name: getattr(section, name) for section in holders for name in quantities_in(section)}
+        fixed = {name: value for name, value in values.items() if name in of_model and value is not None}
         drawn = None if self._elsewhere else studies.get("uncertain")  # what is impossible explains nothing
-        for finding in rules.findings(rules.Space(fixed, axes, drawn, law)):
+        space = rules.Space(fixed, axes, drawn, law)
+        own = study_class(study.key).rules(study, space, given) if study else ()
+        for finding in (*rules.findings(space), *own):
             checks.add_finding(self, finding, self._about_list(finding.path))
         self.raise_any()
-        for key in QUANTITY_SECTIONS:
-            own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
-            absent = {name: QUANTITIES[name].default if name in of_model else None for name in own if name not in given}
-            sections[key] = sections[key].model_copy(update=absent)
-        of_maps = {} if self._rig else dict.fromkeys(checks.OF_RIGS)
-        config = Config(title=str(title).strip(), axes=tuple(axes), **{**sections, **of_maps, **studies})
+        for holder, key in (*((sections, key) for key in QUANTITY_SECTIONS), *([(studies, "study")] if study else [])):
+            names = [name for name in quantities_in(holder[key]) if name not in given]
+            absent = {name: QUANTITIES[name].default if name in of_model else None for name in names}
+            holder[key] = holder[key].model_copy(update=absent)
+        config = Config(title=str(title).strip(), axes=tuple(axes), **sections, **studies)
         checks.check_study(config, self)
         self.raise_any()
         return config
+
+    def _without_foreign(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The plain data without sections of studies that are not asked for, each of which is a problem."""
+        foreign = set()
+        for key in data:
+            owner = BESIDE.get(key) or key
+            if owner in STUDIES and (owner != self._apart if STUDIES[owner].apart else owner not in data):
+                foreign.add(key)
+                hint = f"stickslip {STUDIES[owner].apart or owner} computes what has one"
+                self.add((key,), f"expected no {key} in a map", hint, at_key=True)
+        self._sections |= {key for key in data if key in STUDIES and key not in foreign}
+        if self._apart:
+            study = study_class(self._apart)
+            for problem in study.misplaced(data):
+                self.meant |= study.section.rows.keys() if problem.path == (self._apart,) else set()
+                self.add(problem.path, problem.message, problem.hint, at_key=True)
+        axes = data.get("axes")
+        for path in checks.varied_paths(axes if isinstance(axes, dict) else {}):
+            if (section := QUANTITIES[str(path[-1])].section) not in (*self._sections, self._apart):
+                hint = f"stickslip {STUDIES[section].apart or section} has one"
+                self.add(path, f"{path[-1]} belongs to {section}, which a map has not", hint, at_key=True)
+        return {key: value for key, value in data.items() if key not in foreign}
 
     # --- something else than a map ------------------------------------------------------------------------------------
 
@@ -168,6 +188,10 @@ class _Reader(ProblemCollector):
                 continue
             if (section := self.read(section_class(key), (key,), data[key])) is not None:
                 studies["study"] = section
+            beside = {name: extensions.imported(place) for name, place in STUDIES[key].beside.items()}
+            studies["beside"] = {
+                name: self.section_of(model, (name,), data.get(name)) for name, model in beside.items()
+            }
         if studies.get("uncertain") and not all(study_class(key).with_indices for key in keys):
             studies["uncertain"] = studies["uncertain"].model_copy(update={"indices": False})
         return studies
@@ -183,7 +207,7 @@ class _Reader(ProblemCollector):
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
         elif sentence := beyond.hint(key) or beyond.hint("_".join(map(str, path[-2:]))):
             self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
-        elif len(path) > 1 or key not in checks.OF_RIGS:  # which are known to be misplaced
+        else:
             super().unknown_key(path, known, what, hint)
 
     def _about_list(self, path: Path) -> str | None:
@@ -201,7 +225,7 @@ class _Reader(ProblemCollector):
         if isinstance(raw, dict) and ("zip" in raw or "labels" in raw):
             return self._group(path, self.known_keys(raw, path, ("zip", "labels")))
         if name not in QUANTITIES:
-            quantities = [quantity for quantity in QUANTITIES if self._rig or quantity not in DRIVE]
+            quantities = [quantity for quantity, row in QUANTITIES.items() if row.section in self._sections]
             self.unknown_key(path, quantities, "quantity", "a group of quantities needs the key zip")
             return None
         data = {"values": raw} if isinstance(raw, list) else raw
@@ -246,8 +270,9 @@ class _Reader(ProblemCollector):
     def _given(self, data: Mapping[str, Any]) -> dict[str, list[Path]]:
         """The positions at which each quantity is given, rightly or wrongly."""
         inside = {key: value if isinstance(value, dict) else {} for key, value in data.items()}
-        paths: list[Path] = [(key, name) for key, model in QUANTITY_SECTIONS.items()
-                             for name in inside.get(key, ()) if name in model.model_fields]  # fmt: skip
+        owners = QUANTITY_SECTIONS | {key: section_class(key) for key in data if key in STUDIES and key != "uncertain"}
+        paths: list[Path] = [(key, name) for key, model in owners.items()
+                             for name in inside.get(key, ()) if name in quantities_in(model)]  # fmt: skip
         scattered = inside.get("uncertain", {}).get("quantities")
         paths += [(*QUANTITIES_PATH, name) for name in scattered] if isinstance(scattered, dict) else []
         given: dict[str, list[Path]] = {}
@@ -265,10 +290,7 @@ class _Reader(ProblemCollector):
                 message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
                 self.add(path, message, "keep the one you mean", at_key=True)
         for name, declared in QUANTITIES.items():
-            if (
-                declared.section not in ("friction", *(() if self._rig else checks.OF_RIGS))
-                and declared.default is None
-            ):
+            if declared.section in self._sections - {"friction"} and declared.default is None:
                 self._check_given(name, given)
 
     def _check_given(self, name: str, given: Collection[str]) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stickslip.config.model import Axis, Group, Range, Values
 from stickslip.config.uncertain import Uncertain
 from stickslip.errors import Path
-from stickslip.vocabulary.models import ROUNDING, model_of
+from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 
 MOST_CELLS = 10_000_000_000
@@ -81,7 +81,6 @@ def findings(space: Space) -> Iterator[Finding]:
         if isinstance(axis, Values):
             yield from _order(axis)
     yield from _between(space)
-    yield from _drive(space)
 
 
 def _order(axis: Values) -> Iterator[Finding]:
@@ -105,29 +104,11 @@ def _order(axis: Values) -> Iterator[Finding]:
 def _between(space: Space) -> Iterator[Finding]:
     """The rules of the model of the contact."""
     for rule in model_of(space.law).rules.get(space.law, ()):
-        cell = _worst(space, rule.worse, rule.margin)
+        cell = worst_cell(space, rule.worse, rule.margin)
         if cell is not None and rule.is_broken(cell.margin, cell.values):
             yield cell.finding(rule.name, rule.expected(cell.values), rule.why)
             if rule.last:
                 return
-
-
-def _drive(space: Space) -> Iterator[Finding]:
-    """The belt of a rig moves, and reaches its speed within a stroke, if it has a ramp."""
-    if "stroke" not in space.names():
-        return
-    moving = _worst(space, {"belt_speed": -1}, lambda p: p["belt_speed"])
-    if moving and moving.margin <= 0:
-        yield Finding(moving.paths["belt_speed"], "a speed above 0 m/s, that of the drive", "strokes are reciprocating")
-        return
-    cell = _worst(
-        space, {"stroke": -1, "belt_speed": 1, "ramp": 1}, lambda p: p["stroke"] / p["belt_speed"] - p["ramp"]
-    )
-    if cell and cell.margin < -ROUNDING * cell.values["ramp"]:
-        most = cell.values["stroke"] / cell.values["belt_speed"]
-        hint = "ramps up and down alone are longer than the stroke"
-        got = f"{cell.values['ramp']:.4g} s"  # which may be the default
-        yield Finding(cell.paths["ramp"], f"at most stroke/belt_speed = {most:.4g} s", hint, got)
 
 
 # --- the worst cell ---------------------------------------------------------------------------------------------------
@@ -154,7 +135,9 @@ class _Cell:
         return Finding(self.paths[name], expected, f"{hint}; truncate the distribution", got)
 
 
-def _worst(space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]) -> _Cell | None:
+def worst_cell(
+    space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]
+) -> _Cell | None:
     """The cell with the smallest margin.
 
     worse : by quantity, +1 if the margin falls as it grows, -1 if it rises, 0 if it is not monotone.

@@ -38,6 +38,11 @@ def json_schema() -> Schema:
             "axes": axes_schema(),
             **{key: section_schema(model) for key, model in SECTIONS.items()},
             **{key: section_schema(section_class(key)) for key in STUDIES},
+            **{
+                key: section_schema(extensions.imported(place))
+                for entry in STUDIES.values()
+                for key, place in entry.beside.items()
+            },
             "uncertain": uncertain_schema(),
             **_of_extensions(),
         },

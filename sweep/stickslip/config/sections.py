@@ -268,7 +268,8 @@ class Section(BaseModel):
 class StudySection(Section):
     """The section of a study: what a configuration asks for instead of a map of every cell.
 
-    key : of the section in the file. is_map : whether what comes out is a map all the same.
+    key : of the section in the file. is_map : whether what comes out is a map all the same. has_cells : whether what it
+    is about are cells on a steady belt, which have regimes.
     options : of the command, where they are not called as the fields.
     """
 
@@ -282,6 +283,7 @@ class StudySection(Section):
         return f"{self.key} along {along}" if along else self.key
 
     is_map: ClassVar[bool] = False
+    has_cells: ClassVar[bool] = True
 
 
 AnySection = TypeVar("AnySection", bound=Section)

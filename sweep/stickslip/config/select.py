@@ -18,7 +18,7 @@ from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import did_you_mean, listed
@@ -78,7 +78,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     shared = with_table(overridden(parse_yaml(text, source), settings)).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
-    return parse_config(text, source, settings, rig=False).shown_in(units_shown(ds))
+    return parse_config(text, source, settings, apart="").shown_in(units_shown(ds))
 
 
 def shared_by(ds: xr.Dataset) -> dict[str, Any]:
@@ -121,7 +121,7 @@ def _sections(recipe: Recipe) -> dict[str, Any]:
     """The recipe as plain data with every section that holds quantities."""
     if isinstance(recipe, Config):
         return recipe.model_copy(update={"uncertain": None}).resolved()  # its quantities need values as axes do
-    sections: dict[str, Any] = {quantity.section: {} for quantity in QUANTITIES.values() if quantity.name not in DRIVE}
+    sections: dict[str, Any] = {quantity.section: {} for quantity in SEARCHABLE.values()}
     given = {name: {key: value for key, value in keys.items() if value is not None} for name, keys in recipe.items()}
     return sections | {"axes": {}} | given
 

@@ -21,19 +21,24 @@ from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
-from stickslip.errors import ArgumentError, Path, dotted
+from stickslip.errors import ArgumentError, Path, Problem, dotted
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.studies import STUDIES, kind_of
+from stickslip.vocabulary.studies import BESIDE, STUDIES, kind_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.config.rules import Finding, Space
     from stickslip.engine import Options, Results, StopFlag
     from stickslip.vocabulary.cells import Cells
 
-KEYS = (*(field for field in Config.model_fields if field not in ("study", "uncertain")), *STUDIES)  # of a file
+KEYS = (
+    *(field for field in Config.model_fields if field not in ("study", "beside", "uncertain")),
+    *STUDIES,
+    *BESIDE,
+)  # of a file
 
 Moved = Callable[[int], None]
 
@@ -148,6 +153,16 @@ class Study(ABC):
         return None
 
     @classmethod
+    def misplaced(cls, data: Mapping[str, Any]) -> Iterator[Problem]:
+        """What does not belong into the plain data of a file with this study, or is missing."""
+        yield from ()
+
+    @classmethod
+    def rules(cls, section: Any, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
+        """The rules between quantities that the study has beside those of cells. given : where, by name."""
+        yield from ()
+
+    @classmethod
     def given_in(cls, raw: Any) -> Iterator[Path]:
         """The places, in the plain data of the section, of quantities that it gives itself."""
         yield from ()
@@ -218,8 +233,8 @@ class Study(ABC):
         return {dim for row in cls.variables.values() for dim in row.dims}
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
-        """The result in lines and tables for the screen."""
+    def report(cls, ds: xr.Dataset) -> Iterator[Any]:
+        """The result for the screen: lines, each a `Table`, or whatever Rich prints."""
         yield from ()
 
     @classmethod

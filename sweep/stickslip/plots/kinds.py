@@ -58,9 +58,6 @@ def plot_result(
         for what cannot be drawn.
     """
     kind, study, places = kind_of(ds), study_of_result(ds), dict(select or {})
-    if kind == "rig":
-        raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
-                        "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
     if kind in _OTHERS and variable is None:
         check_plain(look, _OTHERS[kind])
         return plot_trace(ds, title=title) if kind == "trajectory" else plot_materials(ds, title=title)

@@ -118,7 +118,7 @@ def request_for(
     text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
     beside, at = None, store
     if text is None or not ("://" in text or os.path.isdir(text)):
-        config = as_config(place, rig=None) if text is None else load_config(text, settings, rig=None)
+        config = as_config(place, apart=None) if text is None else load_config(text, settings, apart=None)
     else:
         config, at = block_store.find(folder_at(text)).config(), text
         if settings:

@@ -26,11 +26,7 @@ from stickslip.studies.study import joined
 
 
 def study_of(config: Config) -> Study:
-    """Return what a configuration asks for: a map of every cell, unless it has a drive or the section of a study."""
-    if config.drive is not None:
-        from stickslip.rig.simulation import RigTests
-
-        return RigTests(config)
+    """Return what a configuration asks for: a map of every cell, unless it has the section of a study."""
     section = config.study or config.uncertain
     if section is None:
         return MapStudy(config, map_options_of(config))

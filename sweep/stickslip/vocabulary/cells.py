@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.vocabulary.models import MODELS
-from stickslip.vocabulary.quantities import DRIVE, MEASURED, PARAMETERS
+from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
 Parameters = dict[str, Floats]  # of some cells, in SI, by names of `PARAMETERS`: arrays of one length
-_NAMES = (*PARAMETERS, *DRIVE)
+_NAMES = (*PARAMETERS, *OF_EXTENSIONS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +79,8 @@ class Cells:
     def __getitem__(self, part: slice) -> Parameters:
         """The parameters of a range of cells.
 
-        Returns every name of `PARAMETERS`, of a rig those of `DRIVE` too, in SI. Raises IndexError for cells that there
-        are not.
+        Returns every name of `PARAMETERS`, and those of extensions that are given, in SI. Raises IndexError
+        for cells that there are not.
         """
         start, stop = part.start or 0, self.size if part.stop is None else part.stop
         if not 0 <= start <= stop <= self.size:

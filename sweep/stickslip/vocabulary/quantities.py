@@ -1,12 +1,13 @@
 """Every quantity a configuration may name.
 
 These are the `PARAMETERS` of a cell (the inputs of the engine, all in SI): those of the oscillator and its start, and
-those of all models of the contact (`models/`); what people measure instead of some of them (`MEASURED`); and what moves
-the belt of a test rig. `settings.py` has all other numbers.
+those of all models of the contact (`models/`); what people measure instead of some of them (`MEASURED`); and those of
+extensions. `settings.py` has all other numbers.
 """
 
 from math import inf
 
+from stickslip import extensions
 from stickslip.vocabulary.models import MODELS, Model
 from stickslip.vocabulary.parameter import NAN, SPEED, Parameter, table
 
@@ -35,21 +36,14 @@ MEASURED: dict[str, Parameter] = {name: row for model in MODELS for name, row in
 SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along
 
 
-# What moves the belt of a test rig, whose top speed is the belt speed.
-DRIVE: dict[str, Parameter] = table(
-    Parameter("stroke", "m", "stroke of the drive", "drive", above=0, plausible=(1.0, 10.0)),
-    Parameter("ramp", "s", "time in which the drive reaches its speed, and stops", "drive", default=0.02, above=0),
-    Parameter("dwell", "s", "standstill of the drive after each stroke", "drive", default=0.0, at_least=0),
-    Parameter(
-        "waiting_time", "s", "hold time in contact before the first stroke", "drive",
-        default=0.0, at_least=0, at_most=1e9,  # thirty years; of much more, nothing is left of a second
-    ),
-)  # fmt: skip
-PROFILES = ("trapezoid", "sine")
+# What extensions bring, of cells that belong to their studies.
+OF_EXTENSIONS: dict[str, Parameter] = {
+    name: row for place in extensions.brought("quantities").values() for name, row in extensions.imported(place).items()
+}
 
-QUANTITIES: dict[str, Parameter] = PARAMETERS | MEASURED | DRIVE
+QUANTITIES: dict[str, Parameter] = PARAMETERS | MEASURED | OF_EXTENSIONS
 
 
 def quantities_of_model(model: Model) -> dict[str, Parameter]:
     """Those of `QUANTITIES` that a configuration with this model may name."""
-    return PARAMETERS_OF[model] | dict(model.measured) | DRIVE
+    return PARAMETERS_OF[model] | dict(model.measured) | OF_EXTENSIONS

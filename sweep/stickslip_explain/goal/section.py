@@ -146,7 +146,7 @@ def _of_config(
     config: Config, section: Goal, names: tuple[str, str]
 ) -> tuple[Cells, dict[str, Range | Values], set[str], set[str]]:  # fmt: skip
     """The panels, the axes of the configuration that the plane takes, what changes or scatters, and what is given."""
-    if config.drive is not None:
+    if not config.has_cells:
         raise ArgumentError("axes", "the configuration has a drive: cells of a rig have no regime to be quiet in")
     uncertain = config.uncertain
     if uncertain is None and section.probability not in (None, 1.0):

@@ -153,7 +153,7 @@ def problems_of(tmp_path, name, text):
     path = tmp_path / "my.yaml"
     path.write_text(text, encoding="utf-8")
     try:
-        load_config(path, rig=None)
+        load_config(path, apart=None)
     except ConfigError as error:
         return [problem.text("my.yaml") for problem in error.problems]
     return []

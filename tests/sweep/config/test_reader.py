@@ -41,7 +41,7 @@ def test_sections_without_content_are_allowed():
 
 @pytest.mark.parametrize("name", config_names())
 def test_configurations_that_ship_are_good(name):
-    config = load_config(config_path(name), rig=None)
+    config = load_config(config_path(name), apart=None)
     assert parse_config(config.to_yaml()) == config
     assert config.output.file == f"{name.rpartition('/')[2]}.nc"
 

@@ -147,7 +147,7 @@ class AttractorStudy(Study):
         """The attractors from the box of the section; what is said of the state at the start is left out."""
         if not isinstance(given, Config):
             return cls(given_cells(given, options), section, options)
-        if given.drive is not None:
+        if not given.has_cells:
             raise ArgumentError("config", "the configuration has a drive: cells of a rig have no attractors")
         for path in _state_axes(given):
             raise ArgumentError(str(path[-1]), _STATES_IN_BOX)

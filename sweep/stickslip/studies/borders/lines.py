@@ -119,7 +119,7 @@ Lines = dict[str, Line]  # by parameter; of a plane y and x
 
 def line_along(config: Config, along: str, between: Between | None) -> Line:
     """The lines along a parameter; without a range, over that of its axis. Raises ArgumentError."""
-    if config.drive is not None:
+    if not config.has_cells:
         raise ArgumentError("along", "the configuration has a drive: cells of a rig have no regime to search for")
     if config.uncertain is not None:
         message = "the configuration has uncertain quantities, and a border is that of known ones; leave uncertain out"

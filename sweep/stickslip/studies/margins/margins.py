@@ -61,7 +61,7 @@ class MarginStudy(Study):
     @classmethod
     def of(cls, given: CellsOrConfig, section: Margins, options: Options) -> MarginStudy:
         """The margins of the cells of a configuration, or of those that are listed."""
-        if isinstance(given, Config) and given.drive is not None:
+        if isinstance(given, Config) and not given.has_cells:
             raise ValueError("a configuration with a drive is that of a rig, whose cells have no regime")
         if isinstance(given, Config) and given.uncertain is not None:
             raise ValueError("a configuration with uncertain quantities has no single margin; leave uncertain out")

@@ -1,0 +1,1 @@
+"""The commands of rigs: `rig run`, `features`, `calibrate` and what they share."""

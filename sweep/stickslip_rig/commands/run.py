@@ -1,0 +1,173 @@
+"""`rig`: a test matrix on a simulated rig, and the commands for records of measured ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stickslip.cli import params, screen
+from stickslip.cli.exits import JSON, QUIET, fail, reports_errors
+from stickslip.cli.groups import SectionedGroup
+from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
+from stickslip.cli.run import BLOCKS, run_request, shard_of
+from stickslip_rig.commands import features, sounds
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.files.locations import Location
+    from stickslip_rig.api import RigTests
+
+_MOST_TRACES = 6  # drawn over each other
+_FINE, _COARSE = 8, 2  # samples computed per sample of sound: of short tests, and of long ones, which take much memory
+_SHORT = 20.0  # s
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml -o my.nc --shard 1/4    # to 4/4; then: stickslip collect my.yaml
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
+)
+@params.CONFIG
+@params.OUTPUT
+@params.plot_option("Plot: signals of up to six tests, else a heat map.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): maps, traces, table.")
+@click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
+@sounds.sound_option("test")
+@click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
+@features.PART
+@BLOCKS
+@QUIET
+@JSON
+@reports_errors
+def run(
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, records: Path | None,
+    chosen: tuple[int, ...], beside: bool, begin: str | None, end: str | None, shard: str | None,
+    sound: Path | None = None, **blocks: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """Compute a test matrix on a simulated rig.
+
+    A specimen on a flat spring, a reciprocating plate, sensors: CONFIG is that of a map with a drive. Prints
+    features and model RPN (not the rig maker's) of every test. Times count from the first stroke. With an output the
+    same command resumes what was interrupted.
+    """
+    from stickslip.runs.session import Request
+    from stickslip_rig.api import RigTests, load_rig
+
+    loaded = load_rig(config, params.settings())
+    output = output or params.configured_target(loaded.output.file, "result")
+    plot = plot or params.configured_target(loaded.output.plot, "plot")
+    tests, window = RigTests(loaded), features.time_window(begin, end)
+    for number in chosen:
+        if not 0 <= number < tests.grid.size:
+            fail(f"--test {number}: tests are numbered from 0 to {tests.grid.size - 1}")
+    if chosen and plot is None and report is None:
+        fail("--test says what is plotted: name a plot with --plot, or a page with --report")
+    sounds.check_sounds(sound, tests.grid.size)
+    request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
+    outputs = _Outputs(plot, tests=tests, report=report, records=records, sound=sound, chosen=chosen, beside=beside,
+                       window=window)  # fmt: skip
+    return run_request(request, ["rig", "run", str(config), "-o", f"{config.stem}.nc"], outputs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Outputs(Outputs):
+    """Files to be made of a matrix. chosen : tests to draw, in a `window` of time (s), `beside` each other or not."""
+
+    tests: RigTests
+    report: Path | None
+    records: Path | None
+    sound: Path | None
+    chosen: Sequence[int]
+    beside: bool
+    window: tuple[float, float] | None
+
+    def is_lacking(self) -> bool:
+        """True if something is to be written though the result is there and was complete already."""
+        made = (self.report, self.records, self.sound, params.requested_table())
+        return any(made) or super().is_lacking()
+
+    def save(self, ds: xr.Dataset) -> Path | None:
+        """Write everything, and give the plot if there is one."""
+        features.warn_of_extrapolation(ds, self.tests.risk)
+        size = self.tests.grid.size
+        drawn = list(self.chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
+        if self.plot is not None:
+            from stickslip_rig.plots import plot_matrix, plot_records
+
+            records, rpn = self._records(drawn), ds["model_rpn"].values.ravel()
+            numbers = {self.tests.label(n): float(rpn[n]) for n in drawn}
+            how: Any = {"beside": self.beside, "window": self.window, "heading": self.tests.config.title}
+            save_plot(plot_records(records, numbers=numbers, **how) if records else plot_matrix(ds), self.plot)
+        if self.records is not None:
+            from stickslip_rig.records import write_record
+
+            for test in self.tests.tests(range(size)):
+                if test.record is not None:
+                    write_record(test.record, self.records / f"{self._file_name(test.number)}.csv")
+            screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
+        if self.sound is not None:
+            sounds.save_sounds(self.sound, self._sounds())
+        if self.report is not None:
+            from stickslip_rig.report import write_report
+
+            write_report(self.report, ds, self._records(drawn or range(min(size, _MOST_TRACES))), self.tests.config)
+            show_file("report", self.report)
+        if table := params.requested_table():
+            from stickslip_rig.evaluation import as_columns
+
+            save_table(as_columns(ds), table)
+        return self.plot
+
+    def _records(self, numbers: Sequence[int]) -> dict[str, xr.Dataset]:
+        """Records by name, of the tests that were integrated to their end."""
+        return {test.name: test.record for test in self.tests.tests(numbers) if test.record is not None}
+
+    def _file_name(self, number: int) -> str:
+        return f"test{number:0{len(str(self.tests.grid.size - 1))}d}"
+
+    def _sounds(self) -> Iterator[tuple[str, Any]]:
+        """Names and sounds of tests integrated to their end, from the first stroke on: of the acceleration itself, not
+        of what a sensor shows."""
+        from stickslip_rig.api import RigTests
+
+        sound = sounds.maker()
+
+        config = self.tests.config
+        for number in range(self.tests.grid.size):
+            changes = {
+                "rate": float(sound.RATE), "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,
+                "oversampling": _FINE if self.tests.duration(number) <= _SHORT else _COARSE,
+            }  # fmt: skip
+            sensor = self.tests.sensor.model_copy(update=changes)
+            (test,) = RigTests(config.with_sections(sensor=sensor)).tests([number])
+            if test.record is not None:
+                values, title = test.record["acceleration"].values, f"{config.title}: {test.name}"
+                yield self._file_name(number), sound.of_record(values, sensor.rate, title=title)
+
+
+rig = SectionedGroup(
+    "rig",
+    default="run",
+    sections={
+        "Commands": {
+            "run": "stickslip_rig.commands.run",
+            "features": "stickslip_rig.commands.features",
+            "calibrate": "stickslip_rig.commands.fits",
+            "identify": "stickslip_rig.commands.fits",
+        }
+    },
+    help="""Test rigs: simulated ones, records of measured ones, and the risk number.
+
+    `stickslip rig my_rig.yaml` is short for `stickslip rig run my_rig.yaml`.""",
+    short_help="Simulate a test rig, or evaluate records of one.",
+    no_args_is_help=True,
+)

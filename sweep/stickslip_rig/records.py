@@ -1,0 +1,267 @@
+"""Records of a rig: from CSV files, or from arrays.
+
+    # material: felt
+    # load: 10 N
+    time [ms]; force [N]; acceleration [m/s2]; drive speed [mm/s]
+    0,0; 0,00; 0,01; 10,0
+
+The first line that is not a remark names the columns, in any order, with their units in brackets; a configuration may
+give units and other headings. Without a unit a column is in SI, as everywhere in this program. Remarks of the form
+`# name: value` give conditions of the test.
+
+Time need not be evenly spaced, but must increase. The record holds the samples as they are; `sampling.evenly`
+makes them equidistant.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from stickslip.errors import ConfigError, Problem, QuantityError
+from stickslip.files.tables import Table, line_of, read_table
+from stickslip.files.targets import replaced
+from stickslip.fit.columns import HeadedTable, factor, load_above, stated
+from stickslip.fit.headings import RECORD, Heading, heading, words_for
+from stickslip.vocabulary import units
+from stickslip.vocabulary.parameter import Parameter, Variable
+from stickslip.vocabulary.suggest import listed, nearest
+from stickslip_rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
+from stickslip_rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
+from stickslip_rig.signals import Floats, cumulative
+from stickslip_rig.vocabulary import CONDITIONS
+
+FEWEST_SAMPLES = 16
+_EXAMPLE = "time [ms], force [N], acceleration [m/s2]"
+_REMARK = re.compile(r"([A-Za-z][A-Za-z _-]{0,30})\s*[:=]\s*(.*)")
+_NO_FILL = {"_FillValue": None}
+
+
+def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: Mapping[str, Condition]) -> xr.Dataset:
+    """Make a record from arrays in SI.
+
+    Parameters
+    ----------
+    time
+        s, increasing, at least 16 samples.
+    signals
+        By names of `quantities.SIGNALS`, each as long as `time`; a force and the acceleration there must be.
+    conditions
+        By names of `CONDITIONS` and `material`; they become scalar coordinates.
+
+    Raises
+    ------
+    ValueError
+        Where samples are too few, not finite, not of one length, or not in order.
+    """
+    times = np.asarray(time, np.float64)
+    if times.ndim != 1 or times.size < FEWEST_SAMPLES:
+        raise ValueError(f"time: got the shape {times.shape}, expected at least {FEWEST_SAMPLES} samples in a row")
+    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        raise ValueError("time: expected finite numbers that increase")
+    if lacking := _lacking(signals):
+        raise ValueError(f"no {lacking}")
+    variables = {}
+    for name, values in signals.items():
+        array = np.asarray(values, np.int8 if name == "stick" else np.float64)
+        if array.shape != times.shape or not np.isfinite(array).all():
+            raise ValueError(f"{name}: expected {times.size} finite numbers, one for each sample")
+        variables[name] = xr.Variable("time", array, _attributes(SIGNALS[name]))
+    coordinates = {"time": xr.Variable("time", times, _attributes(TIME), _NO_FILL)}
+    for name, value in conditions.items():
+        if name == MATERIAL:
+            coordinates[name] = xr.Variable((), str(value), {"long_name": MATERIAL})
+        else:
+            coordinates[name] = xr.Variable((), float(value), _attributes(CONDITIONS[name]), _NO_FILL)
+    return xr.Dataset(variables, coordinates)
+
+
+def _attributes(declared: Variable | Parameter) -> dict[str, str]:
+    return {"units": declared.units, "long_name": declared.long_name}
+
+
+def read_record(
+    path: str | Path,
+    settings: RecordSettings | None = None,
+    conditions: Mapping[str, Condition] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Read the record in a CSV file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    settings
+        Columns and units where the file does not name them.
+    conditions
+        Those that hold unless the file says otherwise, as for `make_record`; the material is the name of the file
+        unless one of them names it.
+    progress
+        Called with how many bytes of a long file are read, and how many there are.
+
+    Raises
+    ------
+    ConfigError
+        With everything that is wrong, by line and column.
+    """
+    settings = settings or RecordSettings()
+
+    def are_headings(cells: Sequence[str]) -> bool:
+        names = {_signal(heading(cell, RECORD, tuple(COLUMNS)), settings) for cell in cells}
+        return TIME.name in names and bool(names & {*FORCES, "acceleration"})
+
+    table = read_table(Path(path), _EXAMPLE, is_heading=are_headings)
+    headed = HeadedTable(table, RECORD, tuple(COLUMNS))
+    table, headings = headed.table, headed.headings
+    columns = headed.find(
+        lambda column: _signal(column, settings),
+        lambda name, column: _factor(name, column.unit, settings.units.get(name)),
+        "name the other column under record: ignore",
+    )
+    if lacking := _lacking(columns, TIME.name):
+        raise _missing_column(headed, settings, lacking)
+    if len(table.lines) < FEWEST_SAMPLES and not table.rest:
+        message = f"{len(table.lines)} samples, expected at least {FEWEST_SAMPLES}"
+        raise ConfigError(table.name, [Problem((), message)])
+    signals = headed.values(columns, progress)
+    time = signals.pop(TIME.name)
+    _check_time(table, time, columns[TIME.name][0])
+    remarks, load = _remarks(table), load_above(table)
+    speed = stated(table, "speed", CONDITIONS["drive_speed"], table.above, only_numbers=True)
+    above = {name: value[0] for name, value in (("normal_load", load), ("drive_speed", speed)) if value}
+    known = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
+    positions = {position: name for name, (position, _) in columns.items()}
+    units_read = [f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in positions.items()]
+    return make_record(time, signals, known).assign_attrs(
+        title=str(known[MATERIAL]), record_file=Path(path).name,
+        not_used=[column.text for i, column in enumerate(headings) if i not in positions and column.text],
+        columns=", ".join(units_read),
+    )  # fmt: skip
+
+
+def write_record(record: xr.Dataset, path: Path) -> None:
+    """Write a record as CSV that `read_record` reads: the same signals and conditions, to nine digits; time, whose
+    steps are small, to twelve."""
+    columns = {name: row for name, row in COLUMNS.items() if name in record.variables}
+    heading = ", ".join(name if v.units == "1" else f"{name} [{units.spelled(v.units)}]" for name, v in columns.items())
+    remarks = []
+    if MATERIAL in record.coords:
+        remarks.append(f"# {MATERIAL}: {' '.join(str(record[MATERIAL].item()).split())}")
+    for name, row in CONDITIONS.items():
+        if name in record.coords:
+            remarks.append(f"# {name}: {float(record[name]):.9g} {units.spelled(row.units)}".rstrip())
+    table = np.stack([np.asarray(record[name].values, np.float64) for name in columns], axis=1)
+    header, digits = "\n".join([*remarks, heading]), ["%.12g", *["%.9g"] * (len(columns) - 1)]
+    with replaced(path) as temporary:
+        np.savetxt(temporary, table, digits, delimiter=", ", header=header, comments="", encoding="utf-8")
+
+
+def force_of(record: xr.Dataset) -> Floats:
+    """The force a rig measures (N): that of the spring; where only friction is known, friction minus inertia.
+
+    Without the mass, the friction force itself.
+    """
+    if "spring_force" in record:
+        return np.asarray(record["spring_force"].values, np.float64)
+    friction = np.asarray(record["friction_force"].values, np.float64)
+    if "mass" not in record.coords:
+        return friction
+    return np.asarray(friction - float(record["mass"]) * record["acceleration"].values, np.float64)
+
+
+def condition_of(record: xr.Dataset, name: str) -> float | None:
+    """A condition of the test as a number in SI, None where it is not known."""
+    return float(record[name]) if name in record.coords else None
+
+
+def drive_displacement(record: xr.Dataset) -> Floats | None:
+    """Position of the drive (m) at each sample, None where its motion is not known."""
+    if "drive_displacement" in record:
+        return np.asarray(record["drive_displacement"].values, np.float64)
+    if "drive_velocity" not in record:
+        return None
+    return cumulative(record["drive_velocity"].values, record["time"].values)
+
+
+# --- the heading ------------------------------------------------------------------------------------------------------
+
+
+def _signal(column: Heading, settings: RecordSettings) -> str | None:
+    """The name of a column, by the settings, else by its heading; None if it has none."""
+    if any(word in (column.name, column.text) for word in settings.ignore):
+        return None
+    return next((name for name, word in settings.columns.items() if column.is_called(word)), signal_of(column))
+
+
+def _lacking(names: Mapping[str, object], *others: str) -> str:
+    """The names that a record lacks of a force, the acceleration and others, in words; nothing if it has all."""
+    lacking = [name for name in others if name not in names]
+    lacking += [] if any(name in names for name in FORCES) else ["force"]
+    lacking += [] if "acceleration" in names else ["acceleration"]
+    return listed(lacking, "and") if lacking else ""
+
+
+def _missing_column(headed: HeadedTable, settings: RecordSettings, lacking: str) -> ConfigError:
+    """The error of a table without some columns, of which one may be misspelt."""
+    for i, column in enumerate(headed.headings):
+        near = nearest(column.name, words_for(RECORD)) if column.text else None
+        if near and _signal(column, settings) is None:
+            names = [TIME.name, "force", *(name for name in SIGNALS if name != "spring_force")]
+            hint = f"did you mean {near!r}? A configuration may say what it is (record: columns)"
+            return headed.refused(i, f"{listed(names)}, with the unit in brackets", hint)
+    hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may name others (record: columns)"
+    return headed.error(f"no column is called {lacking}", hint)
+
+
+def _factor(name: str, unit: str, configured: str | None) -> float:
+    """The factor from numbers in a unit to SI. Raises QuantityError."""
+    if configured is not None and unit and unit.translate(units.AS_TYPED) != configured.translate(units.AS_TYPED):
+        raise QuantityError(f"the unit {configured}, as the configuration says", "remove one of the two")
+    return factor(name, configured or unit, COLUMNS[name].units)
+
+
+# --- remarks and time -------------------------------------------------------------------------------------------------
+
+
+def _remarks(table: Table) -> dict[str, Condition]:
+    """Conditions that remarks give. Raises ConfigError for those that cannot be understood."""
+    conditions: dict[str, Condition] = {}
+    problems = []
+    for remark in table.remarks:
+        if not (match := _REMARK.fullmatch(remark.text)):
+            continue
+        word, text = match.groups()
+        try:
+            if (name := condition_name(word)) is not None:
+                conditions[name] = condition(name, text if name == MATERIAL else _number_or_text(text))
+            elif near := nearest(word.strip(), (MATERIAL, *CONDITIONS)):  # which would be missed silently
+                raise QuantityError(listed((MATERIAL, *CONDITIONS)), f"did you mean {near!r}?")
+        except QuantityError as error:
+            message = f"got {remark.text!r}, expected {error.expected}"
+            problems.append(Problem((), message, remark.place, error.hint))
+    if problems:
+        raise ConfigError(table.name, problems)
+    return conditions
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _check_time(table: Table, time: Floats, column: int) -> None:
+    """Raises ConfigError at the first sample that is not later than the one before."""
+    falling = np.flatnonzero(np.diff(time) <= 0)
+    if not falling.size:
+        return
+    row = int(falling[0]) + 1
+    line, heading = line_of(table, row), table.heading[column]
+    message = f"got {time[row]:.9g} s after {time[row - 1]:.9g} s, expected time to increase"
+    hint = "sort the samples; if times are rounded, write more digits"
+    raise ConfigError(table.name, [Problem((heading.text,), message, heading.place._replace(line=line), hint)])

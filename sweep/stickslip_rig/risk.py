@@ -1,0 +1,99 @@
+"""A risk number from three features of a record: the model RPN, not the rig maker's.
+
+The rig maker's formula is not public; known are its three inputs, its range 1 to 10 and its bands. This model has the
+same inputs, range and bands:
+
+    level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
+
+It rises with every feature, logarithmically, as loudness does. A comment on `RISK` in the vocabulary says where the
+default values come from; `calibration.py` fits them to measured numbers.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import create_model
+
+from stickslip.config.sections import Section
+from stickslip_rig.vocabulary import RISK
+
+RPN_NAME = "model RPN, not the rig maker's"
+FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, acceleration_max and acceleration_integral"
+INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
+LOWEST, HIGHEST = 1, 10
+BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
+UNDEFINED = 0  # the code of the band where a feature is not known; the number is NaN
+_ROUNDED = 1e-5  # relative: a range is written with six digits
+_RISK_FIELDS: dict[str, Any] = {name: (float, row.default) for name, row in RISK.items()}
+
+
+class Risk(create_model("risk_numbers", __base__=Section, **_RISK_FIELDS)):  # type: ignore[misc]
+    """Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.
+
+    lowest_, highest_ : of each feature among the pairs the model was calibrated with; NaN: not known.
+    """
+
+    rows = RISK
+
+    def resolved(self) -> dict[str, Any]:
+        """The parameters by name, without those that are not known."""
+        return {name: value for name, value in self if not math.isnan(value)}
+
+    @property
+    def is_calibrated(self) -> bool:
+        """True if the range of the pairs it was calibrated with is known, of any feature."""
+        return any(name.startswith(("lowest_", "highest_")) for name in self.resolved())
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """In the order of `INPUTS`, in SI."""
+        return tuple(getattr(self, f"scale_{name}") for name in INPUTS)
+
+    def level(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
+        """The number before rounding and without ends, NaN where a feature is.
+
+        inputs : by names of `INPUTS`, in SI, >= 0; arrays that broadcast.
+        """
+        total = np.asarray(self.base, np.float64)
+        for name, scale in zip(INPUTS, self.scales, strict=True):
+            total = total + getattr(self, f"weight_{name}") * decades(inputs[name], scale)
+        return np.asarray(total)
+
+    def number(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
+        """The model RPN, a whole number from 1 to 10; NaN where a feature is not known."""
+        return number_of(self.level(inputs))
+
+    def outside(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.bool_]]:
+        """By feature, whether a value lies outside the range of the pairs the model was calibrated with.
+
+        inputs : as for `level`. False where no range is known, or no feature.
+        """
+        outside = {}
+        for name in INPUTS:
+            low, high = getattr(self, f"lowest_{name}"), getattr(self, f"highest_{name}")
+            values = np.asarray(inputs[name], np.float64)
+            outside[name] = (values < low * (1.0 - _ROUNDED)) | (values > high * (1.0 + _ROUNDED))
+        return outside
+
+
+def decades(values: ArrayLike, scale: ArrayLike) -> NDArray[np.float64]:
+    """log10(1 + values/scale): 0 without a signal, linear in small ones, one for every factor of ten in large ones."""
+    return np.asarray(np.log1p(np.asarray(values, np.float64) / np.asarray(scale)) / math.log(10.0))
+
+
+def number_of(level: ArrayLike) -> NDArray[np.float64]:
+    """Levels rounded (halves up) and held within 1 to 10; NaN stays."""
+    return np.asarray(np.clip(np.floor(np.asarray(level, np.float64) + 0.5), LOWEST, HIGHEST))
+
+
+def rpn_text(number: float) -> str:
+    """A number as it is shown: "?" where it is not known, which was 0 in older files."""
+    return f"{number:.0f}" if number >= LOWEST else "?"
+
+
+def band_of(number: float) -> str:
+    """The traffic light of a number: green, yellow or red; "unknown" for NaN."""
+    return next((band for band, (low, high) in BANDS.items() if low <= number <= high), "unknown")

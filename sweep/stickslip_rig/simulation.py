@@ -1,0 +1,317 @@
+"""Simulated rigs: records of tests as sensors would make them, the features of a matrix of tests, and records as a
+function of parameters."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip import engine
+from stickslip.config.describe import value_text
+from stickslip.config.grid import build_grid
+from stickslip.config.model import Config
+from stickslip.config.options import options_of
+from stickslip.config.overrides import Setting
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.reader import load_config, make_config
+from stickslip.config.rules import Finding, Space
+from stickslip.config.studies import Moved, Study
+from stickslip.dataset.build import grid_coordinates, variable_of
+from stickslip.errors import NotReachedError, Path, PlotError, Problem, StoppedError
+from stickslip.studies.study import joined
+from stickslip.vocabulary.flags import MODES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.suggest import listed
+from stickslip_rig import apparatus, checks
+from stickslip_rig.evaluation import PEAKS, features, rate
+from stickslip_rig.identification import Parameters, Simulator
+from stickslip_rig.labels import Dimension, dimensions, point_name
+from stickslip_rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
+from stickslip_rig.records import make_record
+from stickslip_rig.sections import Drive, sections_of
+from stickslip_rig.signals import Floats
+from stickslip_rig.vocabulary import CONDITIONS, SENSOR
+
+_SAMPLES = 4_000_000  # of motions that are computed together
+_REACHED = STATUSES.index("horizon_reached")
+
+
+@dataclass(frozen=True)
+class RigTest:
+    """One rig: its number in the matrix, its name, its record (None if it was not integrated to its end), and
+    what the integration itself gives, by names of `EXACT`."""
+
+    number: int
+    name: str
+    record: xr.Dataset | None
+    exact: Mapping[str, float]
+
+
+class RigTests(Study):
+    """All tests of a configuration with a drive, numbered as the cells of its grid.
+
+    Its result holds features, model RPN and what the integration gives, over the dimensions of the grid. A test that
+    was not integrated to its end has a status that says why, and NaN.
+    """
+
+    section, variables, subject = Drive, FEATURES | EXACT | RATINGS, "model_rpn"
+    name, counted, ragged, weight = "matrix", "tests", True, 4096
+    columns = {name: np.dtype(np.float64) for name in (*FEATURES, *EXACT)} | {"status": np.dtype(np.int8)}
+    recorded: Collection[str] = tuple(SIGNALS)  # by the sensors
+    kernels = ()  # those of signals, which are loaded when they are first needed
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        self.drive, self.sensor, self.features, self.risk = sections_of(config)
+        self.grid, self.options = build_grid(config), options_of(config)
+        self.dims, self.shape = self.grid.dims, self.grid.shape
+
+    # --- its tests ----------------------------------------------------------------------------------------------------
+
+    def label(self, number: int) -> str:
+        """The points that distinguish a test from the others, in words."""
+        return point_name(self._dimensions, number) or self.config.title
+
+    @cached_property
+    def _dimensions(self) -> list[Dimension]:
+        return dimensions(xr.Dataset(coords=grid_coordinates(self.grid)), self.dims)
+
+    def segments(self, number: int) -> Floats:
+        """The drive of a test, as `apparatus.segments` gives it."""
+        return apparatus.segments(self.drive, self._cell(number))
+
+    def duration(self, number: int) -> float:
+        """The duration of a test from the first stroke on, s."""
+        return float(self.segments(number)[:, 0].sum()) - self._cell(number)["waiting_time"]
+
+    def tests(self, numbers: Sequence[int], stop: engine.StopFlag | None = None) -> Iterator[RigTest]:
+        """The tests of these numbers, one after the other, by this thread alone; together those that memory holds."""
+        if not numbers:
+            return
+        stop = engine.stop_flag() if stop is None else stop
+        fine = self.sensor.rate * self.sensor.oversampling
+        cells = self.grid.take(np.asarray(numbers, np.int64))
+        together = np.floor(np.cumsum(self.drive.duration(cells) * fine) / _SAMPLES)
+        for batch in np.split(np.arange(len(numbers)), np.flatnonzero(np.diff(together)) + 1):
+            some = {name: values[batch] for name, values in cells.items()}
+            drives = [self.segments(numbers[i]) for i in batch]
+            runs = engine.compute_rigs(some, drives, engine.Sampling(fine, some["waiting_time"]), self.options, stop)
+            for i, drive in enumerate(drives):
+                number, exact = numbers[batch[i]], {name: float(runs.results[name][i]) for name in EXACT}
+                record = self._record(number, runs.signals[i], drive) if exact["status"] == _REACHED else None
+                yield RigTest(number, self.label(number), record, exact)
+
+    def _cell(self, number: int) -> dict[str, float]:
+        """The quantities of one test."""
+        return {name: float(values[0]) for name, values in self.grid[number : number + 1].items()}
+
+    def noise(self, number: int) -> np.random.Generator:
+        """The noise of a test."""
+        return np.random.default_rng([self.sensor.seed, number])
+
+    def _record(self, number: int, signals: Mapping[str, Floats], drive: Floats) -> xr.Dataset:
+        """The sensors' record of a motion, from the first stroke on."""
+        cell, sensor = self._cell(number), self.sensor
+        acceleration = apparatus.accelerations(signals["velocity"], sensor)
+        spring = cell["stiffness"] * apparatus.midway(signals["displacement"])
+        damper = cell["damping"] * apparatus.midway(signals["velocity"])
+        friction = cell["mass"] * acceleration + damper + spring
+        time = apparatus.times(signals["velocity"].size, sensor)
+        noise = self.noise(number)
+        speed, way = apparatus.motion(drive, time + cell["waiting_time"])
+        sticks = (signals["mode"][1:] == MODES.index("stick")).astype(np.float64)
+        sources: dict[str, Callable[[], Any]] = {
+            "spring_force": lambda: apparatus.noisy(apparatus.sensed(spring, sensor), sensor.force_noise, noise),
+            "friction_force": lambda: apparatus.sensed(friction, sensor),
+            "acceleration": lambda: apparatus.noisy(
+                apparatus.sensed(acceleration, sensor), sensor.acceleration_noise, noise
+            ),
+            "drive_velocity": lambda: speed,
+            "drive_displacement": lambda: way,
+            # Through the same sensor, so that a stick ends where the force shows its end.
+            "stick": lambda: apparatus.sensed(sticks, sensor) > 0.5,
+        }
+        recorded = {name: make() for name, make in sources.items() if name in self.recorded}
+        conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}
+        conditions |= {"drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
+        return make_record(time, recorded, conditions).assign_attrs(title=self.label(number))
+
+    def _material(self, number: int) -> str:
+        """The name of the material: that of the point on a labelled axis, the title where there is none."""
+        at = np.unravel_index(number, self.shape) if self.shape else ()
+        for dim, i in zip(self.dims, at, strict=True):
+            first = next(c for c in self.grid.coords if c.dim == dim)
+            if first.labels is not None and first.name != dim.removesuffix("_case"):
+                return first.labels[int(i)]
+        return self.config.title
+
+    # --- as a study ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def of(cls, given: Config, section: Drive, options: engine.Options) -> RigTests:
+        """The tests that a configuration asks for."""
+        return cls(given)
+
+    @classmethod
+    def misplaced(cls, data: Mapping[str, Any]) -> Iterator[Problem]:
+        """What does not belong into the file of a rig."""
+        return checks.misplaced(data)
+
+    @classmethod
+    def rules(cls, section: Drive, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
+        """The rules of the drive."""
+        return checks.findings(section, space, given)
+
+    @classmethod
+    def check(cls, section: Drive, config: Config, problems: ProblemCollector) -> None:
+        """Note sensors and tests that cannot be."""
+        checks.check(config, problems)
+
+    @classmethod
+    def explain(cls, section: Drive, config: Config) -> Iterator[tuple[str, str, str]]:
+        """The strokes, and the sensors."""
+        yield "drive", f"{section.strokes} strokes, {section.profile}", "strokes, and speed over time"
+        for name, row in SENSOR.items():
+            value = getattr(sections_of(config).sensor, name)
+            yield name, "none" if value is None else value_text(value, row), row.long_name
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[Any]:
+        """The features, with the risk number in its colour."""
+        from stickslip_rig.commands.features import report
+
+        return report(ds)
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """Never by itself: the commands of rigs draw tests."""
+        return False
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Any:
+        """None. Raises PlotError."""
+        raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
+                        "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
+
+    def compute(self, items: range, stop: engine.StopFlag, moved: Moved | None = None) -> engine.Results:
+        """The features of a range of tests."""
+        rows: list[dict[str, Any]] = []
+        for test in self.tests(items, stop):
+            if stop[0]:
+                raise StoppedError
+            row: dict[str, Any] = {**self.blank(range(1)), **test.exact}
+            if test.record is not None:
+                found = features(test.record, self.features)
+                row |= {name: found[name].values for name in FEATURES}
+            rows.append(row)
+            if moved:
+                moved(1)
+        return {name: np.ravel([row[name] for row in rows]).astype(kind) for name, kind in self.columns.items()}
+
+    def blank(self, items: range) -> engine.Results:
+        """Tests that were not run: NaN."""
+        sizes = {name: len(items) * (PEAKS if name in PER_PEAK else 1) for name in self.columns}
+        return {name: np.zeros(size, np.int8) if name == "status" else np.full(size, np.nan)
+                for name, size in sizes.items()}  # fmt: skip
+
+    def dataset(self, parts: Sequence[engine.Results], attributes: Mapping[str, Any]) -> xr.Dataset:
+        """The matrix over the dimensions of the grid, and `peak`."""
+        variables = {}
+        for name, values in joined(parts).items():
+            peaks = ("peak",) if name in PER_PEAK else ()
+            values = values.reshape((*self.shape, *(PEAKS for _ in peaks)))
+            variables[name] = variable_of((FEATURES | EXACT)[name], (*self.dims, *peaks), values)
+        return rate(xr.Dataset(variables, grid_coordinates(self.grid), dict(attributes)), self.risk)
+
+
+def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:
+    """Load the configuration of a simulated rig, and warn of numbers whose unit was forgotten.
+
+    Parameters
+    ----------
+    path
+        A YAML file, the name of one of the package, or what such a file would say as a mapping.
+    settings
+        Of a command line, which are put into the file.
+
+    Raises
+    ------
+    ConfigError
+        With everything that is wrong.
+    """
+    return load_config(path, settings, apart="drive")
+
+
+def make_rig(data: Mapping[str, Any], name: str = "<data>") -> Config:
+    """The configuration of a rig in mappings shaped like the YAML. Raises ConfigError."""
+    return make_config(data, name, apart="drive")
+
+
+# --- a function of parameters -----------------------------------------------------------------------------------------
+
+
+def simulator(rig: Config, names: Sequence[str], number: int = 0) -> Simulator:
+    """Make one test of a rig a function of some quantities, for `identify`.
+
+    Noise is that of the configuration, the same in every record; where the measured record is simulated too, give the
+    two different seeds.
+
+    Parameters
+    ----------
+    rig
+        The configuration of the rig.
+    names
+        Quantities that the function takes, in SI.
+    number
+        Of the test, whose other quantities stay as they are.
+
+    Returns
+    -------
+    function
+        From quantities by name to the record. Raises ConfigError for those that do not fit together, and
+        NotReachedError for a test that is not integrated to its end.
+
+    Raises
+    ------
+    ValueError
+        For names of nothing that the configuration gives.
+    """
+    values_of(rig, names, number)
+    fixed = _one_test(rig, number)
+
+    def simulate(parameters: Parameters) -> xr.Dataset:
+        if parameters.keys() != set(names):
+            raise ValueError(f"parameters: got {listed(parameters, 'and')}, expected {listed(names, 'and')}")
+        values = {name: float(value) for name, value in parameters.items()}
+        (test,) = RigTests(make_rig(fixed.at(**values).resolved(), rig.title)).tests([0])
+        if test.record is None:
+            status = STATUSES[int(test.exact["status"])]
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+            raise NotReachedError(f"{at}: {STATUS_MESSAGES[status]}")
+        return test.record
+
+    return simulate
+
+
+def values_of(rig: Config, names: Sequence[str], number: int = 0) -> dict[str, float]:
+    """Quantities of one test of a rig, in SI. Raises ValueError for names of nothing that the configuration gives."""
+    given = _one_test(rig, number).fixed()
+    if foreign := [name for name in names if name not in given]:
+        raise ValueError(f"names: got {listed(foreign, 'and')}, expected some of {listed(given)}")
+    return {name: given[name] for name in names}
+
+
+def _one_test(rig: Config, number: int) -> Config:
+    """The configuration of one test, without axes. Raises IndexError."""
+    shape = tuple(axis.size for axis in rig.axes)
+    if not 0 <= number < int(np.prod(shape, dtype=int)):
+        raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
+    places = zip(rig.axes, np.unravel_index(number, shape) if shape else (), strict=True)
+    return rig.at(**{member.name: float(member.points()[i]) for axis, i in places for member in axis.members})

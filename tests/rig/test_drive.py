@@ -1,0 +1,124 @@
+"""How the plate of a rig moves."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from helpers.scipy_rig import trapezoidal
+from stickslip_rig.apparatus import motion, segments
+from stickslip_rig.sections import Drive
+
+SPEED, STROKE, RAMP = 0.02, 0.01, 0.05
+
+
+def made(profile="trapezoid", strokes=2, stroke=STROKE, ramp=RAMP, dwell=0.0, wait=0.0):
+    quantities = {"belt_speed": SPEED, "stroke": stroke, "ramp": ramp, "dwell": dwell, "waiting_time": wait}
+    return segments(Drive(profile=profile, strokes=strokes), quantities)
+
+
+def ways(drive):
+    """How far each segment goes."""
+    duration, speed, acceleration = drive.T
+    return duration * (speed + 0.5 * acceleration * duration)
+
+
+def turns(drive):
+    """Where the plate is whenever it stands still."""
+    ends = np.cumsum(ways(drive))
+    return ends[np.isclose(drive[:, 1] + drive[:, 0] * drive[:, 2], 0.0, atol=1e-15)]
+
+
+drives = st.builds(
+    made,
+    profile=st.sampled_from(["trapezoid", "sine"]),
+    strokes=st.integers(1, 7),
+    stroke=st.floats(1e-3, 0.5),
+    ramp=st.floats(1e-4, 0.05),
+    dwell=st.sampled_from([0.0, 0.1, 2.0]),
+    wait=st.sampled_from([0.0, 0.3, 600.0]),
+)
+
+
+@given(drives)
+def test_speed_is_continuous_and_starts_and_ends_at_standstill(drive):
+    end_speeds = drive[:, 1] + drive[:, 0] * drive[:, 2]
+    assert drive[0, 1] == 0.0
+    assert end_speeds[:-1] == pytest.approx(drive[1:, 1], abs=1e-14)
+    assert end_speeds[-1] == pytest.approx(0.0, abs=1e-14)
+    assert (drive[:, 0] > 0).all() and np.abs(drive[:, 1]).max() <= SPEED
+
+
+@given(drives)
+def test_motion_is_the_integral_of_the_segments(drive):
+    whole = drive[:, 0].sum()
+    ends = np.cumsum(drive[:, 0])
+    speed, way = motion(drive, ends)
+    assert way == pytest.approx(np.cumsum(ways(drive)), abs=1e-12)
+    assert speed == pytest.approx(drive[:, 1] + drive[:, 0] * drive[:, 2], abs=1e-10)
+    # the speed is linear between the ends of segments, so a trapezoid between any two times of one is exact
+    middle = ends - 0.5 * drive[:, 0]
+    time = np.sort(np.concatenate([[0.0], middle, ends]))
+    speed, way = motion(drive, time)
+    assert way[-1] == pytest.approx(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)), abs=1e-9)
+    assert motion(drive, np.array([0.0, whole]))[1][0] == 0.0
+
+
+@pytest.mark.parametrize("profile", ["trapezoid", "sine"])
+@pytest.mark.parametrize("stroke", [RAMP * SPEED, STROKE, 0.3])
+def test_strokes_are_exact_in_length_and_come_back_to_where_they_began(profile, stroke):
+    drive = made(profile, 5, stroke)
+    rest = turns(drive)
+    assert rest == pytest.approx([stroke, 0.0, stroke, 0.0, stroke], rel=1e-12, abs=1e-15)
+
+
+def test_ramps_that_fill_the_stroke_leave_no_plateau_and_just_reach_the_top_speed():
+    drive = made(stroke=RAMP * SPEED, strokes=1)
+    assert drive[-1] == pytest.approx([RAMP, SPEED, -SPEED / RAMP])
+    assert drive[:, 0].sum() == pytest.approx(2 * RAMP)
+
+
+@pytest.mark.parametrize("profile", ["trapezoid", "sine"])
+def test_the_way_back_mirrors_the_way_there(profile):
+    drive = made(profile, 4, dwell=0.1)
+    one = len(drive) // 4
+    there, back = drive[:one], drive[one : 2 * one]
+    assert np.array_equal(back, there * (1.0, -1.0, -1.0))
+    assert np.array_equal(drive[: 2 * one], drive[2 * one :])
+
+
+@pytest.mark.parametrize("profile", ["trapezoid", "sine"])
+def test_hold_time_precedes_the_first_stroke_and_dwells_follow_each(profile):
+    drive = made(profile, 3, dwell=0.25, wait=10.0)
+    rests = drive[(drive[:, 1] == 0.0) & (drive[:, 2] == 0.0), 0]
+    assert rests.tolist() == [10.0, 0.25, 0.25, 0.25]
+    assert drive[0].tolist() == [10.0, 0.0, 0.0] and drive[-1].tolist() == [0.25, 0.0, 0.0]
+    moving = made(profile, 3)
+    assert drive[:, 0].sum() == pytest.approx(10.75 + moving[:, 0].sum())
+
+
+def test_a_sine_reaches_its_top_speed_in_the_middle_of_a_stroke():
+    drive = made("sine", 1)
+    whole = drive[:, 0].sum()
+    speed, way = motion(drive, np.array([0.25, 0.5, 0.75]) * whole)
+    assert speed == pytest.approx(SPEED * np.sin(np.pi * np.array([0.25, 0.5, 0.75])), rel=1e-12)
+    assert way[1] == pytest.approx(STROKE / 2, rel=1e-12)
+    # the segments lie inside the sine, so a stroke takes a little longer than its pi/2 stroke/speed: (pi/64)^2/12
+    assert 0 < whole / (0.5 * np.pi * STROKE / SPEED) - 1 < 3e-4
+    fine = np.linspace(0, whole, 10_001)
+    assert motion(drive, fine)[0] == pytest.approx(SPEED * np.sin(np.pi * fine / whole), abs=SPEED * (np.pi / 64) ** 2)
+
+
+@given(
+    st.sampled_from(["trapezoid", "sine"]), st.integers(1, 6), st.floats(1e-3, 0.5), st.floats(0, 3), st.floats(0, 9)
+)
+def test_the_duration_is_that_of_the_segments_after_the_waiting_time(profile, strokes, stroke, dwell, wait):
+    quantities = {"belt_speed": SPEED, "stroke": stroke, "ramp": RAMP, "dwell": dwell, "waiting_time": wait}
+    whole = made(profile, strokes, stroke, dwell=dwell, wait=wait)[:, 0].sum()
+    arrays = {name: np.array([value]) for name, value in quantities.items()}
+    assert Drive(profile=profile, strokes=strokes).duration(arrays) == pytest.approx([whole - wait], rel=1e-9)
+
+
+def test_a_trapezoid_is_that_of_the_reference():
+    drive = made(strokes=3, dwell=0.1, wait=2.0)
+    assert drive == pytest.approx(np.array(trapezoidal(STROKE, SPEED, RAMP, 0.1, 3, 2.0)), rel=1e-12)

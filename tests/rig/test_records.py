@@ -1,0 +1,271 @@
+"""CSV files of rigs, good and bad, and the configuration that says how to read them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.errors import ConfigError
+from stickslip_rig.api import FeatureSettings, RecordSettings, Settings, load_settings, make_record, read_record
+from stickslip_rig.records import force_of
+
+GOOD = "time [ms], force [N], acceleration [m/s2]"
+ROWS = [f"{t}, {0.1 * t}, {0.01 * t}" for t in range(20)]
+
+
+def write(folder, heading=GOOD, rows=ROWS, name="felt.csv"):
+    path = folder / name
+    path.write_text("\n".join([heading, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def complaint(call, *args):
+    with pytest.raises(ConfigError) as caught:
+        call(*args)
+    return str(caught.value)
+
+
+# --- good files -------------------------------------------------------------------------------------------------------
+
+
+def test_units_are_those_of_the_header_and_conditions_those_of_the_remarks(tmp_path):
+    heading = (
+        "# material: felt on PC-ABS\n# load = 10 N\n# measured on a Tuesday\n\n"
+        "Acceleration (mm/s²), Time [ms], Drive speed [mm/s], Force [kN]"
+    )
+    rows = [f"{1000 * a}, {t}, 10, 0.002" for t, a in zip(range(20), np.linspace(0, 1, 20), strict=True)]
+    found = read_record(write(tmp_path, heading, rows))
+    assert found["time"].values == pytest.approx(np.arange(20) * 1e-3)
+    assert found["acceleration"].values == pytest.approx(np.linspace(0, 1, 20))
+    assert found["spring_force"].values == pytest.approx(np.full(20, 2.0))
+    assert found["drive_velocity"].values == pytest.approx(np.full(20, 0.01))
+    assert str(found["material"].values) == "felt on PC-ABS" and float(found["normal_load"]) == 10.0
+    assert found["acceleration"].attrs["units"] == "m s-2"
+
+
+@pytest.mark.parametrize(
+    "heading, row",
+    [
+        ("time;force;acceleration", "{0:.3f};{1:.3f};{2:.3f}"),
+        ("time;force;acceleration", "{0:.3f};{1:.3f};{2:.3f}".replace(";", " ; ")),
+        ("time\tforce\tacceleration", "{0:.3f}\t{1:.3f}\t{2:.3f}"),
+        ('"time","force","acceleration"', "{0:.3f},{1:.3f},{2:.3f}"),
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True], ids=["points", "commas"])
+def test_separators_and_decimal_signs(tmp_path, heading, row, comma):
+    if comma and '"' in heading:
+        return  # commas cannot be both
+    values = np.column_stack([np.arange(20) / 8, np.arange(20) / 4, -np.arange(20) / 2])
+    rows = [row.format(*line) for line in values]
+    found = read_record(write(tmp_path, heading, [r.replace(".", ",") for r in rows] if comma else rows))
+    assert found["spring_force"].values.tolist() == values[:, 1].tolist()
+    assert found["acceleration"].values.tolist() == values[:, 2].tolist()
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=16, max_size=40))
+def test_numbers_are_read_as_they_were_written(tmp_path_factory, values):
+    folder = tmp_path_factory.mktemp("numbers")
+    rows = [f"{i}; {value!r}; 0".replace(".", ",") for i, value in enumerate(values)]
+    found = read_record(write(folder, "t;force;a", rows))
+    assert found["spring_force"].values.tolist() == values
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
+def test_the_encoding_does_not_matter(tmp_path, encoding):
+    path = tmp_path / "felt.csv"
+    rows = [f"{t};1;{t / 2:g};".replace(".", ",") for t in range(20)]  # with the empty cell of a spreadsheet
+    path.write_bytes("\r\n".join(["sep=;", "Time [ms];Force [N];a [m/s²];", *rows]).encode(encoding))
+    found = read_record(path)
+    assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
+
+
+def test_a_configuration_names_columns_units_and_conditions(tmp_path):
+    config = tmp_path / "rig.yaml"
+    config.write_text(
+        "record: {columns: {time: Zeit, force: Kraft}, units: {time: ms}, ignore: [Temp]}\n"
+        "conditions: {material: PVC, load: 20 N, drive_speed: 10 mm/s, waiting_time: 1 min}\n"
+        "features: {bandwidth: 2 kHz, smallest_drop: 0.5 N, subtract_offset: true}\n"
+        "risk: {weight_sticks: 1.5, scale_acceleration_max: 500 mm/s2}\n"
+    )
+    settings = load_settings(config)
+    path = write(tmp_path, "Zeit, Kraft [N], Temp, a [m/s2]", [f"{t}, 1, warm, 0" for t in range(20)])
+    found = read_record(path, settings.record, settings.conditions)
+    assert found["time"].values[-1] == pytest.approx(0.019)
+    assert float(found["normal_load"]) == 20.0 and float(found["waiting_time"]) == 60.0
+    assert settings.features == FeatureSettings(bandwidth=2000.0, smallest_drop=0.5, subtract_offset=True)
+    assert settings.risk.weight_sticks == 1.5 and settings.risk.scale_acceleration_max == 0.5
+    config.write_text(settings.to_yaml())
+    assert load_settings(config) == settings
+
+
+def test_what_a_file_says_of_itself_outweighs_the_configuration(tmp_path):
+    path = write(tmp_path, f"# load: 40 N\n{GOOD}")
+    assert float(read_record(path, None, {"normal_load": 10.0})["normal_load"]) == 40.0
+    assert str(read_record(path)["material"].values) == "felt"  # the name of the file
+
+
+def test_the_force_of_the_spring_comes_from_friction_and_mass():
+    time, friction, acceleration = np.arange(20.0), np.full(20, 3.0), np.full(20, 2.0)
+    signals = {"friction_force": friction, "acceleration": acceleration}
+    assert force_of(make_record(time, signals, {})).tolist() == friction.tolist()
+    assert force_of(make_record(time, signals, {"mass": 0.5})).tolist() == [2.0] * 20
+
+
+# --- bad files --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "heading, rows, expected",
+    [
+        (GOOD, [*ROWS, "20, x, 0"], "felt.csv:22:5: force [N]: got 'x', expected a number"),
+        (GOOD, [*ROWS, "20, , 0"], "felt.csv:22:5: force [N]: empty, expected a number"),
+        (GOOD, [*ROWS, "20, nan, 0"], "a signal has no gaps"),
+        (GOOD, [*ROWS, "20, 1_0, 0"], "got '1_0', expected a number"),
+        (GOOD, [*ROWS, "20, 1e400, 0"], "got '1e400', expected a number"),
+        (GOOD, [*ROWS, "20, 1"], "felt.csv:22:5: got 2 values, expected 3, one for each column (commas separate them)"),
+        (GOOD, ["0,0, 0,1, 0,2", *ROWS], "so write decimal points"),
+        (GOOD, ["ms, N, m/s2", *ROWS], "units go in brackets after the names"),
+        (GOOD, [*ROWS[:18], ROWS[3]], "felt.csv:20:1: time [ms]: got 0.003 s after 0.017 s, expected time to increase"),
+        (GOOD, ROWS[:5], "5 samples, expected at least 16"),
+        (GOOD, [], "no samples, only the names of columns"),
+        ("time; force; a", ["0; 1,5; 1.5", *["1; 2,5; 3"] * 16], "mixes decimal commas and decimal points"),
+        ("time; force; a", ["0; 1,5; 0", "1; 1.234,5; 0", *["1; 2,5; 3"] * 16], "leave out the points"),
+        (
+            "time [N], force, a",
+            ROWS,
+            "felt.csv:1:1: got 'time [N]', expected the unit of a time\n  hint: N is a unit of force",
+        ),
+        ("time [furlong], force, a", ROWS, "expected the unit of a time"),
+        ("time, force, a [kg]", ROWS, "expected the unit of an acceleration\n  hint: kg is a unit of mass"),
+        ("time, forze, a", ROWS, "felt.csv:1:7: got 'forze', expected time, force"),
+        ("time, forze, a", ROWS, "did you mean 'force'?"),
+        ("time, force, force", ROWS, "felt.csv:1:14: got 'force', expected it once"),
+        ("time, force", ROWS, "no column is called acceleration"),
+        ("a, drive speed", ROWS, "no column is called time and force"),
+        ("# materiel: felt\n" + GOOD, ROWS, "did you mean 'material'?"),
+        ("# load: 10\xa0kN/m\n" + GOOD, ROWS, "felt.csv:1:3: got"),
+        ("# load: -3 N\n" + GOOD, ROWS, "expected a force above 0 N"),
+    ],
+)
+def test_what_is_wrong_is_said_with_line_and_column(tmp_path, heading, rows, expected):
+    said = complaint(read_record, write(tmp_path, heading, rows))
+    assert expected in said, said
+
+
+def test_quotation_marks_around_a_number_change_nothing(tmp_path):
+    plain = read_record(write(tmp_path, GOOD, [*ROWS, "20, 1, 0"]))
+    xr.testing.assert_equal(read_record(write(tmp_path, GOOD, [*ROWS, '20, "1", 0'])), plain)
+
+
+def test_every_bad_cell_is_reported_up_to_a_limit(tmp_path):
+    said = complaint(read_record, write(tmp_path, GOOD, ["?, ?, ?"] * 1000))
+    assert 3 <= said.count("expected a number") <= 60
+
+
+def test_files_that_are_none(tmp_path):
+    assert "no such file" in complaint(read_record, tmp_path / "none.csv")
+    assert "this is a folder" in complaint(read_record, tmp_path)
+    (tmp_path / "zip.csv").write_bytes(b"PK\x03\x04" + bytes(40))
+    assert "this is an archive" in complaint(read_record, tmp_path / "zip.csv")
+    (tmp_path / "empty.csv").write_text("# nothing\n\n")
+    assert "no line names the columns" in complaint(read_record, tmp_path / "empty.csv")
+
+
+def test_units_in_two_places_must_agree(tmp_path):
+    said = complaint(read_record, write(tmp_path), RecordSettings(units={"time": "s"}))
+    assert "expected the unit s, as the configuration says" in said
+
+
+@pytest.mark.parametrize(
+    "text, expected",
+    [
+        ("recrod: {}", "rig.yaml:1:1: recrod: unknown key, expected record, conditions, features or risk"),
+        ("record: [1]", "expected a mapping with the keys columns, units or ignore"),
+        (
+            "record: {units: {time: N}}",
+            "rig.yaml:1:24: record.units.time: got 'N' (force), expected the unit of a time",
+        ),
+        ("record: {columns: {tme: x}}", "did you mean time?"),
+        ("record: {ignore: x}", "expected a list of the names of columns"),
+        ("conditions: {load: heavy}", "conditions.load: got 'heavy', expected a force such as '10 N'"),
+        ("conditions: {colour: red}", "conditions.colour: unknown key"),
+        ("features: {bandwidth: -1}", "expected a frequency above 0 1/s"),
+        ("features: {subtract_offset: 1}", "expected true or false"),
+        ("risk: {weight_sticks: -1}", "risk.weight_sticks: got -1, expected a number of at least 0"),
+        ("risk: {scale_sticks: 0}", "expected a number above 0"),
+        ("3", "expected a mapping"),
+    ],
+)
+def test_a_wrong_configuration_is_refused_with_its_place(tmp_path, text, expected):
+    path = tmp_path / "rig.yaml"
+    path.write_text(text)
+    assert expected in complaint(load_settings, path)
+
+
+def test_settings_need_not_say_anything(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text("risk:\n")
+    assert load_settings(path) == Settings()
+
+
+@pytest.mark.parametrize(
+    "time, signals, expected",
+    [
+        (np.arange(20.0)[::-1], {}, "increase"),
+        (np.arange(5.0), {}, "at least 16"),
+        (np.arange(20.0), {"acceleration": np.zeros(19)}, "acceleration: expected 20 finite numbers"),
+        (np.arange(20.0), {"acceleration": np.full(20, np.nan)}, "acceleration: expected 20 finite numbers"),
+        (np.arange(20.0), {"spring_force": None}, "no force"),
+    ],
+)
+def test_arrays_that_are_no_record_are_refused(time, signals, expected):
+    given_ = {"spring_force": np.zeros(20), "acceleration": np.zeros(20)} | signals
+    with pytest.raises(ValueError, match=expected):
+        make_record(time, {name: values for name, values in given_.items() if values is not None}, {})
+
+
+# --- headings of other programs ---------------------------------------------------------------------------------------
+
+
+def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
+    from stickslip_rig.api import feature_table
+    from stickslip_rig.records import write_record
+
+    rows = [f"{t};{0.1 * t:.2f};{t % 5};{10};23".replace(".", ",") for t in range(40)]
+    heading = (
+        "Prüfstand;SSP\nPrüflast;15;N\n\nZeit [ms];Kraft [N];Beschleunigung [mm/s²];Geschwindigkeit [mm/s];Temp [°C]"
+    )
+    measured = read_record(write(tmp_path, heading, rows))
+    assert float(measured["normal_load"]) == 15.0 and measured.attrs["not_used"] == ["Temp [°C]"]
+    assert measured["drive_velocity"].values[0] == 0.01 and measured["acceleration"].values[4] == 0.004
+    write_record(measured, tmp_path / "ours.csv")
+    again = read_record(tmp_path / "ours.csv")
+    for name in measured.data_vars:
+        np.testing.assert_allclose(again[name], measured[name], rtol=1e-8)
+    assert feature_table({"a": measured, "b": again}, Settings()).sizes["record"] == 2
+
+
+@pytest.mark.parametrize(
+    "heading, names",
+    [
+        ("Zeit (s);Reibkraft (mN);a (m/s^2);Weg (mm)", ["friction_force", "acceleration", "drive_displacement"]),
+        (
+            "Temps [ms];Force [N];Accélération [g];Vitesse [mm per second]",
+            ["spring_force", "acceleration", "drive_velocity"],
+        ),
+        ("t;F R;Accel;COF\nms;N;m/s2;-", ["friction_force", "acceleration"]),
+    ],
+)
+def test_headings_of_three_languages(tmp_path, heading, names):
+    found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
+    assert list(found.data_vars) == names
+
+
+@pytest.mark.parametrize(
+    "heading", ["time [Ms]; force; a", "time; force [Kilo]; a", "t [s]; force [N]; a [m/s]", "time; F x; a"]
+)
+def test_a_unit_of_a_record_that_is_not_understood_is_an_error(tmp_path, heading):
+    with pytest.raises(ConfigError):
+        read_record(write(tmp_path, heading, [f"{t};{t};{t}" for t in range(20)]))

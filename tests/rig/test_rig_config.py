@@ -1,0 +1,186 @@
+"""Configurations of rigs: every mistake is explained where it stands."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from helpers.rig_cases import data, rig
+from stickslip.config.grid import build_grid
+from stickslip.config.reader import command_for, load_config, parse_config
+from stickslip.errors import ConfigError
+from stickslip_rig.api import load_rig, make_rig
+from stickslip_rig.checks import MOST_TESTS
+from stickslip_rig.sections import sections_of
+
+SYSTEM = "system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}\n"
+FRICTION = "friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}\n"
+DRIVE = "drive:\n  stroke: 20 mm\n"  # lines 3 and 4
+TEXT = SYSTEM + FRICTION + DRIVE
+MAP = SYSTEM.replace("stiffness: 5 N/mm, ", "") + FRICTION
+STIFFNESS = "axes: {stiffness: [1 N/mm, 2 N/mm]}\n"
+parse_rig = partial(parse_config, apart="drive")
+CONFIGS = Path(__file__).parents[3] / "configs" / "rig"
+
+
+def refused(text, read=parse_rig):
+    """What is said of a text, by its lines."""
+    with pytest.raises(ConfigError) as caught:
+        read(text, "my.yaml")
+    return str(caught.value).splitlines()
+
+
+@pytest.mark.parametrize(
+    "more, expected",
+    [
+        ("  ramp: 3 s\n", "my.yaml:5:9: drive.ramp: got 3 s, expected at most stroke/belt_speed = 2 s"),
+        ("  profile: square\n", "my.yaml:5:12: drive.profile: got 'square', expected trapezoid or sine"),
+        ("  dwell: -1 s\n", "my.yaml:5:10: drive.dwell: got '-1 s', expected a time of at least 0 s"),
+        ("  strokes: 0\n", "my.yaml:5:12: drive.strokes: got 0, expected a whole number from 1 to 10000"),
+        ("  dwel: 1 s\n", "my.yaml:5:3: drive.dwel: unknown key, expected profile, strokes"),
+        ("start: {velocity: 0}\n", "my.yaml:5:9: start.velocity: expected none: a rig starts sticking"),
+        (
+            "solver: {horizon: 1 s}\n",
+            "my.yaml:5:10: solver.horizon: expected none: a test ends with its drive",
+        ),
+        ("execution: {dask: local}\n", "my.yaml:5:13: execution.dask: expected none: tests are computed by threads"),
+        ("axes: {velocity: [0, 1]}\n", "my.yaml:5:8: axes.velocity: expected none: a rig starts sticking"),
+        ("axes: {g: {zip: {velocity: [0, 1]}}}\n", "my.yaml:5:18: axes.g.zip.velocity: expected none"),
+        ("axes: {stroke: [1 mm, 2 mm]}\n", "my.yaml:5:8: axes.stroke: given twice, as drive.stroke on line 4 already"),
+        ("axes: {ramp: [1 s, 3 s]}\n", "my.yaml:5:20: axes.ramp[1]: got 3 s, expected at most stroke/belt_speed"),
+        ("axes: {g: {zip: {ramp: [3 s, 1 s]}}}\n", "my.yaml:5:25: axes.g.zip.ramp[0]: got 3 s, expected at most"),
+        ("  profile: sine\n  ramp: 1 s\n", "my.yaml:6:9: drive.ramp: got a ramp with the profile sine, expected none"),
+        ("sensor: {rate: 1 GHz}\n", "my.yaml:5:16: sensor.rate: the longest test (12.12 s) takes 9.7e+10 samples"),
+        ("sensor: {rate: 0.5 Hz}\n", "my.yaml:5:16: sensor.rate: the shortest test (12.12 s) has 6 samples"),
+        ("sensor: {rate: 0}\n", "my.yaml:5:16: sensor.rate: got 0, expected a frequency above 0 1/s"),
+        ("sensor: {bandwidth: 500 Hz}\n", "my.yaml:5:21: sensor.bandwidth: got 500 Hz, expected less than half the"),
+        ("features: {bandwidth: 2 kHz}\n", "my.yaml:5:23: features.bandwidth: got 2000 Hz, expected less than half"),
+        ("sensor: {force_noise: -1 N}\n", "my.yaml:5:23: sensor.force_noise: got '-1 N', expected a force from 0 to"),
+        ("sensor: {oversampling: 0}\n", "my.yaml:5:24: sensor.oversampling: got 0, expected a whole number from 1"),
+        ("record: {}\n", "my.yaml:5:1: record: unknown key, expected title, system"),
+    ],
+)
+def test_what_is_wrong_is_said_once_with_its_line_and_its_key(more, expected):
+    lines = refused(TEXT + more)
+    assert lines[0].startswith(expected)
+    assert [line for line in lines[1:] if not line.startswith("  hint: ")] == []
+
+
+@pytest.mark.parametrize("speed", ["0", "-10 mm/s"])
+def test_the_speed_of_the_drive_is_above_zero(speed):
+    (line, _) = refused(TEXT.replace("10 mm/s}\nf", f"{speed}}}\nf"))
+    assert "system.belt_speed" in line and "expected a speed above 0 m/s, that of the drive" in line
+    (line, _) = refused(TEXT.replace(", belt_speed: 10 mm/s", "") + f"axes: {{belt_speed: [{speed}, 1]}}\n")
+    assert line.startswith("my.yaml:5:21: axes.belt_speed[0]: got ")
+
+
+def test_the_default_ramp_fits_into_the_stroke_too():
+    (line, _) = refused(TEXT.replace("stroke: 20 mm", "stroke: 0.1 mm"))
+    assert line == "my.yaml:3:1: drive.ramp: got 0.02 s, expected at most stroke/belt_speed = 0.01 s"
+    assert parse_rig(TEXT.replace("stroke: 20 mm", "stroke: 0.1 mm\n  profile: sine")).study.profile == "sine"
+
+
+def test_a_rig_is_no_map_and_a_map_no_rig(tmp_path):
+    (line, hint) = refused(MAP + STIFFNESS)
+    assert "drive: missing" in line and "stickslip run" in hint
+    (tmp_path / "rig.yaml").write_text(MAP + DRIVE + STIFFNESS)
+    with pytest.raises(ConfigError) as caught:
+        load_config(tmp_path / "rig.yaml")
+    assert "rig.yaml:3:1: drive: expected no drive in a map\n  hint: stickslip rig computes what has one" in str(caught.value)
+    assert command_for(tmp_path / "rig.yaml") == "rig" and load_rig(tmp_path / "rig.yaml")
+    (tmp_path / "map.yaml").write_text(MAP + STIFFNESS)
+    assert command_for(tmp_path / "map.yaml") == "run"
+    assert load_config(tmp_path / "map.yaml").study is None and load_config(tmp_path / "map.yaml").beside == {}
+
+
+@pytest.mark.parametrize("axis", ["stroke: [1 mm, 2 mm]", "g: {zip: {stroke: [1 mm, 2 mm]}}"])
+def test_a_map_has_no_drive_to_vary(axis):
+    (line, _) = refused(MAP.replace("mass", "stiffness: 1, mass") + f"axes: {{{axis}}}\n", parse_config)
+    assert line.endswith("stroke belongs to drive, which a map has not")
+
+
+def test_mistakes_of_the_rig_and_of_its_judges_are_reported_at_once_in_the_order_of_the_file():
+    text = TEXT.replace("20 mm\n", "-1\n") + "features: {bandwith: 2 kHz}\nrisk: {base: heavy}\ncolour: red\n"
+    lines = [line for line in refused(text) if not line.startswith("  hint")]
+    assert [line.split(": ")[1] for line in lines] == ["drive.stroke", "features.bandwith", "risk.base", "colour"]
+    assert [int(line.split(":")[1]) for line in lines] == [4, 5, 6, 7]
+
+
+def test_too_many_tests_are_refused_at_once():
+    text = TEXT.replace("normal_load: 10 N, ", "").replace("damping: 2 N s/m, ", "")
+    text += "axes:\n  normal_load: {start: 1, stop: 2, num: 1000}\n  damping: {start: 1, stop: 2, num: 1001}\n"
+    (line, _) = refused(text)
+    assert line == f"my.yaml:6:3: axes: got 1,001,000 tests, expected at most {MOST_TESTS:,}"
+
+
+def test_quantities_of_the_drive_vary_as_all_others_do():
+    text = SYSTEM.replace(", belt_speed: 10 mm/s", "") + FRICTION
+    text += """drive: {strokes: 2}
+axes:
+  dwell: [0, 1 s]
+  speed: {labels: [slow, fast], zip: {belt_speed: [5 mm/s, 10 mm/s], stroke: [2 mm, 20 mm]}}
+  waiting_time: {start: 1 s, stop: 100 s, num: 3, spacing: log}
+"""
+    made = parse_rig(text)
+    grid = build_grid(made)
+    assert grid.dims == ("dwell", "speed", "waiting_time") and grid.shape == (2, 2, 3)
+    cells = grid[:]
+    assert cells["dwell"].tolist() == [0.0] * 6 + [1.0] * 6
+    assert cells["stroke"].tolist() == [0.002] * 3 + [0.02] * 3 + [0.002] * 3 + [0.02] * 3
+    assert cells["waiting_time"][:3] == pytest.approx([1, 10, 100])
+    assert cells["ramp"].tolist() == [0.02] * 12
+
+
+def test_a_ramp_of_a_sine_is_not_missed_and_its_default_reads_back():
+    made = rig(drive={"profile": "sine", "ramp": None, "stroke": 1e-4}, sensor={"rate": 20_000.0})
+    assert parse_rig(made.to_yaml()) == made
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_examples_read_back_equal_when_resolved(path):
+    made = load_rig(path)
+    again = parse_rig(made.to_yaml())
+    assert again == made
+    assert again.to_yaml() == made.to_yaml()
+
+
+def test_everything_of_a_rig_reads_back_equal_when_resolved():
+    made = rig(
+        title="Felt: µ", features={"bandwidth": 100.0, "subtract_offset": True}, risk={"base": 2.0},
+        axes={"g": {"labels": ["a", "b"], "zip": {"mu_stop": ["none", 0.1], "stiffness": [1.0, 2.0]}}},
+        system={"stiffness": None}, drive={"profile": "sine", "ramp": None},
+        sensor={"bandwidth": 800.0, "force_noise": 0.1, "seed": 7}, solver={"max_steps": 1e5},
+    )  # fmt: skip
+    assert parse_rig(made.to_yaml()) == made
+    _, _, features, risk = sections_of(made)
+    assert features.bandwidth == 100.0 and risk.base == 2.0 and features.subtract_offset
+
+
+def test_what_is_not_said_holds_by_default():
+    plain = data()
+    del plain["sensor"], plain["drive"]["ramp"]
+    made = make_rig(plain)
+    assert (
+        sections_of(made).sensor.rate,
+        sections_of(made).sensor.bandwidth,
+        sections_of(made).sensor.force_noise,
+        sections_of(made).sensor.seed,
+    ) == (1000.0, None, 0, 1)
+    assert sections_of(made).drive.ramp == 0.02 and sections_of(made).drive.profile == "trapezoid"
+    assert make_rig(plain | {"sensor": None}) == made  # a section without content
+
+
+def test_a_rig_is_read_from_python_as_from_yaml(tmp_path):
+    text = """
+    system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}
+    friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}
+    drive: {stroke: 6 mm}
+    axes: {belt_speed: [1 mm/s, 2 mm/s]}
+    """
+    given = {"system": {"mass": np.float64(0.1), "stiffness": "5 N/mm", "normal_load": 10},
+             "friction": {"a1": 0.3, "a2": 0, "a3": 0.1, "a4": "20 mm/s"}, "drive": {"stroke": "6 mm"},
+             "axes": {"belt_speed": np.array([0.001, 0.002])}}  # fmt: skip
+    assert load_rig(given) == parse_rig(text)
+    with pytest.raises(ConfigError, match=r"^drive\.stroke: got '6 kg' \(mass\), expected a length"):
+        load_rig(given | {"drive": {"stroke": "6 kg"}})

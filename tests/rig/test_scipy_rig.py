@@ -1,0 +1,215 @@
+"""The independent rig of tests/helpers/scipy_rig.py against closed forms, and the features of what it records."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from helpers.scipy_rig import Rig, trapezoidal
+from stickslip_rig.api import Risk, features, find_sticks, identify, make_record
+from stickslip_rig.evaluation import risk_inputs
+
+MASS, STIFFNESS, LOAD, SPEED = 0.1, 5000.0, 10.0, 0.01
+SIGNALS = ("spring_force", "friction_force", "acceleration", "drive_velocity", "stick")
+
+
+@functools.cache
+def rig(curve, strokes=2, damping=1.0, static=np.nan, dwell=0.0, ramp=0.02, beta=0.0, stroke=0.01):
+    segments = trapezoidal(stroke, SPEED, ramp, dwell, strokes)
+    return Rig(segments, MASS, STIFFNESS, damping, LOAD, curve, static, beta)
+
+
+def recorded(simulated, rate=5000, keep=SIGNALS, noise=0.0, **conditions):
+    time, signals = simulated.sample(rate)
+    random = np.random.default_rng(9)
+    found = {name: signals[name] for name in keep}
+    for name, scale in (("spring_force", 1.0), ("acceleration", 5.0)):
+        if name in found:
+            found[name] = found[name] + random.normal(0, noise * scale, time.size)
+    return make_record(time, found, {"normal_load": LOAD, "drive_speed": SPEED} | conditions)
+
+
+DRY = (0.5, 0.0, 0.4, 0.004)
+FELT = (0.28, 0.0, 0.12, 0.004)
+SMOOTH = (0.2, 2.0, 0.0, 0.002)
+COULOMB = (0.3, 0.0, 0.0, 1.0)
+COULOMB_STATIC = 0.45
+
+
+# --- the reference itself ---------------------------------------------------------------------------------------------
+
+
+def test_energy_is_balanced():
+    random = np.random.default_rng(11)
+    for _ in range(6):
+        curve = (random.uniform(0.1, 0.5), random.uniform(0, 2), random.uniform(0, 0.4), random.uniform(0.002, 0.02))
+        segments = trapezoidal(0.006, random.uniform(0.005, 0.02), 0.03, random.uniform(0, 0.1), 2, wait=0.05)
+        made = Rig(segments, random.uniform(0.02, 0.3), random.uniform(1e3, 2e4), random.uniform(0, 3), LOAD, curve,
+                   beta=0.02, t0=0.1)  # fmt: skip
+        assert made.breakaways and abs(made.balance()) < 1e-8
+
+
+def test_coulombs_cycle_has_its_closed_form():
+    """Section 1.1 of any textbook: D = (mu_s - mu_k) N/k; stick 2 D/v, slip (2/w)(pi - atan(D w/v)); no damping."""
+    simulated = rig(COULOMB, strokes=1, damping=0.0, static=COULOMB_STATIC)
+    drop, omega = (COULOMB_STATIC - COULOMB[0]) * LOAD / STIFFNESS, np.sqrt(STIFFNESS / MASS)
+    stick, slip = 2 * drop / SPEED, (2 / omega) * (np.pi - np.arctan(drop * omega / SPEED))
+    steady = [t for t in simulated.breakaways if 0.15 < t < 0.9]
+    assert np.diff(steady) == pytest.approx(np.full(len(steady) - 1, stick + slip), rel=1e-8)
+    restick = [min(t for t in simulated.resticks if t > b) - b for b in steady]
+    assert restick == pytest.approx([slip] * len(steady), rel=1e-7)
+    found = features(recorded(simulated, 20_000).sel(time=slice(0.15, 0.9)))  # the drive at its full speed
+    assert float(found["static_friction"]) == pytest.approx(COULOMB_STATIC, rel=2e-3)
+    assert float(found["dynamic_friction"]) == pytest.approx(COULOMB[0], rel=5e-3)
+    assert float(found["time_to_sliding"]) == pytest.approx(slip / 2, rel=0.02)
+    largest = omega * np.sqrt(SPEED**2 + (drop * omega) ** 2)
+    assert float(found["acceleration_max"]) == pytest.approx(largest, rel=2e-3)
+    assert float(found["drop_max"]) == pytest.approx(2 * STIFFNESS * np.hypot(drop, SPEED / omega), rel=2e-3)
+
+
+def test_strokes_forward_and_back_are_mirror_images():
+    """From the second stroke on, once the spring is loaded: the fourth is the second again, the third mirrored."""
+    _, signals = rig(SMOOTH, strokes=4).sample(2000)
+    force = signals["spring_force"]
+    one = force.size // 4
+    # the strokes are not whole numbers of samples apart in general; these are
+    second, third, fourth = (force[i * one : (i + 1) * one] for i in (1, 2, 3))
+    assert np.abs(second + third).max() < 1e-6 and np.abs(second - fourth).max() < 1e-6
+
+
+def test_a_slow_rig_draws_coulombs_loop():
+    """Without a drop of friction: heat per stroke is the force times the distance slipped."""
+    simulated = rig(COULOMB, strokes=4, stroke=0.01)
+    found = features(recorded(simulated, 5000))
+    force = COULOMB[0] * LOAD
+    slipped = 0.01 - 2 * force / STIFFNESS  # each stroke but the first first unloads the spring, and loads it
+    _, _, _, work, heat, _ = simulated.y
+    assert heat == pytest.approx(force * (3 * slipped + 0.01 - force / STIFFNESS), rel=1e-3)
+    assert float(found["energy_per_stroke"]) == pytest.approx(work / 4, rel=1e-4)
+
+
+def test_static_friction_grows_while_the_drive_rests():
+    waited = rig(FELT, strokes=2, dwell=1.0, beta=0.05)
+    found = features(recorded(waited))
+    assert float(found["static_force_first"]) > 0  # the first stick begins with the record
+    force = np.abs(waited.sample(5000)[1]["spring_force"])
+    plain = np.abs(rig(FELT, strokes=2, dwell=1.0).sample(5000)[1]["spring_force"])
+    assert force.max() > plain.max() + 0.1
+
+
+# --- what is found in its records -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("curve", [DRY, FELT, SMOOTH], ids=["dry", "felt", "smooth"])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("known", [("drive_velocity",), ()], ids=["drive known", "force alone"])
+def test_sticks_found_in_the_force_are_those_of_the_simulation(curve, noise, known):
+    simulated = rig(curve)
+    true = recorded(simulated)
+    found = recorded(simulated, keep=("spring_force", "acceleration", *known), noise=noise)
+    flags = true["stick"].values.astype(bool)
+    sticks = find_sticks(found)
+    assert abs(sticks.count - find_sticks(true).count) <= 1
+    assert np.mean(sticks.flags() == flags) > 0.9  # a phase found ends at the peak of the force, a little later
+    one, other = features(true), features(found)
+    # Where friction rises with speed nothing breaks away: what the rig reads is the force at the end of loading.
+    static = 0.2 if curve == SMOOTH else 0.04
+    for name, tolerance in (("static_force", static), ("dynamic_force", 0.08)):
+        assert float(other[name]) == pytest.approx(float(one[name]), rel=tolerance), name
+    assert abs(int(one["drops"]) - int(other["drops"])) <= 1
+
+
+def test_a_friction_force_serves_as_well_where_the_mass_is_known():
+    simulated = rig(FELT)
+    true = find_sticks(recorded(simulated))
+    found = find_sticks(recorded(simulated, keep=("friction_force", "acceleration"), mass=MASS))
+    assert abs(found.count - true.count) <= 1
+
+
+@pytest.mark.parametrize("curve, low, high", [(DRY, 7, 7), (FELT, 6, 7), (SMOOTH, 1, 3)], ids=["dry", "felt", "smooth"])
+def test_the_default_risk_model_meets_the_public_anchors(curve, low, high):
+    """A test of six strokes of 20 mm at 10 mm/s and 10 N: 7 for heavy stick-slip, green for none."""
+    simulated = rig(curve, strokes=6, stroke=0.02, ramp=0.05, damping=2.0 if curve != SMOOTH else 5.0)
+    found = features(recorded(simulated))
+    assert low <= int(Risk().number(risk_inputs(found))) <= high
+
+
+# --- identification ---------------------------------------------------------------------------------------------------
+
+
+def coulomb(parameters):
+    """A cheap rig in closed form: Coulomb's cycle repeated, in one direction, no damping."""
+    static, dynamic = (parameters[name] * LOAD for name in ("mu_static", "mu_dynamic"))
+    k = parameters["stiffness"]
+    omega = np.sqrt(k / MASS)
+    drop = (static - dynamic) / k
+    stick, slip = 2 * drop / SPEED, (2 / omega) * (np.pi - np.arctan(drop * omega / SPEED))
+    time = np.linspace(0, 1.5, 6001)
+    phase = np.mod(time, stick + slip)
+    tau = phase - stick
+    x = np.where(
+        tau < 0,
+        (2 * dynamic - static) / k + SPEED * phase,
+        dynamic / k + drop * np.cos(omega * tau) + SPEED / omega * np.sin(omega * tau),
+    )
+    return make_record(
+        time,
+        {
+            "spring_force": k * x,
+            "acceleration": np.where(tau < 0, 0.0, dynamic / MASS - k * x / MASS),
+            "stick": tau < 0,
+        },
+        {"normal_load": LOAD, "drive_speed": SPEED},
+    )
+
+
+TRUTH = {"mu_static": 0.5, "mu_dynamic": 0.35, "stiffness": 4000.0}
+
+
+def test_parameters_are_identified_from_a_record():
+    start = {"mu_static": 0.6, "mu_dynamic": 0.4, "stiffness": 2500.0}
+    found = identify(coulomb, coulomb(TRUTH), start)
+    assert found.converged
+    for name, value in TRUTH.items():
+        assert found.estimates[name] == pytest.approx(value, rel=0.01), name
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_about_as_often_as_they_say():
+    """Records with noise; the standard deviations of the features from repetitions of the same record."""
+    random = np.random.default_rng(21)
+    clean = coulomb(TRUTH)
+
+    def measured():
+        noisy = clean.copy()
+        for name, noise in (("spring_force", 0.03), ("acceleration", 0.3)):
+            noisy[name] = clean[name] + random.normal(0, noise, clean.sizes["time"])
+        return noisy
+
+    # extremes and the integral of a magnitude are biased by noise, which the simulator does not have; these are not
+    names = ("static_force", "dynamic_force", "time_to_sliding")
+    repeated = [features(measured()) for _ in range(30)]
+    sigma = {name: float(np.std([f[name] for f in repeated], ddof=1)) for name in names}
+    hits = []
+    for _ in range(12):
+        found = identify(coulomb, measured(), dict(TRUTH), names=names, sigma=sigma)
+        hits += [low <= TRUTH[name] <= high for name, (low, high) in found.interval.items()]
+        assert all(0 < error < 0.1 * TRUTH[name] for name, error in found.standard_error.items())
+    assert np.mean(hits) > 0.8, hits
+
+
+def test_what_the_features_do_not_determine_is_refused_or_infinite():
+    with pytest.raises(ValueError, match="cannot determine 3 parameters"):
+        identify(coulomb, coulomb(TRUTH), dict(TRUTH), names=("static_force", "drop_mean"))
+    idle = dict(TRUTH) | {"colour": 1.0}
+    found = identify(coulomb, coulomb(TRUTH), idle)
+    assert found.standard_error["colour"] == np.inf
+    assert np.isfinite(found.standard_error["mu_static"])
+
+
+def test_bounds_and_starts_are_checked():
+    with pytest.raises(ValueError, match="mu_static: got the start 0.5, expected it between the bounds"):
+        identify(coulomb, coulomb(TRUTH), dict(TRUTH), bounds={"mu_static": (0.6, 0.9)})
+    with pytest.raises(ValueError, match="does not define static_force"):
+        identify(lambda p: make_record(np.arange(20.0), {"spring_force": np.zeros(20), "acceleration": np.ones(20)},
+                                       {}), coulomb(TRUTH), dict(TRUTH))  # fmt: skip
