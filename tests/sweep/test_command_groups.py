@@ -47,16 +47,13 @@ def test_help_lists_every_command_once_under_a_heading():
     for heading, commands in SECTIONS.items():
         part = text.partition(f"\n{heading}:\n")[2].partition("\n\n")[0]
         assert [line.split()[0] for line in part.splitlines()] == list(commands)
-    shown = {name for name, command in main.commands.items() if not command.hidden}
-    assert shown == {name for commands in SECTIONS.values() for name in commands}
+    assert set(main.commands) == {name for commands in SECTIONS.values() for name in commands}
 
 
-def test_the_commands_of_rigs_are_a_group_and_the_old_spellings_are_the_same_commands():
+def test_the_commands_of_rigs_are_a_group():
     rig = main.commands["rig"].commands
     assert list(rig) == ["run", "features", "calibrate", "identify"]
-    for old, new in (("rig-features", "features"), ("calibrate", "calibrate")):
-        assert main.commands[old].callback is rig[new].callback and main.commands[old].hidden
-    for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"], ["rig-features"]):
+    for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"]):
         assert "Usage: " in call(*arguments, "--help").stdout
 
 
@@ -204,7 +201,7 @@ def test_validate_answers_programs(here):
     assert good["valid"] and good["configuration"]["system"]["mass"] == 1.0 and good["warnings"] == []
     a4 = next(row for row in good["understood"] if row["name"] == "a4")
     assert a4["value"] == "0.1 m/s  (100 mm/s)"
-    assert not bad["valid"] and "write mass: 1.5 kg" in str([p["hint"] for p in bad["problems"]])
+    assert not bad["valid"] and bad["problems"][0]["line"] == 1
     assert "did you mean 20 mm/s?" in odd["warnings"][0]
 
 
@@ -262,7 +259,7 @@ def completed(words, incomplete=""):
 
 
 def test_commands_options_and_names_are_completed():
-    assert "rig" in completed([], "r") and "rig-features" not in completed([], "r")
+    assert "rig" in completed([], "r")
     assert completed(["rig"]) == ["run", "features", "calibrate", "identify"]
     assert "--plot" in completed(["run"], "--p")
     assert "quickstart" in completed(["init", "--from"], "qu")

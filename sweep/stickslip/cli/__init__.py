@@ -29,13 +29,11 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
     "Test rigs": {"rig": "rig"},
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
 }  # fmt: skip
-OLD = {"rig-features": "rig_features:features", "calibrate": "rig_fits:calibrate"}  # spellings of earlier versions
 
 
 @click.group(
     cls=SectionedGroup,
     sections=SECTIONS,
-    old=OLD,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=EXIT_CODES,

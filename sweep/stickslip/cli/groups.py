@@ -2,7 +2,6 @@
 
 from collections import UserDict
 from collections.abc import Mapping, Sequence
-from copy import copy
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-Places = Mapping[str, str]  # of commands by name: `file` of `cli/`, or `file:name` where it has another name there
+Places = Mapping[str, str]  # the files of `cli/` in which commands are, by name
 _COMMANDS_FOR = {
     ".yaml": ("run", "validate", "rig"), ".yml": ("run", "validate", "rig"),
     ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"), ".csv": ("fit",),
@@ -24,18 +23,15 @@ class _Commands(UserDict[str, Any]):
     def __getitem__(self, name: str) -> click.Command:
         command = self.data[name]
         if isinstance(command, str):
-            command = self.data[name] = _imported(name, *command.split(":"))
+            command = self.data[name] = _imported(name, command)
         return command  # type: ignore[no-any-return]
 
 
-def _imported(name: str, file: str, itself: str | None = None) -> click.Command:
-    """The command of a file; one that has another name there is hidden."""
+def _imported(name: str, file: str) -> click.Command:
+    """The command of a file."""
     names = vars(import_module(f"stickslip.cli.{file}"))
     commands = (*names.values(), *names.get("COMMANDS", {}).values())
-    command = next(c for c in commands if isinstance(c, click.Command) and c.name == (itself or name))
-    if itself:
-        command = copy(command)
-        command.name, command.hidden = name, True
+    command = next(c for c in commands if isinstance(c, click.Command) and c.name == name)
     complete_names(command)
     return command
 
@@ -43,19 +39,11 @@ def _imported(name: str, file: str, itself: str | None = None) -> click.Command:
 class SectionedGroup(click.Group):
     """A group whose help lists its commands under headings, in the order of a table.
 
-    sections : places of commands by heading. old : of commands under spellings that go on working, and are not listed.
-    default : of a group that was a command once, the command of arguments that begin with none of its commands.
+    sections : places of commands by heading. default : the command of arguments that begin with none of the commands.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        sections: Mapping[str, Places],
-        old: Places | None = None,
-        default: str | None = None,
-        **given: Any,
-    ) -> None:
-        places = {name: place for row in (*sections.values(), old or {}) for name, place in row.items()}
+    def __init__(self, *args: Any, sections: Mapping[str, Places], default: str | None = None, **given: Any) -> None:
+        places = {name: place for row in sections.values() for name, place in row.items()}
         super().__init__(*args, **given)
         self.commands = _Commands(places)
         self._sections, self._default = sections, default
@@ -68,8 +56,7 @@ class SectionedGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names that are listed, in the order of the table."""
-        listed = [name for row in self._sections.values() for name in row]
-        return [*listed, *(name for name in sorted(self.commands) if name not in listed)]
+        return list(self.commands)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The commands with their short helps, a list for each heading."""

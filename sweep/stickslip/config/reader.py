@@ -22,7 +22,7 @@ from stickslip.config.records import with_records
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class
 from stickslip.config.unit_warnings import warn_of_units
-from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
+from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
@@ -140,7 +140,7 @@ class _Reader(ProblemCollector):
             fixed = checks.with_ramp(fixed, sections["drive"], "ramp" in given)
         drawn = None if self._explains else studies.get("uncertain")  # what is impossible explains nothing
         for finding in rules.findings(rules.Space(fixed, axes, drawn, law)):
-            checks.add_finding(self, finding, self._about_list(finding.path))
+            checks.add_finding(self, finding)
         self.raise_any()
         for key in QUANTITY_SECTIONS:
             own = [name for name in type(sections[key]).model_fields if name in QUANTITIES]
@@ -185,13 +185,6 @@ class _Reader(ProblemCollector):
             self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
         elif len(path) > 1 or key not in checks.OF_RIGS:  # which are known to be misplaced
             super().unknown_key(path, known, what, hint)
-
-    def _about_list(self, path: Path) -> str | None:
-        """A hint about the list in which the value at `path` is, where that is the reason."""
-        value = self.document.data
-        for key in self._written(path)[:-1]:
-            value = value.get(key) if isinstance(value, dict) else None
-        return hint_about_list(value)
 
     # --- axes ---------------------------------------------------------------------------------------------------------
 

@@ -34,17 +34,13 @@ EXPLAIN = "explain"  # whose quantities are those of the section `uncertain`
 RECORDS = "stickslip.rig.observation"  # how a record of a rig is an observation of it
 WITH_UNCERTAIN = (EXPLAIN, "goal")  # that may stand beside this section
 
-# Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
-_MARKS = {
-    "model_rpn": "rig", "time": "trajectory", "quiet_above": "comparison", "probability": "uncertain",
-    "direction": "ramp", "settling_share": "attractors", "border_found": "border", "contour_found": "contours",
-    "margin_found": "margins",
-}  # fmt: skip
+# Results that are no studies, by a variable or a dimension of theirs.
+_MARKS = {"model_rpn": "rig", "time": "trajectory", "quiet_above": "comparison"}
 
 
 def kind_of(ds: xr.Dataset) -> str:
     """The kind of a result: the key of a study, rig, trajectory, comparison, or map."""
     if (kind := ds.attrs.get("result")) in STUDIES:
         return str(kind)
-    names = {*map(str, ds.variables), *map(str, ds.dims), *map(str, ds.attrs)}
+    names = {*map(str, ds.variables), *map(str, ds.dims)}
     return next((kind for mark, kind in _MARKS.items() if mark in names), "map")
