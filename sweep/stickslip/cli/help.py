@@ -38,7 +38,10 @@ Examples:
 @click.argument("topic", nargs=-1, shell_complete=_complete)
 @click.pass_context
 def help_command(context: click.Context, topic: tuple[str, ...]) -> None:
-    """Read a page of the documentation here in the terminal; without TOPIC, list them."""
+    """Read a page of the documentation here in the terminal.
+
+    Without TOPIC it lists the pages.
+    """
     known, word = pages(), " ".join(topic)
     if not word:
         return _list_pages(known)
