@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from making import calls, commands, configuration, sentences, variables
+from making import calls, commands, configuration, variables
 from making.played import played_pages, rewrite
 
 PAGES = {"api.md": calls, "commands.md": commands, "configuration.md": configuration, "variables.md": variables}
@@ -11,7 +11,7 @@ PAGES = {"api.md": calls, "commands.md": commands, "configuration.md": configura
 
 def main(folder: Path, *pages: str) -> None:
     """Write pages of a folder, all unless some are named; those that are as they should be are left alone."""
-    written = {folder / name: made for name, made in PAGES.items()} | {sentences.PATH: sentences}
+    written = {folder / name: made for name, made in PAGES.items()}
     for path, made in written.items():
         text = made.page()
         if not path.exists() or path.read_text(encoding="utf-8") != text:

@@ -2,4 +2,4 @@
 
 from stickslip.extensions import Extension
 
-EXTENSION = Extension(commands={"Maps": {"explore": "stickslip_explore.command:explore"}})
+EXTENSION = Extension(commands={"Maps": {"explore": "stickslip_explore.command"}})

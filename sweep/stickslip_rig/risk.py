@@ -90,7 +90,7 @@ def number_of(level: ArrayLike) -> NDArray[np.float64]:
 
 
 def rpn_text(number: float) -> str:
-    """A number as it is shown: "?" where it is not known, which was 0 in older files."""
+    """A number as it is shown: "?" where it is not known."""
     return f"{number:.0f}" if number >= LOWEST else "?"
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stickslip_sound.sounds import Sound
 
 EXTENSION = Extension(
-    commands={"One cell, and what a designer asks": {"listen": "stickslip_sound.command:listen"}},
+    commands={"One cell, and what a designer asks": {"listen": "stickslip_sound.command"}},
     calls={"sound": "stickslip_sound.api", "plots.plot_sound": "stickslip_sound.plots:plot_sound"},
     methods={"sound": "stickslip_sound.extension:sound_of_cell"},
 )

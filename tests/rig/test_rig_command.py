@@ -66,7 +66,7 @@ def test_records_read_back_with_the_features_of_the_matrix(tmp_path, config):
     assert done.exit_code == 0, done.output
     files = sorted(folder.iterdir())
     assert [file.name for file in files] == ["test0.csv", "test1.csv", "test2.csv"]
-    assert invoke("rig-features", *files, "--bandwidth", "200 Hz", "-o", output).exit_code == 0
+    assert invoke("rig", "features", *files, "--bandwidth", "200 Hz", "-o", output).exit_code == 0
     made = load_rig(config)
     for test, file in zip(RigTests(made).tests(range(3)), files, strict=True):
         expected = features(test.record, made.features)

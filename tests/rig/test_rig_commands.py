@@ -1,4 +1,4 @@
-"""`stickslip rig-features` and `stickslip calibrate`, and the plots."""
+"""`stickslip rig features` and `stickslip rig calibrate`, and the plots."""
 
 import json
 
@@ -41,7 +41,7 @@ def files(tmp_path):
 
 def test_records_stand_in_one_table_one_file_and_one_plot(tmp_path, files):
     plot, output = tmp_path / "traces.png", tmp_path / "features.nc"
-    done = invoke("rig-features", *files, "--speed", "10 mm/s", "--plot", plot, "--beside", "-o", output)
+    done = invoke("rig", "features", *files, "--speed", "10 mm/s", "--plot", plot, "--beside", "-o", output)
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert any(line.startswith("dry") for line in lines) and any(line.startswith("felt") for line in lines)
@@ -60,7 +60,7 @@ def test_a_table_in_a_pipe_has_all_its_columns(tmp_path, monkeypatch):
     """However narrow the terminal in which it was started."""
     monkeypatch.setenv("COLUMNS", "50")
     file = write(tmp_path / "a rather long name of a pair of materials at eighty degrees.csv")
-    lines = invoke("rig-features", file).stdout.splitlines()
+    lines = invoke("rig", "features", file).stdout.splitlines()
     assert lines[1].split()[-2:] == ["mu_s", "mu_d"] and file.stem in lines[2]
 
 
@@ -76,7 +76,7 @@ def test_a_configuration_sets_bandwidth_and_risk(tmp_path, files):
     config = tmp_path / "rig.yaml"
     config.write_text("features: {bandwidth: 100 Hz}\nrisk: {base: 10}\n")
     output = tmp_path / "features.nc"
-    assert invoke("rig-features", files[0], "-c", config, "-o", output).exit_code == 0
+    assert invoke("rig", "features", files[0], "-c", config, "-o", output).exit_code == 0
     with reading.open(output) as ds:
         assert int(ds["model_rpn"][0]) == 10
         assert ds["acceleration_max_limited"][0] < ds["acceleration_max"][0]
@@ -94,16 +94,16 @@ def test_a_configuration_sets_bandwidth_and_risk(tmp_path, files):
     ],
 )
 def test_what_is_wrong_ends_with_exit_code_2(files, arguments, expected):
-    done = invoke("rig-features", files[0], *arguments)
+    done = invoke("rig", "features", files[0], *arguments)
     assert done.exit_code == 2
     assert expected in done.output
 
 
 def test_the_same_file_twice_is_refused_and_the_same_name_is_not(tmp_path, files):
-    assert "named twice" in invoke("rig-features", files[0], files[0]).output
+    assert "named twice" in invoke("rig", "features", files[0], files[0]).output
     (tmp_path / "other").mkdir()
     other = write(tmp_path / "other" / "dry.csv")
-    done = invoke("rig-features", files[0], other)
+    done = invoke("rig", "features", files[0], other)
     assert done.exit_code == 0 and "other" in done.output
 
 
@@ -115,22 +115,22 @@ def test_calibrate_prints_a_configuration_and_keeps_its_remarks_apart(tmp_path):
     pairs = tmp_path / "pairs.csv"
     rows = [f"{n:.6g}, {a:.6g}, {i:.6g}, {r}" for (n, a, i), r in zip(features, rpn, strict=True)]
     pairs.write_text("\n".join(["sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn", *rows]))
-    done = invoke("calibrate", pairs)
+    done = invoke("rig", "calibrate", pairs)
     assert done.exit_code == 0
     config = tmp_path / "risk.yaml"
     config.write_text(done.stdout)
     assert load_settings(config).risk.weight_acceleration_max == pytest.approx(1.7, abs=0.3)
     assert "residual" in done.stderr and "numbers reproduced" in done.stderr
-    assert invoke("calibrate", pairs, "--scales").exit_code == 0
+    assert invoke("rig", "calibrate", pairs, "--scales").exit_code == 0
 
 
 def test_calibrate_says_what_is_wrong_with_the_pairs(tmp_path):
     pairs = tmp_path / "pairs.csv"
     pairs.write_text("sticks, acceleration_max, rpn\n1, 1, 1\n")
-    done = invoke("calibrate", pairs)
+    done = invoke("rig", "calibrate", pairs)
     assert done.exit_code == 2 and "no column is called acceleration_integral" in done.output
     pairs.write_text("sticks, acceleration_max, acceleration_integral, rpn\n" + "1, 1, 1, 12\n" * 9)
-    assert "pairs.csv:2:10: got 12, expected a number from 1 to 10" in invoke("calibrate", pairs).output
+    assert "pairs.csv:2:10: got 12, expected a number from 1 to 10" in invoke("rig", "calibrate", pairs).output
 
 
 # --- plots ------------------------------------------------------------------------------------------------------------

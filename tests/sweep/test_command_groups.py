@@ -49,7 +49,7 @@ def test_help_lists_every_command_once_under_a_heading():
         part = text.partition(f"\n{heading}:\n")[2].partition("\n\n")[0]
         listed = [line.split()[0] for line in part.splitlines()]
         assert listed[: len(commands)] == list(commands)  # behind them those of extensions
-    shown = {name for name, command in main.commands.items() if not command.hidden}
+    shown = set(main.commands)
     own = {name for commands in SECTIONS.values() for name in commands}
     assert shown == own | {name for _, commands in extensions.commands() for name in commands}
 
@@ -204,7 +204,7 @@ def test_validate_answers_programs(here):
     assert good["valid"] and good["configuration"]["system"]["mass"] == 1.0 and good["warnings"] == []
     a4 = next(row for row in good["understood"] if row["name"] == "a4")
     assert a4["value"] == "0.1 m/s  (100 mm/s)"
-    assert not bad["valid"] and "write mass: 1.5 kg" in str([p["hint"] for p in bad["problems"]])
+    assert not bad["valid"] and bad["problems"][0]["line"] == 1
     assert "did you mean 20 mm/s?" in odd["warnings"][0]
 
 
@@ -218,29 +218,20 @@ def test_help_lists_pages_and_shows_each():
         assert re.search(rf"^  {name}  +\S", listed, re.MULTILINE)
         shown = call("help", name)
         assert shown.exit_code == 0 and len(shown.stdout) > 100
-        assert not re.search(r"^```\{", shown.stdout, re.MULTILINE), name
-        assert not re.search(r"\]\((?!https?:)", shown.stdout), name
 
 
 @pytest.mark.parametrize(("word", "said"), [
-    ("hysteresis", "friction depends on whether"), ("stick phase", "no relative motion"), ("regimes", "stick_slip"),
-    ("stiffness", "a stiffness above 0 N/m; it must be given"), ("period", "period of the limit cycle, s"),
-    ("mu_stop", "none unless given"), ("k", "spring stiffness"), ("resume", "stopped by anything"), ("run", "Usage: "),
-    ("settled", "a status: the motion came into the settling band"), ("units", "is asked about"),
-    ("completion", "The shell can complete"), ("draws_used", "curves drawn whose verdict is known"),
-    ("quiet_probability", "probability of being quiet"), ("next_speed_1", "would narrow the interval most"),
-    ("smallest_drop", "in the section `features`"), ("impulse_rate", "over the total travel of the drive"),
-    ("rig", "`stickslip help rig.md`"), ("rig.md", "`stickslip rig --help`"), ("docs/rig.md", "# The test rig"),
-    ("advise", "`stickslip help advise.md`"),
+    ("run", "Usage: "), ("rig", "The command: `stickslip rig --help`"), ("docs/rig.md", "# The test rig"),
+    ("overview", "# stickslip"),
 ])  # fmt: skip
-def test_help_about_a_word_says_what_it_means(word, said):
+def test_help_takes_pages_and_commands(word, said):
     done = call("help", *word.split())
     assert done.exit_code == 0 and said in done.stdout
 
 
 def test_an_unknown_topic_gets_the_nearest():
-    done = call("help", "histeresis")
-    assert done.exit_code == 2 and "did you mean `stickslip help hysteresis`?" in done.stderr
+    done = call("help", "glosary")
+    assert done.exit_code == 2 and "did you mean glossary?" in done.stderr
 
 
 def test_messages_name_topics_that_there_are():
@@ -249,26 +240,6 @@ def test_messages_name_topics_that_there_are():
     for path in (ROOT / "sweep").rglob("*.py"):
         named |= set(re.findall(r"`stickslip help ([a-z_]+)`", path.read_text(encoding="utf-8")))
     assert named and all(call("help", topic).exit_code == 0 for topic in named), named
-
-
-@pytest.mark.parametrize(("tex", "plain"), [
-    (r"m x'' + c x' + k x = N \mu(w)", "m x'' + c x' + k x = N μ(w)"),
-    (r"\zeta = \frac{c + N \mu'(v_b)}{2 \sqrt{k m}}", "ζ = (c + N μ'(v_b))/(2 sqrt(k m))"),
-    (r"e^{-w/a_4}", "e^(-w/a_4)"),
-])  # fmt: skip
-def test_formulas_are_readable_in_a_terminal(tex, plain):
-    assert manual.plain_formula(tex) == plain
-
-
-def test_help_leaves_dollars_of_code_and_translates_those_of_formulas():
-    fenced, indented, inline = "```bash\nrun --shard $I/$N $x$\n```", "    echo $a-$b", "`$OUT/$HOME`"
-    shown = manual.for_terminal(f"Of $\\mu$:\n\n{fenced}\n\n{indented}\n\nand {inline}, $\\zeta$\n")
-    assert all(code in shown for code in (fenced, indented, inline)) and "Of μ:" in shown and "ζ\n" in shown
-    for topic in ("runs", "slurm", "cluster"):
-        assert "--shard $SLURM_ARRAY_TASK_ID/40 --threads $SLURM_CPUS_PER_TASK" in call("help", topic).stdout
-    assert call("help", "cluster").stdout.startswith("## Shards") and call("help", "json").stdout.startswith(
-        "## Scripts"
-    )
 
 
 # --- completion and the screen ----------------------------------------------------------------------------------------
@@ -291,7 +262,7 @@ def completed(words, incomplete=""):
 
 
 def test_commands_options_and_names_are_completed():
-    assert "rig" in completed([], "r") and "rig-features" not in completed([], "r")
+    assert "rig" in completed([], "r")
     assert completed(["rig"]) == ["run", "features", "calibrate", "identify"]
     assert "--plot" in completed(["run"], "--p")
     assert "quickstart" in completed(["init", "--from"], "qu")

@@ -333,6 +333,3 @@ def test_all_options_that_are_missing_are_named_at_once():
     done = call("compare", "--mass", "1 kg")
     assert done.exit_code == 2 and "missing FILES..., --stiffness, --load" in done.stderr
     assert '--stiffness "5 N/mm" --load "10 N"' in done.stderr
-    for word in ("excel", "export"):
-        told = call("help", word)
-        assert "From measured friction to a decision" in told.stdout

@@ -14,7 +14,6 @@ from click.testing import CliRunner
 import stickslip
 from helpers.configs import write_config
 from helpers.pages import anchors, links
-from making import sentences
 from making.__main__ import PAGES as WRITTEN
 from making.contents import sections
 from making.played import differences, pictures, play, played_pages
@@ -190,11 +189,6 @@ def test_a_changed_output_and_a_missing_line_are_differences():
 def test_pages_of_the_reference_say_what_the_code_says(name):
     """Where this fails, `make reference` mends it."""
     assert PAGES[name] == WRITTEN[name].page()
-
-
-def test_the_file_of_sentences_holds_what_the_program_says():
-    """Where this fails, look at what `make reference` changes in it."""
-    assert sentences.PATH.read_text(encoding="utf-8") == sentences.page()
 
 
 @pytest.mark.parametrize("line", commands())

@@ -54,7 +54,6 @@ def test_speeds_meant_in_millimetres_are_asked_about_as_they_were_understood(tmp
         "map.yaml:4:3: axes.stiffness: 1 to 100 understood as 1 to 100 N/m: under 10 N the belt drags the mass "
         "0.03 to 3 m far before it breaks away; did you mean 1 to 100 N/mm?\n"
         "map.yaml:5:3: axes.belt_speed: 1 to 500 understood as 1 to 500 m/s; did you mean 1 to 500 mm/s?\n"
-        "  also without a unit: normal_load 10 N\n"
         "  hint: numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
     ]
 
@@ -64,7 +63,6 @@ def test_speeds_meant_in_millimetres_are_asked_about_as_they_were_understood(tmp
     ("a4: 2", "2 understood as 2 m/s; did you mean 2 mm/s?"),
     ("belt_speed: 50", "50 understood as 50 m/s; did you mean 50 mm/s?"),
     ("belt_speed: -50", "-50 understood as -50 m/s; did you mean -50 mm/s?"),
-    ("belt_speed: 10", "10 understood as 10 m/s, 100 times a4; did you mean 10 mm/s?"),
     ("velocity: 50", "50 understood as 50 m/s; did you mean 50 mm/s?"),
     ("displacement: 20", "20 understood as 20 m; did you mean 20 mm?"),
 ])  # fmt: skip
@@ -93,13 +91,9 @@ axes: {belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 3}}
      " before it breaks away; did you mean 5 N/mm?"),
     ("5 N/mm", "3 N/m", "system.stiffness: got 3 N/m: under 10 N the belt drags the mass 1.33 m far"),
     ("100 g", "100", "system.mass: 100 understood as 100 kg; did you mean 100 g?"),
-    ("mass: 100 g, stiffness: 5 N/mm", "mass: 40, stiffness: 10 N/m", "frequency is 0.0796 Hz; did you mean 40 g?"),
     ("20 mm/s}", "20 m/s}", "friction.a4: got 20 m/s; did you mean 20 mm/s?"),
-    ("200 mm/s", "500 m/s", "axes.belt_speed: got up to 500 m/s; did you mean 500 mm/s?"),
+    ("200 mm/s", "500 m/s", "axes.belt_speed: got 0.001 to 500 m/s; did you mean 0.001 to 500 mm/s?"),
     ("a1: 0.3", "a1: 30", "friction.a1: got 30, a friction coefficient; did you mean 0.3, which is a share in %?"),
-    ("normal_load: 10 N", "normal_load: 10 N, damping: 5000", "112 times critical damping"),
-    ("5 N/mm", "5e12 N/m", "the natural frequency is 1.13e+06 Hz; is that meant?"),
-    ("a2: 0", "a2: 1e5", "adds 100 to the friction coefficient at the speed of the belt"),
 ])  # fmt: skip
 def test_what_is_absurd_in_si_is_named_as_understood_with_the_likely_unit(tmp_path, old, new, question):
     assert said(tmp_path, PAD) == []
@@ -118,18 +112,6 @@ def test_a_fault_of_the_earth_is_not_questioned(tmp_path):
 def test_a_dimensionless_study_may_scale_any_of_its_numbers(tmp_path, name, scale):
     values = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a4": 0.1, "belt_speed": 0.1, "a2": 0.1}
     assert said(tmp_path, of_one(f"{name}: {values[name] * scale}") if name != "a2" else of_one("a1: 1")) == []
-
-
-def test_a_map_of_one_regime_is_asked_about_once_more(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for speeds, asked in (("start: 1 mm/s, stop: 20 mm/s", False), ("start: 31, stop: 90", True)):
-        (tmp_path / "map.yaml").write_text(PAD.replace("start: 1 mm/s, stop: 200 mm/s", speeds))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UnitWarning)
-            done = CliRunner().invoke(main, ["run", "map.yaml"])
-        assert done.exit_code == 0
-        assert "100.0%" in done.stdout
-        assert ("; is that what was wanted, with belt_speed 31 to 90 m/s?" in done.stdout) is asked
 
 
 @pytest.mark.parametrize("axis", ["a4: [10, 20]", "a4: {values: [10, 20]}", "g: {zip: {a4: [10, 20 mm/s, 20]}}"])
@@ -206,9 +188,9 @@ def asked_of(*settings):
 
 
 @pytest.mark.parametrize(("setting", "question"), [
-    ("belt_speed=25", "25 is read as 25 m/s, outside of the axis 1 to 300 mm/s; did you mean 25 mm/s?"),
-    ("stiffness=12", "12 is read as 12 N/m, outside of the axis 1 to 50 N/mm; did you mean 12 N/mm?"),
-    ("mass=200", "200 is read as 200 kg, where 250 g is written; did you mean 200 g?"),
+    ("belt_speed=50", "belt_speed: 50 understood as 50 m/s; did you mean 50 mm/s?"),
+    ("stiffness=12", "stiffness: 12 understood as 12 N/m: under 30 N the belt drags the mass 1 m far"),
+    ("mass=200", "mass: 200 understood as 200 kg; did you mean 200 g?"),
 ])  # fmt: skip
 def test_numbers_that_pick_a_cell_are_asked_about(setting, question):
     others = [one for one in ("belt_speed=25 mm/s", "stiffness=12 N/mm") if one.split("=")[0] not in setting]

@@ -43,19 +43,6 @@ def test_zarr_opens_without_a_warning_and_is_the_same_with_and_without_consolida
         assert list(own) == list(ds)
 
 
-@pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_files_of_earlier_versions_with_labels_beside_their_dimension_open(name, tmp_path):
-    ds = greases()
-    old = ds.rename_vars(grease="grease_label").reset_index("grease_label").reset_coords("grease_label", drop=True)
-    old = old.drop_vars("grease", errors="ignore").assign_coords(grease_label=("grease", np.array(LABELS, object)))
-    write(old, tmp_path / name)
-    with xr.open_dataset(tmp_path / name) as plain:
-        assert "grease_label" in plain.coords and "grease" not in plain.coords
-    with stickslip.open(tmp_path / name) as own:
-        assert list(own["grease"].values) == LABELS and "grease_label" not in own.coords
-        np.testing.assert_array_equal(own.sel(grease=LABELS[0])["regime"], ds["regime"][0])
-
-
 # --- plots of what `where` left -------------------------------------------------------------------------------------
 
 

@@ -1,5 +1,6 @@
 """The command as scripts and schedulers use it: settings, threads, silence, JSON, progress in a log, many nodes."""
 
+import io
 import json
 import os
 import re
@@ -13,12 +14,12 @@ import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 import stickslip
 from helpers.configs import write_config
 from stickslip import progress
-from stickslip.cli import main, screen
-from stickslip.cli.screen import progress_bar
+from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.engine import processors
 from stickslip.errors import UnitWarning
@@ -274,31 +275,15 @@ def test_pipes_get_no_codes_of_terminals(here):
 # --- progress in a log ------------------------------------------------------------------------------------------------
 
 
-class Clock:
-    now = 0.0
-
-    def __call__(self):
-        return self.now
-
-
-class Told:
-    def __init__(self):
-        self.lines = []
-
-    def print(self, text, **_):
-        self.lines.append(text)
-
-
 def lines(moves, doing=""):
     """What is told of moves (time, done) of 6,000 cells."""
-    clock, console = Clock(), Told()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(progress, "perf_counter", clock)
-        shown = progress.Lines(console, "cells", doing)
-        for clock.now, done in moves:
-            shown.move(done, 6000)
-        shown.end()
-    return console.lines
+    clock = [0.0]
+    console = Console(file=io.StringIO(), get_time=lambda: clock[0])
+    shown = progress.Bar(console, "cells", doing)
+    for clock[0], done in moves:
+        shown.move(done, 6000)
+    shown.end()
+    return console.file.getvalue().splitlines()
 
 
 def test_a_log_gets_a_line_at_the_start_every_minute_and_at_the_end():
@@ -329,18 +314,6 @@ def test_a_shard_counts_its_own_cells(here, monkeypatch):
     done = call("run", config, "--shard", "2/2")
     assert re.search(r"^100\.0 %  3,400 of 3,400 cells", done.stderr, re.MULTILINE), done.stderr
     assert "10,000" not in done.stderr
-
-
-def test_the_bar_is_for_terminals(monkeypatch):
-    made = []
-    monkeypatch.setattr(progress, "Bar", lambda console, *rest: made.append(console) or progress.Lines(console, *rest))
-    with progress_bar():
-        pass
-    assert not made
-    monkeypatch.setattr(screen, "terminal", lambda stderr: type("Terminal", (), {"is_terminal": True})())
-    with progress_bar():
-        pass
-    assert len(made) == 1
 
 
 # --- many nodes -------------------------------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from collections import UserDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from copy import copy
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-Places = Mapping[str, str]  # of commands by name: `module`, or `module:name` where it has another name there
+Places = Mapping[str, str]  # the modules in which commands are, by name
 Sections = Mapping[str, Places]  # by heading of the help
 _COMMANDS_FOR = {
     ".yaml": ("run", "validate"), ".yml": ("run", "validate"),
@@ -48,18 +47,15 @@ class _Commands(UserDict[str, Any]):
             raise KeyError(name)
         command = self.data[name]
         if isinstance(command, str):
-            command = self.data[name] = _imported(name, *command.split(":"))
+            command = self.data[name] = _imported(name, command)
         return command  # type: ignore[no-any-return]
 
 
-def _imported(name: str, module: str, itself: str | None = None) -> click.Command:
-    """The command of a module; one that has another name there is hidden."""
+def _imported(name: str, module: str) -> click.Command:
+    """The command of a module."""
     names = vars(import_module(module))
     commands = (*names.values(), *names.get("COMMANDS", {}).values())
-    command = next(c for c in commands if isinstance(c, click.Command) and c.name == (itself or name))
-    if itself not in (None, name):
-        command = copy(command)
-        command.name, command.hidden = name, True
+    command = next(c for c in commands if isinstance(c, click.Command) and c.name == name)
     complete_names(command)
     return command
 
@@ -68,8 +64,7 @@ class SectionedGroup(click.Group):
     """A group whose help lists its commands under headings, in the order of a table.
 
     sections : places of commands by heading. more : gives those of extensions, when they are asked for.
-    old : of commands under spellings that go on working, and are not listed.
-    default : of a group that was a command once, the command of arguments that begin with none of its commands.
+    default : the command of arguments that begin with none of the commands.
     """
 
     def __init__(
@@ -77,11 +72,10 @@ class SectionedGroup(click.Group):
         *args: Any,
         sections: Sections,
         more: Callable[[], Iterable[tuple[str, Places]]] = tuple,
-        old: Places | None = None,
         default: str | None = None,
         **given: Any,
     ) -> None:
-        places = {name: place for row in (*sections.values(), old or {}) for name, place in row.items()}
+        places = {name: place for row in sections.values() for name, place in row.items()}
         super().__init__(*args, **given)
         self.commands = _Commands(places, self._all_sections)
         self._own, self._more, self._default = sections, more, default
@@ -101,8 +95,7 @@ class SectionedGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names that are listed, in the order of the table."""
-        listed = [name for row in self._all_sections().values() for name in row]
-        return [*listed, *(name for name in sorted(self.commands) if name not in listed)]
+        return [name for row in self._all_sections().values() for name in row]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The commands with their short helps, a list for each heading."""

@@ -5,12 +5,9 @@ from __future__ import annotations
 import shlex
 import signal
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
-from importlib import import_module
 from math import prod
 from pathlib import Path
-from threading import Thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +26,6 @@ if TYPE_CHECKING:
     from stickslip.runs.blocks import Shard
     from stickslip.runs.session import Outcome, Request
 
-_LONG = 300_000  # cells that take so long that something can be done beside; with fewer, all else would wait as long
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
 
 
@@ -129,7 +125,7 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
         return _run_in_memory(request, study, resume_command(keep), outputs)
-    outcome, seconds = execute(session.run, request, study, will_draw=outputs.plot is not None)
+    outcome, seconds = execute(session.run, request, study)
     answer = _outcome_answer(request, study, outcome, seconds)
     if outcome.output is not None:
         return answer | report_result(outcome, seconds, request, outputs)
@@ -177,13 +173,8 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 
-def execute(
-    action: Callable[[Request], Outcome], request: Request, study: Study, will_draw: bool = False
-) -> tuple[Outcome, float]:
-    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command.
-
-    will_draw : whether a plot will follow.
-    """
+def execute(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
+    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
     from stickslip import engine
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
@@ -193,11 +184,8 @@ def execute(
     def prepare(name: str) -> None:
         nonlocal began, finished
         engine.warm_up(name)
-        if size * study.cells_each >= _LONG:
-            Thread(target=_import_what_follows, args=(request.output, will_draw)).start()
         began = finished = perf_counter()
 
-    size = prod(study.shape)
     with screen.progress_bar(study.counted) as move, screen.progress_bar(doing=" written") as write:
 
         def note(done: float, of: int) -> None:
@@ -212,19 +200,6 @@ def execute(
             replace(request, progress=note, assembling=write, notice=screen.notice, news=screen.info, prepare=prepare)
         )
     return outcome, finished - began
-
-
-def _import_what_follows(output: Location | None, will_draw: bool) -> None:
-    """Import the modules that write and draw while the kernels compute: half a second."""
-    from stickslip.files.netcdf import load_h5py
-
-    with suppress(ImportError):  # whoever needs it will say so
-        if output is not None and output.suffix == ".zarr":
-            import_module("stickslip.files.zarr_chunks")
-        else:
-            load_h5py()
-        if will_draw:
-            import_module("stickslip.plots")
 
 
 def report_result(outcome: Outcome, seconds: float, request: Request, outputs: Outputs) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from typing import IO, TYPE_CHECKING, Any
 import click
 
 from stickslip.errors import visible
+from stickslip.progress import Bar
 from stickslip.progress import duration_text as duration_text
-from stickslip.progress import on_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -143,7 +143,7 @@ def share_text(fraction: float) -> str:
 @contextmanager
 def progress_bar(counted: str = "cells", doing: str = "") -> Iterator[Callable[[float, int], None]]:
     """A bar of cells, or what else is counted, with the rate and the time left; gives the function that moves it."""
-    bar = on_console(terminal(stderr=True), counted, doing)
+    bar = Bar(terminal(stderr=True), counted, doing)
     try:
         yield (lambda _done, _total: None) if is_quiet() else bar.move
     finally:

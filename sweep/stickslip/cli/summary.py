@@ -60,13 +60,13 @@ def threads_text(options: Options) -> str:
 
 def _show_map(ds: xr.Dataset, output: Location | None) -> None:
     """Print the regimes of a map, and remarks on cells that have none."""
-    from stickslip.dataset.summary import one_regime_remark, remark, step_limit_remark, summary, table_remark
+    from stickslip.dataset.summary import remark, step_limit_remark, summary, table_remark
 
     shares, file = summary(ds), None if output is None else str(output)
     table = screen.new_table("regime", numbers=("cells", "share"))
     for name, share in shares.items():
         table.add_row(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction))
     screen.print_table(table)
-    remarks = remark(shares, file), one_regime_remark(ds, shares), step_limit_remark(ds, file), table_remark(ds)
+    remarks = remark(shares, file), step_limit_remark(ds, file), table_remark(ds)
     for text in filter(None, remarks):
         screen.echo(text)

@@ -62,7 +62,7 @@ def check_study(config: Config, problems: ProblemCollector) -> None:
         problems.add(path, message, "add early_stop: false and a horizon to solver")
 
 
-def add_finding(problems: ProblemCollector, finding: Finding, hint: str | None = None, at_key: bool = False) -> None:
+def add_finding(problems: ProblemCollector, finding: Finding) -> None:
     """Note a rule that is broken."""
     got = finding.got or problems.text(finding.path)
-    problems.add(finding.path, f"got {got}, expected {finding.expected}", hint or finding.hint, at_key)
+    problems.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from stickslip.config.model import Config, Group, Range, Values
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import study_class
-from stickslip.config.unit_warnings import magnitudes
+from stickslip.config.unit_warnings import magnitudes, span_text
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with, model_of
@@ -63,8 +63,8 @@ def _amounts(config: Config) -> Iterator[Row]:
         ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction"),
         ("static deflection", "m", "m", load),
     ):
-        if span := spans.get(name):
-            yield Row(name, span.text(unit) + _in_customary(si, span.least, span.most), meaning)
+        if name in spans:
+            yield Row(name, span_text(spans[name], unit) + _in_customary(si, *spans[name].tolist()), meaning)
 
 
 def value_text(value: float, row: Parameter) -> str:

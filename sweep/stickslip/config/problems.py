@@ -1,21 +1,19 @@
 """The problems of a document, collected with their places, and hints about mistakes that are easy to make in YAML."""
 
-import re
 from collections.abc import Collection, Mapping
 from typing import Any, get_args
 
 from pydantic import ValidationError
 
 from stickslip.config.sections import REFUSED, AnySection, Section
-from stickslip.config.yaml import Document, hint_about_decimals
+from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
-from stickslip.vocabulary.suggest import listed, nearest, suggest
+from stickslip.vocabulary.suggest import listed, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
 _ENDS = ("low", "high")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
-_GLUED = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(\s*[:=]\s*)(\S.*)")  # mass:0.2, mass = 0.2
 
 
 class ProblemCollector:
@@ -105,9 +103,9 @@ class ProblemCollector:
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`."""
-        if suggestion := _suggested(str(path[-1]), self._around(path), known):
-            meant, hint = suggestion
-            self.meant |= {meant} if meant else set()
+        if near := suggest(str(path[-1]), known):
+            self.meant.add(near)
+            hint = f"did you mean {near}?"
         if any(problem.path == path[:-1] and problem.place == self._place(path, True)
                and problem.message.startswith("got the key ") for problem in self.problems):  # fmt: skip
             return  # that it is no word is noted already
@@ -142,13 +140,6 @@ class ProblemCollector:
                 text = f"[{value[0]}, {value[1]}]"  # a range
         return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
-    def _around(self, path: Path) -> dict[str, Any]:
-        """The mapping in which the key at the end of `path` stands."""
-        value = self.document.data
-        for key in path[:-1]:
-            value = value[key]
-        return value if isinstance(value, dict) else {}
-
     def _place(self, path: Path, at_key: bool = False) -> Place | None:
         """The position of `path`; where it does not exist, that of what is around it."""
         document = self.document
@@ -171,23 +162,6 @@ class ProblemCollector:
             written.append(key)
             value = value[key] if inside or (isinstance(value, list) and isinstance(key, int)) else None
         return tuple(written)
-
-
-def _suggested(key: str, entries: dict[str, Any], known: Collection[str]) -> tuple[str | None, str] | None:
-    """The key that an unknown one was probably meant to be, if it is one that is known, and the next step.
-
-    entries : the mapping in which the unknown one stands.
-    """
-    if entries.get(key) is None:
-        if glued := _GLUED.fullmatch(key):
-            name, sign, value = glued.groups()
-            if ours := name if name in known else nearest(name, known):
-                lacks = "a space after the colon" if ":" in sign else "a colon and a space instead of ="
-                return ours, f"write {lacks}: {ours}: {value}"
-        if hint := hint_about_decimals(key, entries):
-            return None, hint
-    near = suggest(key, known)
-    return (near, f"did you mean {near}?") if near else None
 
 
 def model_at(model: type[Section], keys: Path) -> type[Section]:

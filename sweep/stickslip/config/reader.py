@@ -22,7 +22,7 @@ from stickslip.config.resolve import resolved
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.unit_warnings import warn_of_units
-from stickslip.config.yaml import Document, hint_about_list, parse_yaml, read_yaml
+from stickslip.config.yaml import Document, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
@@ -139,7 +139,7 @@ class _Reader(ProblemCollector):
         space = rules.Space(fixed, axes, drawn, law)
         own = study_class(study.key).rules(study, space, given) if study else ()
         for finding in (*rules.findings(space), *own):
-            checks.add_finding(self, finding, self._about_list(finding.path))
+            checks.add_finding(self, finding)
         self.raise_any()
         for holder, key in (*((sections, key) for key in QUANTITY_SECTIONS), *([(studies, "study")] if study else [])):
             names = [name for name in quantities_in(holder[key]) if name not in given]
@@ -209,13 +209,6 @@ class _Reader(ProblemCollector):
             self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
         else:
             super().unknown_key(path, known, what, hint)
-
-    def _about_list(self, path: Path) -> str | None:
-        """A hint about the list in which the value at `path` is, where that is the reason."""
-        value = self.document.data
-        for key in self._written(path)[:-1]:
-            value = value.get(key) if isinstance(value, dict) else None
-        return hint_about_list(value)
 
     # --- axes ---------------------------------------------------------------------------------------------------------
 

@@ -62,7 +62,7 @@ def config_at(recipe: Recipe, settings: Iterable[str], option: str = "--at", in_
         raise ConfigError(option, [_missing(axis, option) for axis in left.values()])
     data = {key: value for key, value in data.items() if key not in STUDIES}
     made = make_config(data | {"axes": {name: data["axes"][name] for name in left}}, option)
-    warn_of_cell(option, {name: _number_or_text(text) for name, text in given.items()}, config, made)
+    warn_of_cell(option, {name: _number_or_text(text) for name, text in given.items()}, made)
     return made.shown_in(config.written_in | made.written_in) if config else made
 
 

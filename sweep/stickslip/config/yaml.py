@@ -27,6 +27,13 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\
 _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
     word: word.lower() == "true" for word in ("true", "True", "TRUE", "false", "False", "FALSE")
 }
+_BY_MESSAGE = (  # what the message of the parser contains
+    ("'\\t'", "indent with spaces, not with tabs"),
+    ("escape", "in double quotes a backslash begins an escape: use single quotes, or / in paths"),
+    ("quoted scalar", "a quote is not closed"),
+    ("cannot start any token", "a text that begins with this character needs quotes"),
+    ("mapping values are not allowed", "a text that contains ': ' needs quotes"),
+)
 
 
 @dataclass
@@ -93,7 +100,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
         message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
         raise ConfigError.of(name, message, "a configuration is a text file", place=place) from None
     except MarkedYAMLError as error:
-        raise ConfigError(name, [_syntax_problem(error, text)]) from None
+        raise ConfigError(name, [_syntax_problem(error)]) from None
     except YAMLError as error:
         raise ConfigError.of(name, f"not YAML: {error}") from None
     return document
@@ -132,15 +139,16 @@ def _place_in(text: str, position: int) -> Place:
     return Place(before.count("\n") + 1, len(before) - before.rfind("\n"))
 
 
-def _syntax_problem(error: MarkedYAMLError, text: str) -> Problem:
+def _syntax_problem(error: MarkedYAMLError) -> Problem:
     """The error of ruamel.yaml, on one line."""
     mark = error.problem_mark or error.context_mark
     place = None if mark is None else Place(mark.line + 1, mark.column + 1)
     message = str(error.problem or error.context)
     if error.context and error.problem:
         message += f", {error.context}"
-    began = None if error.context_mark is None else error.context_mark.line + 1
-    hint = None if place is None else _hint_about_syntax(message, text.splitlines(), place.line, place.column, began)
+    if error.context and error.context_mark and error.context_mark.line != getattr(mark, "line", None):
+        message += f" that begins on line {error.context_mark.line + 1}"
+    hint = next((hint for part, hint in _BY_MESSAGE if part in message), None)
     return Problem((), f"not valid YAML: {message.replace('<stream end>', 'the end of the file')}", place, hint)
 
 
@@ -184,7 +192,7 @@ class _Builder:
     def _mapping(self, path: Path) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         while not isinstance(event := next(self._events), events.MappingEndEvent):
-            key = self._key(event, path, mapping)
+            key = self._key(event, path)
             inner, place = (*path, key), _place(event)
             if key not in mapping:
                 self._document.keys[inner] = place
@@ -196,14 +204,14 @@ class _Builder:
             _Builder(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
         return mapping
 
-    def _key(self, event: Any, path: Path, before: dict[str, Any]) -> str:
+    def _key(self, event: Any, path: Path) -> str:
         """A key, which must be a word."""
         if not isinstance(event, events.ScalarEvent) or event.tag is not None or event.anchor is not None:
             raise self._refused(event, "got a key that is not a plain word", None, path)
         text = str(event.value)
         if event.implicit[0] and not isinstance(_plain(text), str):
             message = f"got the key {text or '(nothing)'}, expected a word"
-            self._note(Problem(path, message, _place(event), hint_about_decimals(text, before)))
+            self._note(Problem(path, message, _place(event)))
         return text
 
     def _sequence(self, path: Path) -> list[Any]:
@@ -253,84 +261,3 @@ def write_yaml(plain: Any) -> str:
     text = io.StringIO()
     writer.dump(plain, text)
     return text.getvalue()
-
-
-# --- hints about mistakes that are easy to make -----------------------------------------------------------------------
-
-_AFTER_COMMA = re.compile(r"[0-9]+(?:[eE][-+]?[0-9]+)?(?:\s*[A-Za-zµμ%].*)?")  # 5 kg, of 1,5 kg
-_DECIMALS = "a decimal comma? inside {} a comma ends the entry; "
-_QUOTED = "in double quotes a backslash begins an escape: use single quotes, or / in paths"
-_COLON = "a text that contains ': ' needs quotes; or the indentation is off"
-_KIND = "the indentation, or the kind, differs from the lines above: a list has '- ', a mapping 'key: '"
-_BY_MESSAGE = (  # the first that the message of the parser contains
-    ("'\\t'", "indent with spaces, not with tabs"),
-    ("escape", _QUOTED),
-    ("quoted scalar", "the quote that opens on line {context} is not closed"),
-    ("cannot start any token", "a text that begins with {character} needs quotes"),
-    ("found '}'", "one closing brace too many"),
-    ("found ']'", "one closing bracket too many"),
-    ("found '<scalar>', while parsing a block", "an apostrophe inside single quotes is written twice, 'it''s'"),
-    ("found '?'", _KIND),
-    ("found '<block mapping start>'", "the line is indented further, or less, than its neighbours"),
-    ("found '-'", _KIND),
-    ("found '<stream end>'", "the brace or bracket that opens on line {context} is not closed"),
-)  # fmt: skip
-
-
-def hint_about_decimals(key: str, entries: dict[str, Any]) -> str | None:
-    """The correction if `key` is what follows the comma of the value before it: ``{mass: 1,5 kg}``."""
-    names = list(entries)
-    before = names[: names.index(key)] if key in names else names
-    if not before or not _AFTER_COMMA.fullmatch(key):
-        return None
-    whole = entries[before[-1]]
-    if isinstance(whole, bool) or not isinstance(whole, int):
-        return None
-    return _DECIMALS.format("braces") + f"write {before[-1]}: {whole}.{key}"
-
-
-def hint_about_list(values: object) -> str | None:
-    """The correction if a list was meant to have decimal commas: ``[1,5 mm, 2,5 mm]`` has numbers and texts in turn."""
-    if not isinstance(values, list) or len(values) < 2 or len(values) % 2:
-        return None
-    pairs = list(zip(values[::2], values[1::2], strict=True))
-    if not all(type(whole) is int and _AFTER_COMMA.fullmatch(str(rest)) for whole, rest in pairs):
-        return None
-    if not any(isinstance(rest, str) for _, rest in pairs):
-        return None
-    return _DECIMALS.format("brackets") + f"write [{', '.join(f'{whole}.{rest}' for whole, rest in pairs)}]"
-
-
-def _hint_about_syntax(message: str, lines: list[str], line: int, column: int, context: int | None) -> str | None:
-    """The next step with a text that is no YAML.
-
-    message : of the parser. lines : of the text. line, column : where it gave up. context : the line in which what it
-    was reading began. All count from 1.
-    """
-    here = lines[line - 1] if 0 < line <= len(lines) else ""
-    if message.startswith("expected ',' or"):
-        if context is not None and context < line:
-            sign = "bracket" if "']'" in message else "brace"
-            return f"the {sign} that opens on line {context} is not closed"
-        return "a comma is missing between two entries; a text that contains ': ' needs quotes"
-    if "could not find expected ':'" in message or "mapping values are not allowed" in message:
-        began = [number for number in (context, line, line - 1) if number and 0 < number <= len(lines)]
-        return next(filter(None, (_about_colon(lines[number - 1], number) for number in began)), _COLON)
-    character = repr(here[column - 1]) if 0 < column <= len(here) else "this"
-    for part, hint in _BY_MESSAGE:
-        if part in message:
-            return hint.format(context=context or line, character=character) if "{" in hint else hint
-    return None
-
-
-def _about_colon(line: str, number: int) -> str | None:
-    """The mistake in the colon of a line that should have one."""
-    text = line.partition(" #")[0].strip()
-    glued = re.fullmatch(r"([A-Za-z_][A-Za-z0-9_]*):(\S+)", text)
-    if glued and not glued[2].startswith("//"):
-        return f"line {number} lacks a space after the colon: {glued[1]}: {glued[2]}"
-    if equals := re.fullmatch(r"([A-Za-z_][A-Za-z0-9_]*)\s*=\s*(.+)", text):
-        return f"line {number} has = for a colon and a space: {equals[1]}: {equals[2]}"
-    if bare := re.match(r"([A-Za-z_][A-Za-z0-9_]*)(\s*\{.*)?$", text):
-        return f"line {number} lacks a colon: {bare[1]}:{bare[2] or ''}"
-    return None

@@ -37,9 +37,6 @@ NO_FILL = {"_FillValue": None}
 _OF_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis that is given, which stay
 _COUNTS = ("steps", "scan_undecided", "node_count", "rank", "points", "draws_used", "fit_good")
 # whole numbers defined in every cell; other counts are NaN where nothing was counted
-_AS_KNOWN = {slot for kind in xr.Variable.__mro__ for slot in getattr(kind, "__slots__", ())} == {
-    "_attrs", "_data", "_dims", "_encoding",
-}  # fmt: skip
 
 
 # --- cells ------------------------------------------------------------------------------------------------------------
@@ -168,15 +165,10 @@ def evaluated_dataset(
     results : by names of `VARIABLES`, each flat, of the types that `engine.columns` says.
     """
     variables = {
-        name: _variable(dims, results[name] if len(shape) == 1 else results[name].reshape(shape), dict(attrs), encoding)
+        name: xr.Variable(dims, results[name].reshape(shape), attrs, encoding)
         for name, attrs, encoding in _declarations()
         if name in results
     }
-    # Merging and aligning 40 variables, all of them over `cell` and none an index, takes xarray a millisecond, ten
-    # times as long as a few cells take. So, where this xarray has it, straight to the dataset.
-    direct = getattr(xr.Dataset, "_construct_direct", None)
-    if direct and dims == ("cell",) and dims[0] not in coordinates:
-        return direct(variables | coordinates, set(coordinates), {"cell": shape[0]}, dict(attributes))  # type: ignore[no-any-return]
     return xr.Dataset(variables, coordinates, dict(attributes))
 
 
@@ -268,7 +260,7 @@ def cell_coordinates(cells: Mapping[str, ArrayLike], size: int) -> dict[str, xr.
         values = np.asarray(given, np.float64)
         if values.shape != (size,) or not values.flags.writeable:
             values = np.array(np.broadcast_to(values, size))
-        coordinates[name] = _variable(("cell",), values, dict(_attributes_of_parameter(name)), NO_FILL)
+        coordinates[name] = xr.Variable("cell", values, _attributes_of_parameter(name), NO_FILL)
     return coordinates
 
 
@@ -280,7 +272,7 @@ def axis_variable(c: Coordinate) -> xr.Variable:
 
 def parameter_variable(name: str, dims: Sequence[Hashable], values: ArrayLike) -> xr.Variable:
     """A coordinate that holds a parameter."""
-    return _variable(dims, np.array(values, np.float64), dict(_attributes_of_parameter(name)), NO_FILL)
+    return xr.Variable(dims, np.array(values, np.float64), _attributes_of_parameter(name), NO_FILL)
 
 
 @cache
@@ -309,10 +301,10 @@ def variable_of(declared: Variable, dims: Sequence[Hashable], values: NDArray[An
     """A data variable of its final type: int8 flags, int32 counts (NaN: 0), float64 the rest."""
     attributes = dict(attributes_of(declared))
     if declared.name not in FLAGS and declared.name not in _COUNTS:
-        return _variable(dims, np.asarray(values, np.float64), attributes)
+        return xr.Variable(dims, np.asarray(values, np.float64), attributes)
     kind = np.int8 if declared.name in FLAGS else np.int32
     whole = values if values.dtype == kind else np.nan_to_num(values).astype(kind)
-    return _variable(dims, whole, attributes, NO_FILL)
+    return xr.Variable(dims, whole, attributes, NO_FILL)
 
 
 @cache
@@ -329,20 +321,3 @@ def attributes_of(declared: Variable, meanings: tuple[str, ...] = ()) -> dict[st
     if messages:
         attributes["comment"] = "; ".join(f"{name}: {message}" for name, message in messages.items())
     return attributes
-
-
-def _variable(
-    dims: Sequence[Hashable], values: NDArray[Any], attributes: dict[str, Any],
-    encoding: Mapping[str, Any] | None = None,
-) -> xr.Variable:  # fmt: skip
-    """A variable of an array that needs no conversion.
-
-    xarray takes 1.5 us to find that out, a third of what it takes to evaluate a few cells; so, where its variables
-    consist of what they do now, they are put together here.
-    """
-    if not _AS_KNOWN:
-        return xr.Variable(dims, values, attributes, encoding, fastpath=True)
-    variable = object.__new__(xr.Variable)
-    variable._dims, variable._data, variable._attrs = tuple(dims), values, attributes
-    variable._encoding = None if encoding is None else dict(encoding)
-    return variable

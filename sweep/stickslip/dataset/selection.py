@@ -13,7 +13,6 @@ import xarray as xr
 
 from stickslip.config.grid import quantity_of
 from stickslip.config.select import shared_by
-from stickslip.config.unit_warnings import misread
 from stickslip.dataset.display import MapAxis
 from stickslip.errors import ConfigError, PlotError, QuantityError
 from stickslip.vocabulary import units
@@ -116,9 +115,11 @@ def unit_suggestion(ds: xr.Dataset, dim: Hashable, value: Any) -> str:
     except (TypeError, ValueError):
         return ""
     low, high, _ = span(ds, dim)
-    unit = MapAxis(ds, dim, plain=True).unit.name
-    doubt = misread(number, low, high, quantity_of(str(dim)), unit)
-    return f"; {doubt[0]}; {doubt[1]}" if doubt else ""
+    unit, name = MapAxis(ds, dim, plain=True).unit, quantity_of(str(dim))
+    if unit.size == 1.0 or name not in QUANTITIES or not low <= unit.to_si(number) <= high:
+        return ""
+    read = f"{number:g} {units.spelled(QUANTITIES[name].units)}"
+    return f"; {number:g} is read as {read}; did you mean {number:g} {unit.name}?"
 
 
 def _runs(axis: MapAxis) -> str:

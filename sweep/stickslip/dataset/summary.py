@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from stickslip.config.reader import parse_config
 from stickslip.config.select import Recipe, settings_at
-from stickslip.config.unit_warnings import one_regime_question
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
+from stickslip.vocabulary.flags import FLAGS, REGIMES
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
@@ -87,14 +86,6 @@ def remark(parts: Mapping[str, Share], file: str | None = None, bad: Collection[
     cells = sum(parts[name].cells for name in bad if name in parts)
     text = f"{listed(counts, 'and')} cell{'s' * (cells != 1)}"
     return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)}"
-
-
-def one_regime_remark(ds: xr.Dataset, parts: Mapping[str, Share]) -> str | None:
-    """A question about a map whose cells all have one regime, if a value in its configuration is implausible."""
-    text = str(ds.attrs.get("configuration", ""))
-    if len(parts) != 1 or "axes:" not in text:  # cells computed one by one have no configuration
-        return None
-    return one_regime_question(parse_config(text), flag_label(next(iter(parts))))
 
 
 def table_remark(ds: xr.Dataset) -> str | None:

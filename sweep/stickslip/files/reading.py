@@ -31,7 +31,6 @@ from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
 
 wait_for_imports()
 
-_LABEL = "_label"
 _REMEDY = "hint: copy it again, or compute it again"
 _ELSEWHERE = "is not what was written there: it belongs to another place, variable or file"
 _UNSEAL = f"remove the global attribute {SEAL}"
@@ -80,7 +79,7 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
 
 
 def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
-    """The marks of the chunks; None for files of earlier versions, and where the seal has been removed on purpose."""
+    """The marks of the chunks; None where the seal has been removed on purpose."""
     if MARKED not in ds.attrs or SEAL not in ds.attrs:
         return None
     layouts = {
@@ -103,7 +102,7 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | N
     for name, variable in ds.variables.items():
         if name in ds.coords and is_unwritten(variable.values):
             return f"damaged, {name} is not there, or not all of it\n{_REMEDY}"
-    if SEAL not in ds.attrs:  # written by an older version, or by somebody who worked on a result
+    if SEAL not in ds.attrs:  # removed by somebody who worked on a result
         return None
     if ds.attrs[SEAL] != digest(ds):
         changed = "names, units, parameters or configuration are not those that were written"
@@ -336,12 +335,11 @@ def _count(folder: Path) -> int:
 
 
 def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
-    """Text indices as plain texts; earlier versions wrote them beside the dimension, ``pad_label``."""
+    """Text indices as plain texts."""
     for dim in [str(dim) for dim in ds.dims]:
-        label = dim if dim in ds.coords else dim + _LABEL
-        if label in ds.coords and ds[label].dims == (dim,) and ds[label].dtype.kind not in "fiu":
-            text = xr.Variable(dim, np.array([str(name) for name in ds[label].values]), ds[label].attrs)
-            ds = ds.drop_vars(label).assign_coords({dim: text})
+        if dim in ds.coords and ds[dim].dtype.kind not in "fiu":
+            text = xr.Variable(dim, np.array([str(name) for name in ds[dim].values]), ds[dim].attrs)
+            ds = ds.assign_coords({dim: text})
     return ds
 
 

@@ -6,7 +6,7 @@ the mass of all cells is found when the file is opened. History, title and the l
 
 A checksum says that a chunk is whole, not that it is where it belongs. So a table of the file, in a group of its own,
 holds a mark of every chunk: a digest of its values, of their variable and place, and of the seal, which covers the
-configuration and the version that computed it. Files of earlier versions have no such table, and are read without.
+configuration and the version that computed it.
 
 What no checksum can detect is a chunk that is not there, because its place in the file's table of chunks was damaged:
 it reads as fill values. So these differ from all values that are written.

@@ -5,7 +5,7 @@ writing would truncate the target first. These files are results, not checkpoint
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
 In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
-hold numbers. (Earlier versions wrote ``pad_label``, which `open` reads.)
+hold numbers.
 
 Every chunk carries a checksum, and a seal covers the rest, and where chunks belong (`seal.py`). `reading.py` is the
 other half.

@@ -301,7 +301,7 @@ def hopfs(ds: xr.Dataset, x: NDArray[np.float64]) -> list[float]:
 
 def edges_of(ds: xr.Dataset, x: MapAxis) -> NDArray[np.float64]:
     """The edges of the points of a ramp; where vibration or the stability of sliding ends between two points, there."""
-    ends = ds["vibration_end"].values if "vibration_end" in ds else np.array([])  # older files have none
+    ends = ds["vibration_end"].values
     places = np.array([*hopfs(ds, x.centres), *x.unit.of(ends[np.isfinite(ends)])])
     edges = x.edges.copy()
     edges[np.searchsorted(x.centres, places)] = places

@@ -30,17 +30,13 @@ STUDIES: dict[str, StudyEntry] = {
 BESIDE = {key: study for study, entry in STUDIES.items() for key in entry.beside}  # sections by key: their study
 WITH_UNCERTAIN = tuple(key for key, entry in STUDIES.items() if entry.with_uncertain)  # may stand beside this section
 
-# Results that are no studies, and those of versions before 0.2, by a variable, a dimension or an attribute of theirs.
-_MARKS = {
-    "time": "trajectory", "quiet_above": "comparison", "probability": "uncertain",
-    "direction": "ramp", "settling_share": "attractors", "border_found": "border", "contour_found": "contours",
-    "margin_found": "margins", **extensions.brought("marks"),
-}  # fmt: skip
+# Results that are no studies, by a variable or a dimension of theirs.
+_MARKS = {"time": "trajectory", "quiet_above": "comparison", **extensions.brought("marks")}
 
 
 def kind_of(ds: xr.Dataset) -> str:
     """The kind of a result: the key of a study, trajectory, comparison, or map."""
     if (kind := ds.attrs.get("result")) in STUDIES:
         return str(kind)
-    names = {*map(str, ds.variables), *map(str, ds.dims), *map(str, ds.attrs)}
+    names = {*map(str, ds.variables), *map(str, ds.dims)}
     return next((kind for mark, kind in _MARKS.items() if mark in names), "map")

@@ -1,16 +1,13 @@
 """Which draw an item is: by cell, scrambling, matrix and number, in that order, the last running fastest.
 
-Scrambled Sobol points, any of them at once: no point depends on which others are asked for.
-
-SciPy makes them one after the other. But point number n is the exclusive or of the point 0 with one direction per bit
-of the Gray code of n, and SciPy's own points at powers of two tell the directions. So a block of a run computes its own
-points wherever it lies, and a hundred million of them are never in memory together.
+Scrambled Sobol points, any of them at once: no point depends on which others are asked for. So a block of a run makes
+its own points wherever it lies, and a hundred million of them are never in memory together.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,71 +18,41 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 BITS = 30  # of a coordinate, as SciPy has them
-_HELD = 12  # bits of n whose points are held: 4096 points of each scrambling
+_AT_ONCE = 2**16  # points of a scrambling that are made together; many, since SciPy walks to the first of them
+_IN_MEMORY = 2**21  # points
 
 
-@dataclass(frozen=True, eq=False)
 class SobolPoints:
-    """Independent scramblings of the first `count` Sobol points in the unit cube.
+    """Independent scramblings of the first `count` Sobol points in the unit cube; count : a power of two.
 
-    near : (scramblings, held, dimensions), the first points. far : (scramblings, rest, dimensions), what turns them
-    into those further on.
+    Scrambling: a random matrix and a digital shift (Matousek).
     """
 
-    count: int
-    near: Integers
-    far: Integers
-
-    @classmethod
-    def scrambled(cls, dimensions: int, count: int, scramblings: int, seed: int) -> SobolPoints:
-        """The points of a seed. count : a power of two. Scrambling: a random matrix and a digital shift (Matousek)."""
-        near, far = [], []
-        for child in np.random.SeedSequence(seed).spawn(scramblings):
-            first, directions = _directions(dimensions, count, np.random.default_rng(child))
-            held = min(count, 2**_HELD)
-            near.append(first ^ _combined(np.arange(held), directions))
-            far.append(_combined(np.arange(0, count, held), directions))
-        return cls(count, np.array(near), np.array(far))
-
-    @property
-    def held(self) -> int:
-        """Return how many points `near` has of each scrambling."""
-        return int(self.near.shape[1])
+    def __init__(self, dimensions: int, count: int, seed: int) -> None:
+        self._dimensions, self._together = dimensions, min(count, _AT_ONCE)
+        self._seed = seed
+        self._part = lru_cache(_IN_MEMORY // self._together)(self._part_of)
 
     def at(self, scrambling: Integers, number: Integers) -> Floats:
         """Points by scrambling and number (both (n,)), as (n, dimensions), strictly between 0 and 1.
 
         A point is the middle of its interval of 2^-30: SciPy gives the lower end, which may be 0.
         """
-        whole = self.near[scrambling, number % self.held] ^ self.far[scrambling, number // self.held]
-        return np.asarray((whole + 0.5) * 2.0**-BITS, np.float64)
+        points = np.empty((number.size, self._dimensions))
+        places = np.stack([scrambling, number // self._together])
+        for one, part in np.unique(places, axis=1).T.tolist():
+            here = (places[0] == one) & (places[1] == part)
+            points[here] = self._part(one, part)[number[here] % self._together]
+        return points + 0.5 * 2.0**-BITS
 
-
-def _directions(dimensions: int, count: int, rng: np.random.Generator) -> tuple[Integers, Integers]:
-    """The point 0 and the directions (bits, dimensions) of one scrambling, as integers."""
-    engine = scipy.stats.qmc.Sobol(dimensions, scramble=True, bits=BITS, seed=rng)
-    bits = count.bit_length() - 1
-    first = _integers(engine.random(1))
-    directions = np.zeros((bits, dimensions), np.int64)
-    for bit in range(bits):
-        engine.fast_forward(2**bit - engine.num_generated)
-        directions[bit] = first ^ _integers(engine.random(1))
-        if bit:  # the Gray code of 2^bit has the bit before it as well
-            directions[bit] ^= directions[bit - 1]
-    return first, directions
-
-
-def _integers(points: Floats) -> Integers:
-    return np.asarray(points[0] * 2.0**BITS, np.int64)
-
-
-def _combined(numbers: Integers, directions: Integers) -> Integers:
-    """The exclusive or of the directions that the Gray codes of `numbers` name."""
-    found = np.zeros((numbers.size, directions.shape[1]), np.int64)
-    gray = numbers ^ (numbers >> 1)
-    for bit, direction in enumerate(directions):
-        found ^= np.where(gray[:, None] >> bit & 1, direction, 0)
-    return found
+    def _part_of(self, scrambling: int, part: int) -> Floats:
+        """Points of a scrambling that are made together."""
+        # A new one every time: SciPy spawns another from it, which it remembers.
+        seed = np.random.SeedSequence(self._seed, spawn_key=(scrambling,))
+        engine = scipy.stats.qmc.Sobol(self._dimensions, scramble=True, bits=BITS, seed=np.random.default_rng(seed))
+        if part:  # SciPy takes 0 points for more than none
+            engine.fast_forward(part * self._together)
+        return np.asarray(engine.random(self._together), np.float64)
 
 
 class Place(NamedTuple):
@@ -134,7 +101,7 @@ class Design:
     @cached_property
     def points(self) -> SobolPoints:
         """In the unit cube; the columns of B after those of A."""
-        return SobolPoints.scrambled(self.plain * self.quantities, self.draws, self.scramblings, self.seed)
+        return SobolPoints(self.plain * self.quantities, self.draws, self.seed)
 
     def place(self, start: int, stop: int) -> Place:
         """Return where the items from `start` to `stop` stand."""
