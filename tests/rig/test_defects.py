@@ -18,7 +18,7 @@ from stickslip_rig.records import force_of, write_record
 from stickslip_rig.signals import evenly, turning_points
 from stickslip_rig.sticks import _Rates
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 SHOWN = ("sticks", "static_friction_first", "acceleration_max", "acceleration_integral")
 DIGITS = (".0f", ".3f", ".3g", ".3g")
 

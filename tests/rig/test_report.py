@@ -10,8 +10,8 @@ import pytest
 from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
 from stickslip.vocabulary.flags import STATUSES
+from stickslip_rig import report as reports
 from stickslip_rig.api import RPN_NAME, RigTests, load_rig, make_rig, run_matrix
-from stickslip_rig.api import report as reports
 from stickslip_rig.report import report, write_report
 
 HOSTILE = '<script>alert("1")</script> & $x$'
@@ -185,7 +185,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing_behind(computed, tmp_pat
 
 
 def test_the_matrix_that_ships_has_the_conditions_of_table_1_of_the_article():
-    grid = RigTests(load_rig(Path(__file__).resolve().parents[3] / "configs" / "rig" / "test_matrix.yaml")).grid
+    grid = RigTests(load_rig(Path(__file__).resolve().parents[2] / "configs" / "rig" / "test_matrix.yaml")).grid
     points = {c.name: c.values.tolist() for c in grid.coords}
     assert points["belt_speed"] == [0.001, 0.005, 0.01] and points["normal_load"] == [10, 20, 80]
     assert points["waiting_time"] == [10, 60, 300]

@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from stickslip.cli import main
 from stickslip.files import reading
 from stickslip_rig.api import RPN_NAME, RigTests, features, load_rig, read_record
+from stickslip_rig.sections import sections_of
 
 TEXT = """\
 title: Three loads
@@ -69,10 +70,10 @@ def test_records_read_back_with_the_features_of_the_matrix(tmp_path, config):
     assert invoke("rig", "features", *files, "--bandwidth", "200 Hz", "-o", output).exit_code == 0
     made = load_rig(config)
     for test, file in zip(RigTests(made).tests(range(3)), files, strict=True):
-        expected = features(test.record, made.features)
+        expected = features(test.record, sections_of(made).features)
         record = read_record(file)
         assert set(record.coords) == set(test.record.coords)
-        found = features(record, made.features)
+        found = features(record, sections_of(made).features)
         for name in expected.data_vars:
             assert found[name].values == pytest.approx(expected[name].values, rel=1e-6, nan_ok=True), name
     with reading.open(output) as table:

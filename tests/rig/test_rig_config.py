@@ -21,7 +21,7 @@ TEXT = SYSTEM + FRICTION + DRIVE
 MAP = SYSTEM.replace("stiffness: 5 N/mm, ", "") + FRICTION
 STIFFNESS = "axes: {stiffness: [1 N/mm, 2 N/mm]}\n"
 parse_rig = partial(parse_config, apart="drive")
-CONFIGS = Path(__file__).parents[3] / "configs" / "rig"
+CONFIGS = Path(__file__).parents[2] / "configs" / "rig"
 
 
 def refused(text, read=parse_rig):

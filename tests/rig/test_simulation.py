@@ -9,9 +9,10 @@ import stickslip
 from helpers.rig_cases import data, exact, random_data, reference, rig
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.models import CURVE_LAWS
-from stickslip_rig.api import RigTests, apparatus, features, make_record, make_rig, run_matrix
+from stickslip_rig import apparatus
+from stickslip_rig.api import RigTests, features, make_record, make_rig, run_matrix
 from stickslip_rig.quantities import EXACT, FEATURES
-from stickslip_rig.sections import Sensor
+from stickslip_rig.sections import Sensor, sections_of
 
 TIGHT = {"rtol": 1e-9}
 SEEDS = range(20)
@@ -240,7 +241,7 @@ def test_a_matrix_holds_what_its_records_say():
     found = run_matrix(made)
     for test in RigTests(made).tests([2, 7]):
         at = dict(zip(("normal_load", "a1"), np.unravel_index(test.number, (3, 3)), strict=True))
-        own = features(test.record, made.features)
+        own = features(test.record, sections_of(made).features)
         for name in FEATURES:
             assert np.array_equal(found[name].isel(at).values, own[name].values, equal_nan=True), name
         for name in EXACT:

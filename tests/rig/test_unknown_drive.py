@@ -8,7 +8,7 @@ import yaml
 
 from stickslip_rig.api import RigTests, features, make_rig
 
-CONFIG = Path(__file__).parents[3] / "configs" / "rig" / "materials.yaml"
+CONFIG = Path(__file__).parents[2] / "configs" / "rig" / "materials.yaml"
 SPEEDS = ["10 mm/s", "100 mm/s"]
 UNKNOWN = ("stick", "drive_velocity", "drive_displacement", "friction_force", "stiffness", "mass")
 STICK_SLIP = ("dry", "felt")  # fluids are damped enough to slide steadily at some speeds

@@ -102,7 +102,7 @@ BAD = {
     "a misspelt section": (
         with_line(1, "sistem: {}", text=GOOD),
         "map.yaml:1:1: sistem: unknown key, "
-        f"expected title, system, friction, start, axes, solver, execution, output, {listed(STUDIES)}\n"
+        f"expected title, system, friction, start, axes, solver, execution, output, {listed([*STUDIES, *BESIDE])}\n"
         "  hint: did you mean system?",
     ),
     "a key of another section": (
