@@ -5,8 +5,9 @@ An extension is found by an entry point of the group `stickslip.extensions`, in 
     [project.entry-points."stickslip.extensions"]
     sound = "stickslip_sound.extension:EXTENSION"
 
-whose value is an `Extension`. What it brings is named by place, `module` or `module:name`, and imported when it is
-used. The engine asks for what there is, and knows no extension by name.
+whose value is an `Extension`, in a module that imports nothing of the engine but this one. What it brings is named by
+place, `module` or `module:name`, and imported when it is used. The engine asks for what there is, and knows no
+extension by name.
 """
 
 from __future__ import annotations
@@ -79,6 +80,8 @@ def installed() -> tuple[Extension, ...]:
         except ModuleNotFoundError as error:
             if error.name != point.module.partition(".")[0]:
                 raise
+        except AttributeError as error:  # its module imports the engine, which is just asking for it
+            raise ImportError(f"{point.value}: expected in a module that imports stickslip.extensions alone") from error
     return tuple(extensions)
 
 

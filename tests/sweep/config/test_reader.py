@@ -11,8 +11,8 @@ from helpers.configs import GOOD, message, with_line
 from stickslip.config import sections
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, make_config, parse_config
-from stickslip.config.studies import STUDIES
 from stickslip.errors import ConfigError
+from stickslip.vocabulary.studies import BESIDE, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 

@@ -1,0 +1,143 @@
+"""An extension that lies outside the tree: found by its entry point, as `pip install` writes it."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from stickslip import extensions
+
+TOY = '''
+"""The largest slip speed of cells, times a factor."""
+
+import click
+import numpy as np
+
+from stickslip.config.grid import build_grid
+from stickslip.config.sections import StudySection, of_row
+from stickslip.config.studies import Study
+from stickslip.dataset.build import grid_coordinates, study_dataset
+from stickslip.engine import compute_range
+from stickslip.plots import plot_map
+from stickslip.studies.study import joined
+from stickslip.vocabulary.parameter import Parameter, Variable, table
+
+
+class Pace(StudySection):
+    """How fast cells move."""
+
+    key = "pace"
+    rows = table(Parameter("factor", "1", "what speeds are multiplied by", key, default=1.0, above=0))
+    factor: float = of_row(rows["factor"])
+
+
+class PaceStudy(Study):
+    section, subject, title, name, counted = Pace, "pace", "Pace", "pace", "cells"
+    variables = table(Variable("pace", "m s-1", "largest slip speed, times a factor"))
+    columns = {"pace": np.dtype(np.float64)}
+
+    def __init__(self, config, section, options):
+        self.cells, self.pace, self.options = build_grid(config), section, options
+        self.dims, self.shape = self.cells.dims, self.cells.shape
+
+    @classmethod
+    def of(cls, given, section, options):
+        return cls(given, section, options)
+
+    def compute(self, items, stop, moved=None):
+        cells = compute_range(self.cells, items.start, items.stop, self.options, stop, moved)
+        return {"pace": cells["slip_speed_max"] * self.pace.factor}
+
+    def dataset(self, parts, attributes):
+        coordinates = grid_coordinates(self.cells)
+        return study_dataset("pace", self.variables, joined(parts), self.dims, self.shape, coordinates, attributes)
+
+    @classmethod
+    def figure(cls, ds, variable, select, title, look, state):
+        return plot_map(ds, "pace", title="a figure of its own")
+
+
+@click.command("greet")
+def greet():
+    """Say hello."""
+    click.echo("hello from a toy")
+'''
+EXTENSION = """
+from stickslip.extensions import Extension, StudyEntry
+
+EXTENSION = Extension(
+    commands={"Toys": {"greet": "toy.study", "pace": "stickslip.cli.studies"}},
+    calls={"toy": "toy.study"},
+    studies={"pace": StudyEntry("toy.study:PaceStudy", "Find how fast cells move.")},
+)
+"""
+CONFIG = """\
+system: {mass: 1, stiffness: 2, normal_load: 3}
+friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
+axes: {belt_speed: {start: 0.1, stop: 0.5, num: 3}, damping: [0, 0.5]}
+pace: {factor: 2}
+"""
+
+
+@pytest.fixture
+def installed(tmp_path):
+    """A folder in which the toy is installed."""
+    (tmp_path / "toy").mkdir()
+    (tmp_path / "toy" / "__init__.py").write_text(EXTENSION, encoding="utf-8")
+    (tmp_path / "toy" / "study.py").write_text(TOY, encoding="utf-8")
+    about = tmp_path / "toy-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text(f"[{extensions.GROUP}]\ntoy = toy:EXTENSION\n", encoding="utf-8")
+    (tmp_path / "my.yaml").write_text(CONFIG, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_toy_brings_commands_a_section_a_figure_and_a_python_name(installed):
+    code = """
+import stickslip
+from click.testing import CliRunner
+from stickslip.cli import main
+from stickslip.config.schema import json_schema
+def output(*words):
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, (words, done.output, done.exception)
+    return done.output
+assert "Toys:" in output("--help") and output("greet") == "hello from a toy\\n"
+assert "--factor" in output("pace", "--help") and "pace" in json_schema()["properties"]
+ds = stickslip.run("my.yaml")
+assert ds["pace"].shape == (3, 2) and ds.attrs["result"] == "pace"
+cell = stickslip.evaluate(ds.stickslip.cell(belt_speed=0.1, damping=0))
+assert float(ds["pace"][0, 0]) == 2 * float(cell["slip_speed_max"][0])
+texts = ds.stickslip.plot().findobj(lambda artist: hasattr(artist, "get_text"))
+assert "a figure of its own" in [text.get_text() for text in texts]
+from stickslip.toy import PaceStudy
+assert stickslip.toy.PaceStudy is PaceStudy
+"""
+    paths = os.environ | {"PYTHONPATH": os.pathsep.join([str(installed), *sys.path])}
+    done = subprocess.run([sys.executable, "-c", code], env=paths, cwd=installed, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_an_extension_whose_package_was_taken_away_is_left_out(monkeypatch):
+    class Gone:
+        name, module = "gone", "stickslip_gone.extension"
+
+        def load(self):
+            raise ModuleNotFoundError("No module named 'stickslip_gone'", name="stickslip_gone")
+
+    monkeypatch.setattr(extensions, "entry_points", lambda group: [Gone()])
+    assert extensions.installed.__wrapped__() == ()
+
+
+def test_an_extension_that_lacks_what_it_imports_says_so(monkeypatch):
+    class Broken:
+        name, module = "broken", "toy.extension"
+
+        def load(self):
+            raise ModuleNotFoundError("No module named 'nothing'", name="nothing")
+
+    monkeypatch.setattr(extensions, "entry_points", lambda group: [Broken()])
+    with pytest.raises(ModuleNotFoundError, match="nothing"):
+        extensions.installed.__wrapped__()
