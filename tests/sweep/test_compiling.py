@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -56,7 +55,6 @@ def cached(kernels, tmp_path, monkeypatch):
     folder.mkdir()
     objects.write(folder / name, *made)
     monkeypatch.setattr(objects, "CACHE_FOLDER", folder)
-    monkeypatch.setattr(compiling.tempfile, "gettempdir", lambda: str(tmp_path))  # of the lock, which others may hold
     return folder / name
 
 
@@ -239,53 +237,6 @@ def test_without_a_home_nothing_is_made_in_the_folder_one_is_in(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     assert objects._usable_folder() == (None, "no home folder is known")
     assert list(tmp_path.iterdir()) == []
-
-
-# --- the lock of those who compile ------------------------------------------------------------------------------------
-
-
-def lock_of(path, folder):
-    """Where those who compile the object `path` wait for each other."""
-    return folder / f"stickslip-compiling-{path.name.partition('-numba')[0]}-{os.getuid()}"
-
-
-@posix
-def test_who_waits_for_a_compiler_is_told_for_whom(cached, monkeypatch, caplog, tmp_path):
-    import fcntl
-
-    good = cached.read_bytes()
-    cached.unlink()
-    stand_in_for_compiling(monkeypatch, good)
-    path = lock_of(cached, tmp_path)
-    path.write_bytes(b"process 4711\x1b[31m, since 12:00:00")
-    path.chmod(0o600)
-    with open(path) as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        waiting = threading.Thread(target=compiling.compile_apart, args=("stribeck", False))
-        waiting.start()
-        until(lambda: caplog.messages)
-    waiting.join()
-    assert caplog.messages == ["waiting for process 4711[31m, since 12:00:00, which compiles the kernels"]
-    assert path.read_text().startswith(f"process {os.getpid()}, since ") and cached.exists()
-
-
-@posix
-@pytest.mark.parametrize("how", ["link", "pipe", "writable"])
-def test_a_lock_that_somebody_else_may_have_put_there_is_not_waited_for(cached, monkeypatch, caplog, tmp_path, how):
-    good = cached.read_bytes()
-    cached.unlink()
-    stand_in_for_compiling(monkeypatch, good)
-    path, victim = lock_of(cached, tmp_path), tmp_path / "victim"
-    victim.write_text("untouched")
-    if how == "link":
-        path.symlink_to(victim)
-    elif how == "pipe":
-        os.mkfifo(path, 0o600)
-    else:
-        path.touch()
-        path.chmod(0o666)
-    compiling.compile_apart("stribeck", False)
-    assert cached.exists() and "compiling without this lock" in caplog.text and victim.read_text() == "untouched"
 
 
 def test_a_compiler_that_fails_says_why(tmp_path, monkeypatch):

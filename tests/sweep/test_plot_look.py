@@ -10,7 +10,7 @@ from helpers.nightly import few
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, notes_of, panels_of, speeds, stiffnesses
 from stickslip.dataset.display import with_units
 from stickslip.errors import PlotError
-from stickslip.plots.layout import request_of, resize, save
+from stickslip.plots.layout import resize
 from stickslip.plots.maps import plot_map
 from stickslip.plots.options import Look
 from stickslip.plots.painting import rectangles
@@ -186,18 +186,7 @@ def test_a_sign_that_says_something_has_colours_that_part_at_zero(name, factor):
     assert factor == 1.0 or ("0" in ticks and {"-100", "-10"} & set(ticks))
 
 
-# --- what a picture was made for --------------------------------------------------------------------------------------
-
-
-def test_a_picture_says_what_it_was_made_for(tmp_path):
-    figure = plot_map(plane())
-    for name, request in (("a.png", ""), ("b.png", "variable: period")):
-        save(figure, tmp_path / name, request=request)
-        assert request_of(tmp_path / name) == request
-    (tmp_path / "text.png").write_text("no picture")
-    assert request_of(tmp_path / "text.png") is None and request_of(tmp_path / "none.png") is None
-    figure.savefig(tmp_path / "foreign.png")
-    assert request_of(tmp_path / "foreign.png") is None
+# --- titles and legends ----------------------------------------------------------------------------------------------
 
 
 def test_titles_beside_a_legend_are_wrapped_and_again_where_the_figure_gets_narrow():

@@ -141,7 +141,7 @@ def test_marks_of_a_file_have_their_regimes_and_a_legend_of_a_quarter(folder, mo
     (folder / "points.csv").write_text(POINTS, encoding="utf-8")
     drawn = []
 
-    def save(figure, _path, dpi, _request, size):
+    def save(figure, _path, dpi, size):
         resize(figure, *inches(size, dpi))
         drawn.append(figure)
 

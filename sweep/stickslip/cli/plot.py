@@ -56,7 +56,7 @@ Examples:
     "--output",
     type=params.Target("plot", "page"),
     help="Picture to write, .png, .svg or .pdf, or page, .html.  [default: FILE.png, with the names of --variable and "
-    "--select in it, in this folder if FILE is a URL; a number if another picture has that name]",
+    "--select in it, in this folder if FILE is a URL]",
 )
 @reports_errors
 def plot(
@@ -92,20 +92,12 @@ def plot(
                                        borders=not no_borders, lines=over)  # fmt: skip
             for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
                 screen.row("drawn", point)
-        request = _request_text({**options, "variable": variable, "select": select, "lines": lines,
-                                 "map": map_file, "no_borders": no_borders})  # fmt: skip
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
-        target = output or plots.free_name(stem, None if variable == plots.subject(ds) else variable, places, request)
-        plots.save(figure, target, picture.dpi or plots.DPI, request, picture.size)
+        target = output or plots.name_of(stem, None if variable == plots.subject(ds) else variable, places)
+        plots.save(figure, target, picture.dpi or plots.DPI, picture.size)
     except PlotError as error:
         fail(f"{file}: {error}")
     of_cells = plots.kind_of(ds) in ("map", "refine") and law_with_theory(ds) is None  # borders, where they are drawn
     if not no_borders and of_cells and (absent := why_absent(ds, "damping_ratio")):
         screen.notice(f"{file}: no borders of linear theory are drawn: the map {absent}")
     screen.row("plot", target)
-
-
-def _request_text(options: dict[str, Any]) -> str:
-    """The options of a picture as one text, empty for a picture without any."""
-    given = {name: ", ".join(value) if isinstance(value, tuple) else value for name, value in options.items() if value}
-    return "; ".join(f"{name}: {value}" for name, value in sorted(given.items()))

@@ -83,7 +83,7 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any, std: float | None)
     scatter = problems.read(Scatter, path, raw, context=SEARCHABLE[name])
     if scatter is None:
         return None
-    if scatter.ends and (kept := getattr(scatter.distribution, "kept", 1.0)) < _LEAST_KEPT:
+    if scatter.ends and (kept := scatter.distribution.shares[2]) < _LEAST_KEPT:  # type: ignore[union-attr]
         message = f"keeps {_share(kept)} of the {scatter.kind} distribution, expected at least {_share(_LEAST_KEPT)}"
         hint = "the distribution lies elsewhere; check its numbers"
         problems.add((*path, "truncated"), message, hint, at_key=True)
@@ -93,12 +93,10 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any, std: float | None)
 
 
 def _check_inside(problems: ProblemCollector, scatter: Scatter, path: Path) -> None:
-    from stickslip.theory.distributions import share_outside  # SciPy takes its time, and most have no use for it
-
     row = SEARCHABLE[str(path[-1])]
     low = max((bound for bound in (row.above, row.at_least) if bound is not None), default=-math.inf)
     high = math.inf if row.at_most is None else row.at_most
-    under, over = share_outside(scatter.distribution, low, high)
+    under, over = scatter.distribution.outside(low, high)
     if under + over <= _ALLOWED_OUTSIDE:
         return
     side, bound = ("below", low) if under >= over else ("above", high)

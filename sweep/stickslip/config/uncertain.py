@@ -37,7 +37,7 @@ from stickslip.vocabulary.settings import SUBSET, UNCERTAIN
 from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
-    from stickslip.theory.distributions import Distribution
+    from stickslip.theory.distributions import Distribution, Drawn
 
 Floats = NDArray[np.float64]
 
@@ -163,12 +163,14 @@ class Scatter(Section):
         return {name: end for name, end in self.truncated or () if end is not None}
 
     @property
-    def distribution(self) -> Distribution:
+    def distribution(self) -> Distribution | Drawn:
         """The map from standard normal deviates to values."""
-        from stickslip.theory.distributions import KINDS, Truncated  # SciPy, which only this needs, takes its time
+        from stickslip.theory.distributions import KINDS, Drawn  # SciPy, which only this needs, takes its time
 
-        whole = KINDS[self.kind](**self.numbers if self.drawn is None else {"values": self.drawn})
-        return Truncated(whole, **{"low": -math.inf, "high": math.inf} | self.ends) if self.ends else whole
+        if self.drawn is not None:
+            return Drawn(self.drawn)
+        ends = self.ends.get("low", -math.inf), self.ends.get("high", math.inf)
+        return KINDS[self.kind](*self.numbers.values(), *ends)
 
     def in_words(self, name: str) -> str:
         """`normal, mean 0.8 m/s, std 0.05 m/s`, for the quantity of this name."""

@@ -8,15 +8,14 @@ import logging
 import os
 import subprocess
 import sys
-import tempfile
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
-from time import perf_counter, strftime
+from time import perf_counter
 from types import MappingProxyType
-from typing import IO, Any
+from typing import Any
 
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip_kernels import objects
@@ -48,8 +47,8 @@ def functions_of(law: str) -> tuple[Any, ...]:
 def compile_apart(law: str, signals: bool) -> Object:
     """The object with the kernels of a law: of the package, from the cache, or of another process, then put there.
 
-    Of one object, one process of this user at a time. Warns, once the kernels are there, where they could not
-    be kept. Raises RuntimeError with what the other process says if it fails.
+    Processes that begin at once each compile, and the last one's file stays, which is renamed whole. Warns, once the
+    kernels are there, where they could not be kept. Raises RuntimeError with what the other process says if it fails.
     """
     name = kernel_of(law)
     if brought := objects.shipped(name, signals):
@@ -61,10 +60,7 @@ def compile_apart(law: str, signals: bool) -> Object:
     path = objects.CACHE_FOLDER / objects.name_of(name, signals)
     if found := _cached(path, signals):
         return found
-    with _alone(path.stem.partition("-numba")[0]):
-        if found := _cached(path, signals):  # another process may have been first
-            return found
-        made = _compile(law, signals)
+    made = _compile(law, signals)
     try:
         objects.write(path, *made, tried=True)
     except OSError as error:
@@ -144,50 +140,3 @@ def _python(script: str, settings: Mapping[str, str] = MappingProxyType({})) -> 
     finally:
         os.close(theirs)
         os.close(ours)
-
-
-@contextmanager
-def _alone(name: str) -> Iterator[None]:
-    """One process of this user and machine at a time for each name, where the system has such locks; they end with
-    their process.
-    """
-    descriptor = _lock_file(name)
-    if descriptor is None:
-        yield
-        return
-    with open(descriptor, "r+b", buffering=0) as file:
-        with suppress(OSError):  # a file system without locks
-            _lock(file)
-        yield
-
-
-def _lock(file: IO[bytes]) -> None:
-    """Wait for the lock, saying for whom, and put this process into the file."""
-    import fcntl
-
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        holder = "".join(filter(str.isprintable, file.read(200).decode(errors="replace"))) or "another process"
-        _log.warning("waiting for %s, which compiles the kernels", holder)
-        fcntl.flock(file, fcntl.LOCK_EX)
-    file.truncate(0)
-    file.seek(0)
-    file.write(f"process {os.getpid()}, since {strftime('%H:%M:%S')}".encode())  # of this user, whose lock it is
-
-
-def _lock_file(name: str) -> int | None:
-    """The file of the lock, open; None where there is none to be had."""
-    if not hasattr(os, "O_NOFOLLOW"):  # Windows
-        return None
-    path = Path(tempfile.gettempdir()) / f"stickslip-compiling-{name}-{os.getuid()}"
-    try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o600)
-    except OSError as error:
-        _log.warning("%s: %s; compiling without this lock", path, error.strerror)
-        return None
-    if why := objects.objection(os.fstat(descriptor)):
-        _log.warning("%s: %s; compiling without this lock", path, why)
-        os.close(descriptor)
-        return None
-    return descriptor

@@ -14,7 +14,7 @@ from stickslip.dataset.selection import MAX_PANELS
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_branches, plot_of_ramp, plot_ramp
 from stickslip.plots.kinds import is_drawn, is_over_map, plot_result, subject
-from stickslip.plots.layout import DPI, free_name, request_of, save
+from stickslip.plots.layout import DPI, name_of, save
 from stickslip.plots.maps import plot_map
 from stickslip.plots.marks import BORDERS
 from stickslip.plots.materials import plot_fits, plot_materials, plot_memory_fits
@@ -24,9 +24,9 @@ from stickslip.plots.uncertainty import plot_probability
 from stickslip.vocabulary.studies import kind_of
 
 __all__ = [
-    "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "free_name", "is_drawn", "is_over_map", "kind_of",
+    "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "is_drawn", "is_over_map", "kind_of", "name_of",
     "plot_attractors", "plot_branches", "plot_fits", "plot_map", "plot_materials", "plot_memory_fits", "plot_of_ramp",
-    "plot_probability", "plot_ramp", "plot_result", "plot_trace", "request_of", "save", "subject",
+    "plot_probability", "plot_ramp", "plot_result", "plot_trace", "save", "subject",
 ]  # fmt: skip
 
 

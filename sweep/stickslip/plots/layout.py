@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from itertools import chain, count
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -40,8 +39,6 @@ _BESIDE_AXES = 1.1  # times the height of axes: how long the words along them ar
 _FEWEST_LETTERS = 8  # in a line
 _NOTE_COLOUR = "#555555"
 _FIRM_SPACE = "\N{NO-BREAK SPACE}"
-_MADE_BY = "stickslip plot"
-_METADATA_KEY = {".png": "Description", ".svg": "Description", ".pdf": "Subject"}  # the keys that the formats have
 
 
 @dataclass(frozen=True)
@@ -248,56 +245,31 @@ def _fit(text: Text, room: float) -> None:
         text.set_text(folded(text.get_text(), max(_FEWEST_LETTERS, int(0.97 * letters * room / length))))
 
 
-def save(
-    figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, request: str = "", size: str | None = None
-) -> None:
+def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, size: str | None = None) -> None:
     """Write a plot; its format is that of the name (.png, .svg, .pdf). Raises PlotError.
 
     size : as text, "16 cm x 9 cm" or "1920 px x 1080 px"; None for its own.
-    request : what was asked of the picture besides what it shows by itself; kept in it, so that `request_of` tells
-    pictures apart.
     """
     if size is not None:
         resize(figure, *inches(size, dpi))
     fit(figure)
-    suffix = os.path.splitext(path)[1].lower()
-    where = _METADATA_KEY.get(suffix)
-    metadata = {where: visible(f"{_MADE_BY} {request}").rstrip()} if where else None
     try:
         check_target(path, "plot")
         with replaced(path) as temporary:
-            figure.savefig(temporary, dpi=dpi, format=suffix[1:], metadata=metadata)
+            figure.savefig(temporary, dpi=dpi, format=os.path.splitext(path)[1][1:].lower())
     except StoreError as error:
         raise PlotError(str(error)) from error
     except ValueError as error:
         raise PlotError(f"{os.fspath(path)}: cannot be written ({reason(error)})") from error
 
 
-def request_of(path: str | os.PathLike[str]) -> str | None:
-    """The request a PNG was made for (`save`); None if it is no PNG, or not one of ours."""
-    from PIL import Image  # matplotlib writes with it
-
-    if not os.path.isfile(path):  # a pipe would wait for ever
-        return None
-    try:
-        with Image.open(path) as image:
-            text = str(image.info.get(_METADATA_KEY[".png"], ""))
-    except (OSError, ValueError):
-        return None
-    return text.removeprefix(_MADE_BY).strip() if text.startswith(_MADE_BY) else None
-
-
-def free_name(stem: Path, variable: str | None, places: Mapping[str, str], request: str) -> Path:
+def name_of(stem: Path, variable: str | None, places: Mapping[str, str]) -> Path:
     """The name of a picture nobody named: FILE.png, FILE-VARIABLE.png, FILE-VARIABLE-DIM-VALUE.png.
 
-    stem : FILE, without suffix. variable : unless it is what the file shows by itself. Where another picture has the
-    name, one made for another request or by somebody else, it gets a number: FILE-2.png.
+    stem : FILE, without suffix. variable : unless it is what the file shows by itself.
     """
-    words = [stem.name, *filter(None, [variable]), *(f"{name}-{value}" for name, value in places.items())]
-    base = NO_FILE_NAME.sub("_", "-".join(words)) if len(words) > 1 else stem.name
-    names = chain([f"{base}.png"], (f"{base}-{number}.png" for number in count(2)))
-    targets = map(stem.with_name, names)
-    return next(target for target in targets if not target.exists() or request_of(target) == request)
+    words = [*filter(None, [variable]), *(f"{name}-{value}" for name, value in places.items())]
+    return stem.with_name(f"{NO_FILE_NAME.sub('_', '-'.join([stem.name, *words])) if words else stem.name}.png")
 
 
 def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:

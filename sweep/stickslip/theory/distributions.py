@@ -1,146 +1,61 @@
 """Distributions of one number, as maps from a standard normal deviate.
 
-`at(z)` gives the value whose probability of not being exceeded is that of the normal deviate z, and `score(x)` is its
-inverse (-inf below the support, inf above). So points in the unit cube, normal deviates, correlated deviates (a
-Gaussian copula) and the walks of subset simulation all go through one map, and both tails keep their digits: near 1 a
-probability has lost them, a deviate has not.
+`at(z)` gives the value whose probability of not being exceeded is that of the normal deviate z. So points in the unit
+cube, normal deviates, correlated deviates (a Gaussian copula) and the walks of subset simulation all go through one
+map, and both tails keep their digits: near 1 a probability has lost them, a deviate has not. Probabilities are SciPy's;
+the maps are written out, since SciPy's `isf` of a bounded distribution is `ppf(1 - q)`, without those digits.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import stats  # type: ignore[import-untyped]
 from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
 
 from stickslip.theory.numerics import Floats
 
-
-class Distribution(Protocol):
-    """One number that is not known exactly."""
-
-    def at(self, z: ArrayLike) -> Floats:
-        """The values at standard normal deviates."""
-
-    def score(self, x: float) -> float:
-        """The standard normal deviate of a value."""
+Map = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
-class Normal:
-    """Normal: mean, and standard deviation > 0."""
+class Distribution:
+    """One number that is not known exactly, given that it lies from `low` to `high`.
 
-    mean: float
-    std: float
+    whole : SciPy's distribution without those ends. map : from standard normal deviates to its values.
+    """
 
-    def at(self, z: ArrayLike) -> Floats:
-        """The values at standard normal deviates."""
-        return np.asarray(self.mean + self.std * np.asarray(z, np.float64))
-
-    def score(self, x: float) -> float:
-        """The standard normal deviate of a value."""
-        return (x - self.mean) / self.std
-
-
-@dataclass(frozen=True)
-class Lognormal:
-    """Lognormal: median > 0, and the factor > 1 within which, up or down, 68 % of the values lie."""
-
-    median: float
-    factor: float
-
-    def at(self, z: ArrayLike) -> Floats:
-        """The values at standard normal deviates."""
-        with np.errstate(over="ignore"):  # far out, with a large factor: inf
-            return np.asarray(self.median * np.exp(math.log(self.factor) * np.asarray(z, np.float64)))
-
-    def score(self, x: float) -> float:
-        """The standard normal deviate of a value."""
-        if x <= 0:
-            return -math.inf
-        return math.log(x / self.median) / math.log(self.factor)
-
-
-@dataclass(frozen=True)
-class Uniform:
-    """Uniform from low to high > low."""
-
-    low: float
-    high: float
-
-    def at(self, z: ArrayLike) -> Floats:
-        """The values at standard normal deviates."""
-        z, width = np.asarray(z, np.float64), self.high - self.low
-        return np.asarray(np.where(z < 0, self.low + width * ndtr(z), self.high - width * ndtr(-z)))
-
-    def score(self, x: float) -> float:
-        """The standard normal deviate of a value."""
-        width = self.high - self.low
-        return _deviate((x - self.low) / width, (self.high - x) / width)
-
-
-@dataclass(frozen=True)
-class Triangular:
-    """Triangular from low to high with the most probable value at mode, low <= mode <= high, low < high."""
-
-    low: float
-    mode: float
-    high: float
-
-    def at(self, z: ArrayLike) -> Floats:
-        """The values at standard normal deviates."""
-        z, width = np.asarray(z, np.float64), self.high - self.low
-        rising = self.low + np.sqrt(ndtr(z) * width * (self.mode - self.low))
-        falling = self.high - np.sqrt(ndtr(-z) * width * (self.high - self.mode))
-        return np.asarray(np.where(ndtr(z) * width < self.mode - self.low, rising, falling))
-
-    def score(self, x: float) -> float:
-        """The standard normal deviate of a value."""
-        width = self.high - self.low
-        if x <= self.low or x >= self.high:
-            return _deviate(x - self.low, self.high - x)
-        if x < self.mode:
-            below = (x - self.low) ** 2 / (width * (self.mode - self.low))
-            return _deviate(below, 1.0 - below)
-        above = (self.high - x) ** 2 / (width * (self.high - self.mode))
-        return _deviate(1.0 - above, above)
-
-
-@dataclass(frozen=True)
-class Truncated:
-    """Another distribution, given that the value lies from low to high; -inf and inf leave a side open."""
-
-    whole: Distribution
-    low: float
-    high: float
+    whole: Any
+    map: Map
+    low: float = -math.inf
+    high: float = math.inf
 
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
         z = np.asarray(z, np.float64)
-        below, above, inside = self._shares()
+        if math.isinf(self.low) and math.isinf(self.high):
+            return np.asarray(self.map(z))
+        below, above, inside = self.shares
         p, q = below + ndtr(z) * inside, above + ndtr(-z) * inside
-        return np.clip(self.whole.at(np.where(p < q, ndtri(p), -ndtri(q))), self.low, self.high)
-
-    def score(self, x: float) -> float:
-        """The standard normal deviate of a value."""
-        if not self.low < x < self.high:
-            return math.inf if x >= self.high else -math.inf
-        below, above, inside = self._shares()
-        inner = self.whole.score(x)
-        return _deviate(float(ndtr(inner) - below) / inside, float(ndtr(-inner) - above) / inside)
-
-    def _shares(self) -> tuple[float, float, float]:
-        """The shares of the whole that lie below, above and inside."""
-        a, b = self.whole.score(self.low), self.whole.score(self.high)
-        inside = float(ndtr(b) - ndtr(a)) if a < 0 else float(ndtr(-a) - ndtr(-b))
-        return float(ndtr(a)), float(ndtr(-b)), inside
+        return np.clip(self.map(np.where(p < q, ndtri(p), -ndtri(q))), self.low, self.high)
 
     @property
-    def kept(self) -> float:
-        """Share of the whole that lies inside."""
-        return self._shares()[2]
+    def shares(self) -> tuple[float, float, float]:
+        """The shares of the whole that lie below, above and inside the ends, each with its digits."""
+        below, above = float(self.whole.cdf(self.low)), float(self.whole.sf(self.high))
+        if below < 0.5:
+            return below, above, float(self.whole.cdf(self.high)) - below
+        return below, above, float(self.whole.sf(self.low)) - above
+
+    def outside(self, low: float, high: float) -> tuple[float, float]:
+        """The probability of a value below `low`, and of one above `high`; -inf and inf for no bound."""
+        below, above, inside = self.shares
+        under = 0.0 if low <= self.low else (float(self.whole.cdf(low)) - below) / inside
+        over = 0.0 if high >= self.high else (float(self.whole.sf(high)) - above) / inside
+        return under, over
 
 
 @dataclass(frozen=True)
@@ -154,26 +69,47 @@ class Drawn:
         rows = (ndtr(np.asarray(z, np.float64)) * len(self.values)).astype(np.intp)
         return np.asarray(np.take(self.values, np.minimum(rows, len(self.values) - 1)), np.float64)
 
-    def score(self, x: float) -> float:
-        """The standard normal deviate of the share of values below x."""
+    def outside(self, low: float, high: float) -> tuple[float, float]:
+        """The share of values below `low`, and of those above `high`."""
         values = np.asarray(self.values)
-        return _deviate(float(np.mean(values < x)), float(np.mean(values > x)))
+        return float(np.mean(values < low)), float(np.mean(values > high))
 
 
-KINDS: dict[str, Callable[..., Normal | Lognormal | Uniform | Triangular | Drawn]] = {
-    "normal": Normal, "lognormal": Lognormal, "uniform": Uniform, "triangular": Triangular, "drawn": Drawn,
+def normal(mean: float, std: float, *ends: float) -> Distribution:
+    """Normal: mean, and standard deviation > 0."""
+    return Distribution(stats.norm(mean, std), lambda z: mean + std * z, *ends)
+
+
+def lognormal(median: float, factor: float, *ends: float) -> Distribution:
+    """Lognormal: median > 0, and the factor > 1 within which, up or down, 68 % of the values lie."""
+
+    def values(z: Floats) -> Floats:
+        with np.errstate(over="ignore"):  # far out, with a large factor: inf
+            return np.asarray(median * np.exp(math.log(factor) * z))
+
+    return Distribution(stats.lognorm(math.log(factor), scale=median), values, *ends)
+
+
+def uniform(low: float, high: float, *ends: float) -> Distribution:
+    """Uniform from low to high > low."""
+    width = high - low
+    return Distribution(
+        stats.uniform(low, width), lambda z: np.where(z < 0, low + width * ndtr(z), high - width * ndtr(-z)), *ends
+    )
+
+
+def triangular(low: float, mode: float, high: float, *ends: float) -> Distribution:
+    """Triangular from low to high with the most probable value at mode, low <= mode <= high, low < high."""
+    width = high - low
+
+    def values(z: Floats) -> Floats:
+        rising = low + np.sqrt(ndtr(z) * width * (mode - low))
+        falling = high - np.sqrt(ndtr(-z) * width * (high - mode))
+        return np.asarray(np.where(ndtr(z) * width < mode - low, rising, falling))
+
+    return Distribution(stats.triang((mode - low) / width, low, width), values, *ends)
+
+
+KINDS: dict[str, Callable[..., Distribution]] = {
+    "normal": normal, "lognormal": lognormal, "uniform": uniform, "triangular": triangular,
 }  # fmt: skip
-
-
-def share_outside(distribution: Distribution, low: float, high: float) -> tuple[float, float]:
-    """The probability of a value below `low`, and of one above `high`; -inf and inf for no bound."""
-    under = 0.0 if math.isinf(low) else float(ndtr(distribution.score(low)))
-    over = 0.0 if math.isinf(high) else float(ndtr(-distribution.score(high)))
-    return under, over
-
-
-def _deviate(p: float, q: float) -> float:
-    """The standard normal deviate of a probability p, and 1 - p = q: from the smaller, which has the digits."""
-    if p <= 0 or q <= 0:
-        return -math.inf if p <= 0 else math.inf
-    return float(ndtri(p)) if p < q else -float(ndtri(q))
