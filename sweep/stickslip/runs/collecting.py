@@ -63,7 +63,9 @@ def collect(request: Request) -> Collected:
 
     anew = store.manifest.fresh and store.is_complete()  # as the run would replace it
     with existing_output.opened(request.output, request.config, anew, _OTHER) as old:
-        work = Work(request.config, old.known if old else None, store.blocks)
+        work = (
+            Work(request.config, old.known, store.blocks, old.grid) if old else Work(request.config, cut=store.blocks)
+        )
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
             assemble(gathered, store, work, request.output, request.assembling, check)

@@ -209,7 +209,7 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
     stop = stop_flag()
     with hold_lock(folder, request.shard, lambda: stop.fill(1), request.notice) as lock:
         with existing_output.opened(request.output, request.config, anew) as old:
-            work = Work(request.config, old.known if old else None)
+            work = Work(request.config, old.known, grid=old.grid) if old else Work(request.config)
             store = block_store.prepare(folder, work, request.fresh, request.notice, work.packing(request.output))
             session = _Session(request, store, replace(work, cut=store.blocks), lock)
             outcome = session.compute(choose, machines, stop)
@@ -283,7 +283,7 @@ class _Session:
     def assemble(self, output: Location) -> None:
         """Write the result; blocks that turn out damaged are computed again."""
         request, store = self.request, self.store
-        work = Work(request.config, cut=store.blocks)
+        work = replace(self.work, known=None)  # the older map is closed
 
         def repair(number: int) -> Results:
             block = work.compute(number)
