@@ -227,8 +227,8 @@ def count_files(ds: xr.Dataset, place: Location) -> int:
         return 1
     groups, count = 2, len(ds.variables) + 1  # each variable and the table of marks have a file that describes them
     for name, options in _zarr_encoding(ds, None, isinstance(place, Path)).items():
-        parts = zip(ds[name].shape, options.get("shards", options["chunks"]), strict=True)
-        count += prod(-(-length // of) for length, of in parts)
+        parts = options["shards" if "shards" in options else "chunks"]
+        count += prod(-(-length // of) for length, of in zip(ds[name].shape, parts, strict=True))
     return groups + count + 1
 
 
