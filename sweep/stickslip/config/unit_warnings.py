@@ -270,6 +270,7 @@ def _bare_numbers(data: Any) -> dict[str, Span]:
         if isinstance(value, dict):
             value = value["values"] if "values" in value else [value.get("start"), value.get("stop")]
         parts = value if isinstance(value, list) else [value]
+        parts = units.each_with_unit(parts, QUANTITIES[name].units) if name in QUANTITIES else parts
         numbers = [float(part) for part in parts if isinstance(part, int | float) and part]
         if numbers and name in QUANTITIES and QUANTITIES[name].units != "1":
             bare[name] = Span(min(numbers), max(numbers))
