@@ -48,9 +48,8 @@ def explain(
     loaded = params.configuration(config)
     if loaded.study is None or loaded.study.key != "explain":
         fail(f"{config}: no observation, expected observed: [...] and prior: {{...}}")
-    output = output or params.configured_target(loaded.output.file, "result")
-    target = plot or params.configured_target(loaded.output.plot, "plot")
-    page = report or params.configured_target(loaded.output.report, "page")
+    configured = params.configured_targets(loaded)
+    output, target, page = output or configured[0], plot or configured[1], report or configured[2]
     request = Request(loaded, output, fresh=fresh, dask=dask)
     keep = ["explain", str(config), "-o", f"{config.stem}.nc"]
     answer = run_request(request, keep, Outputs(target, page=page))

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, create_model
 
-from stickslip.config.sections import Read, Section, StudySection, list_of, one_of, refused, with_rows
+from stickslip.config.sections import Read, Section, StudySection, each_with_unit, list_of, one_of, refused, with_rows
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import DECIDED
@@ -82,7 +82,7 @@ def _read_measured(row: Variable) -> Read:
         if isinstance(given, Measured | dict):
             return given
         if isinstance(given, list | tuple):
-            repeats = tuple(map(si, given))
+            repeats = tuple(map(si, each_with_unit(row, given)))
             if len(set(repeats)) < 2:
                 raise refused(f"{forms}; of repeats two at least, which differ", "their scatter is taken from them")
             return {"repeats": repeats}
@@ -92,9 +92,8 @@ def _read_measured(row: Variable) -> Read:
         value, scatter = (part.strip() for part in parts)
         if scatter.endswith("%") and _NUMBER.fullmatch(scatter[:-1].strip()):
             return {"value": si(value), "scatter": si(value) * float(scatter[:-1]) / 100}
-        if _NUMBER.fullmatch(value):  # 54 +- 2 ms
-            value += _NUMBER.sub("", scatter, count=1)
-        return {"value": si(value), "scatter": si(scatter)}
+        numbers = [float(part) if _NUMBER.fullmatch(part) else part for part in (value, scatter)]
+        return dict(zip(("value", "scatter"), map(si, each_with_unit(row, numbers)), strict=True))  # 54 +- 2 ms
 
     text = {"type": "string", "pattern": r"(\+-|\+/-|±)", "examples": [f"{number} +- 0.02 {unit}".rstrip()]}
     plain = {"type": "object", "properties": {"value": {"type": "number"}, "scatter": {"type": "number"},

@@ -42,7 +42,7 @@ system: {stiffness: 1, belt_speed: 1}
 friction: {law: stribeck_delta, delta: 2, a1: 1}
 axes:
   lubricant:
-    zip: {a2: [0, 0.1], a3: [0.1, 0.2], a4: [1 mm/s, 0.2], mass: [1, 2]}
+    zip: {a2: [0, 0.1], a3: [0.1, 0.2], a4: [1 mm/s, 0.2 m/s], mass: [1, 2]}
     labels: [dry, "µ-oil"]
   normal_load: {values: [1, 2.5, 1e3]}
 """,

@@ -367,6 +367,14 @@ def test_plan_names_cells_blocks_memory_and_time_and_writes_nothing(here):
     assert [p.name for p in here.iterdir()] == ["small.yaml"]
 
 
+@pytest.mark.parametrize("command", ["plan", "run"])
+def test_plan_and_run_name_a_package_that_a_configured_file_needs(here, monkeypatch, command):
+    monkeypatch.setattr("stickslip.files.targets.find_spec", lambda name: None)
+    done = call(command, write_config(here, more="output: {file: a.zarr}\n"))
+    assert done.exit_code == 2 and "need zarr\nhint: pip install" in done.stderr
+    assert [p.name for p in here.iterdir()] == ["small.yaml"]
+
+
 def test_plan_and_run_count_the_cells_that_run_out_of_steps(here):
     config = write_config(here, num=40, more="solver: {max_steps: 12}\noutput: {file: map.nc}\n")
     planned = call("plan", config).stdout

@@ -106,7 +106,7 @@ def _written(folder, text):
 
 
 def test_several_belt_speeds_say_what_each_says_alone():
-    both = compared(FILES, belt_speed=["30 mm/s", 0.01])
+    both = compared(FILES, belt_speed=["30 mm/s", "0.01 m/s"])
     assert both["belt_speed"].values.tolist() == [0.01, 0.03] and "belt_speed" not in both.attrs
     for speed in (0.01, 0.03):
         one, same = compared(FILES, belt_speed=speed), both.sel(belt_speed=speed)

@@ -114,7 +114,7 @@ def test_a_dimensionless_study_may_scale_any_of_its_numbers(tmp_path, name, scal
     assert said(tmp_path, of_one(f"{name}: {values[name] * scale}") if name != "a2" else of_one("a1: 1")) == []
 
 
-@pytest.mark.parametrize("axis", ["a4: [10, 20]", "a4: {values: [10, 20]}", "g: {zip: {a4: [10, 20 mm/s, 20]}}"])
+@pytest.mark.parametrize("axis", ["a4: [10, 20]", "a4: {values: [10, 20]}", "g: {zip: {a4: [10, 20, 20]}}"])
 def test_axes_of_every_form_are_looked_at(tmp_path, axis):
     (asked,) = said(tmp_path, QUIET.replace(", a4: 20", "").replace("  belt_speed", f"  {axis}\n  belt_speed"))
     assert "10 to 20 understood as 10 to 20 m/s; did you mean 10 to 20 mm/s?" in asked

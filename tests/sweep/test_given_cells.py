@@ -97,7 +97,7 @@ def test_designers_calls_keep_dimensions_too():
     box = {"displacement": (0.0, 1.5), "velocity": (-0.5, 0.5)}
     assert stickslip.attractors(cells, box, samples=64)["settling_share"].dims == ("spring", "v")
     lines = stickslip.contours(PAIR | {"damping": SPRINGS / 100}, ("stiffness", "belt_speed"),
-                               {"stiffness": ("1 N/m", 10.0), "belt_speed": (0.1, 1.0)}, points=8)  # fmt: skip
+                               {"stiffness": ("1 N/m", "10 N/m"), "belt_speed": (0.1, 1.0)}, points=8)  # fmt: skip
     assert "spring" in lines.sizes or "spring" in lines.variables
 
 

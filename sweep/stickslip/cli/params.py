@@ -92,6 +92,13 @@ def configured_target(name: str | None, *kinds: str) -> Any:
     return None if name is None else Target(*kinds).convert(name, None, click.get_current_context())
 
 
+def configured_targets(config: Config) -> tuple[Any, Any, Any]:
+    """Result, plot and page that a configuration names, for a run (`configured_target`)."""
+    names, kinds = (config.output.file, config.output.plot, config.output.report), ("result", "plot", "page")
+    result, plot, page = map(configured_target, names, kinds)
+    return result, plot, page
+
+
 def _result_beside(context: click.Context, _option: click.Parameter, output: Location | None) -> Location | None:
     """The output or, of a table, the netCDF file beside it, which can be resumed and read again."""
     if not isinstance(output, Path) or output.suffix.lower() not in (".csv", ".xlsx"):

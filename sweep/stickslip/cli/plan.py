@@ -43,6 +43,7 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
     from stickslip.runs.estimate import estimate
 
     loaded = params.configuration(config)
+    params.configured_targets(loaded)  # what keeps a run from beginning is no plan
     whole = estimate(loaded)
     shared = None if nodes is None else whole.on(nodes, loaded.execution.threads or whole.tried.threads)
     lines = {} if shared is None else _shell_lines(config, loaded, shared)

@@ -126,8 +126,9 @@ def _show(progress: Status) -> None:
         ("blocks", f"{finished:,} finished, {missing:,} missing, {len(failures):,} failed, of {blocks:,}"),
     ]
     for shard in progress.shards:
-        died = f"its process has died{': submit it again' if shard.missing else ''}"
-        state = died if shard.holder is None else f"held by {shard.holder}"
+        nobody = "its process has died" if shard.died else "no process works on it"
+        again = ": submit it again" if shard.missing else ""
+        state = f"{nobody}{again}" if shard.holder is None else f"held by {shard.holder}"
         rows.append(("shard", f"{shard.shard}: {len(shard.missing):,} of {shard.blocks:,} blocks missing; {state}"))
     of_shards = [shard.holder for shard in progress.shards]
     rows += [("held", f"by {holder}") for holder in progress.holders if holder not in of_shards]
@@ -194,7 +195,7 @@ def _status_answer(progress: Status) -> dict[str, Any]:
         "failures": [asdict(failure) for failure in progress.failures],
         "holders": [fields(holder, "user", "host", "pid", "since", "seen") for holder in progress.holders],
         "shards": [
-            fields(shard, "shard", "blocks", "missing") | {"held": shard.holder is not None}
+            {"shard": str(shard.shard)} | fields(shard, "blocks", "missing") | {"held": shard.holder is not None}
             for shard in progress.shards
         ],
         "output": None,

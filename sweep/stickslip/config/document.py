@@ -22,6 +22,7 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.settings import CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.units import each_with_unit
 
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit
@@ -99,6 +100,10 @@ def _numbers(row: Parameter, values: Any) -> list[float]:
     if not isinstance(values, list):
         raise ValueError(f"{row.name}: got {values!r}, expected a list")
     numbers = []
+    try:
+        values = each_with_unit(values, row.units)
+    except QuantityError as error:
+        raise ValueError(f"{row.name}: expected {error.expected}") from None
     for value in values:
         try:
             numbers.append(row.read(value))
@@ -228,8 +233,12 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
     matrix = fit.covariance[np.ix_(free, free)] / np.outer(std, std)
     np.fill_diagonal(matrix, 1.0)
     drawn = {
-        name: {"normal": {"mean": known[name], "std": float(one)}, **(quantities.get(name) or {})}
+        name: {
+            "normal": {"mean": row.in_file(known[name]), "std": row.in_file(float(one))},
+            **(quantities.get(name) or {}),
+        }
         for name, one in zip(names, std, strict=True)
+        if (row := QUANTITIES[name])
     }
     own = uncertain.get("correlation")
     blocks = [*(own if isinstance(own, list) else [own] if own is not None else [])]

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator
+from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from stickslip.config.sections import (
@@ -25,6 +25,7 @@ from stickslip.config.sections import (
     Start,
     StudySection,
     System,
+    each_with_unit,
     number,
     one_of,
     refused,
@@ -64,10 +65,10 @@ class Values(Section):
 
     @field_validator("values", mode="before")
     @classmethod
-    def _list(cls, value: object) -> object:
+    def _list(cls, value: object, info: ValidationInfo) -> object:
         if not isinstance(value, list | tuple) or not value:
             raise refused("a list of values")
-        return value
+        return each_with_unit(QUANTITIES[info.data["name"]], value)
 
     @property
     def size(self) -> int:
@@ -96,6 +97,14 @@ class Range(Section):
     start: float
     stop: float
     num: int
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_unit(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        ends = {key: value[key] for key in ("start", "stop") if key in value}
+        return {**value, **each_with_unit(QUANTITIES[value["name"]], ends)}
 
     @field_validator("start", "stop", mode="before")
     @classmethod

@@ -79,7 +79,7 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any, std: float | None)
         if "std" in raw["normal"]:
             message = "given besides a covariance, which says it already, expected once"
             problems.add((*path, "normal", "std"), message, at_key=True)
-        raw = {**raw, "normal": {**raw["normal"], "std": std}}
+        raw = {**raw, "normal": {**raw["normal"], "std": SEARCHABLE[name].in_file(std)}}
     scatter = problems.read(Scatter, path, raw, context=SEARCHABLE[name])
     if scatter is None:
         return None

@@ -22,6 +22,7 @@ from stickslip.config.sections import (
     Schema,
     Section,
     StudySection,
+    each_with_unit,
     finite,
     list_of,
     one_of,
@@ -131,6 +132,11 @@ class Scatter(Section):
     triangular: Triangular | None = None
     drawn: tuple[float, ...] | None = Field(None, json_schema_extra={"type": "array", "minItems": 2, "items": VALUE})
     truncated: Ends | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_unit(cls, value: Any, info: ValidationInfo) -> Any:
+        return value if info.context is None else each_with_unit(info.context, value)
 
     @field_validator("drawn", mode="before")
     @classmethod

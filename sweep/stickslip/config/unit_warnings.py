@@ -144,6 +144,7 @@ def _bare_numbers(data: Any) -> dict[str, NDArray[np.float64]]:
         if isinstance(value, dict):
             value = value["values"] if "values" in value else [value.get("start"), value.get("stop")]
         parts = value if isinstance(value, list) else [value]
+        parts = units.each_with_unit(parts, QUANTITIES[name].units) if name in QUANTITIES else parts
         numbers = [float(part) for part in parts if isinstance(part, int | float) and part]
         if numbers and name in QUANTITIES and QUANTITIES[name].units != "1":
             bare[name] = np.array([min(numbers), max(numbers)])

@@ -221,13 +221,15 @@ def rehearse(columns: Mapping[str, NDArray[Any]], suffix: str) -> tuple[float, i
     return perf_counter() - began, size
 
 
-def count_files(shape: tuple[int, ...], variables: int, place: Location) -> int:
-    """The number of files, or objects, of a map of this shape."""
+def count_files(ds: xr.Dataset, place: Location) -> int:
+    """The number of files, or objects, in which a dataset is written."""
     if place.suffix == ".nc":
         return 1
-    chunks = _chunks(shape)
-    shard = _shard(shape, chunks) if isinstance(place, Path) else None
-    return variables * prod(-(-length // of) for length, of in zip(shape, shard or chunks, strict=True))
+    groups, count = 2, len(ds.variables) + 1  # each variable and the table of marks have a file that describes them
+    for name, options in _zarr_encoding(ds, None, isinstance(place, Path)).items():
+        parts = options["shards" if "shards" in options else "chunks"]
+        count += prod(-(-length // of) for length, of in zip(ds[name].shape, parts, strict=True))
+    return groups + count + 1
 
 
 def open_chunks(file: Path | NewZarr, threads: int | None = None) -> Chunks:

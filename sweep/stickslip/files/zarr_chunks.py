@@ -91,7 +91,9 @@ class NewZarr:
         arrays = {name: a for name, a in group.arrays() if a.ndim and a.dtype.kind in "fiu"}
         marks = marks_of(group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in arrays.items()})
         table = marks.noted(self.contents)
-        group.create_group(GROUP).create_array(TABLE, data=table, dimension_names=("chunk",))
+        group.create_group(GROUP).create_array(
+            TABLE, data=table, chunks=(max(table.size, 1),), dimension_names=("chunk",)
+        )
 
     def _consolidate(self, names: Iterable[str]) -> None:
         """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.

@@ -36,7 +36,17 @@ from stickslip.materials.stick_slip_end import (
     scatter_of,
     watcher,
 )
-from stickslip.materials.system import Amount, Amounts, Request, in_percent, is_plain, quantity, speeds_of, system_of
+from stickslip.materials.system import (
+    Amount,
+    Amounts,
+    Request,
+    alike,
+    in_percent,
+    is_plain,
+    quantity,
+    speeds_of,
+    system_of,
+)
 from stickslip.progress import Watch, watched
 from stickslip.studies.borders import Border, Scan, fine_enough
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
@@ -135,7 +145,11 @@ def compare(
     search, options = fine_enough(
         section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance), Options(threads=threads)
     )
-    low, high = (None, None) if between is None else (quantity("belt_speed", end, "between") for end in between)
+    low, high = (
+        (None, None)
+        if between is None
+        else (quantity("belt_speed", end, "between") for end in alike("between", between, "belt_speed"))
+    )
     system, over = system_of(given)
     request = Request(
         system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),

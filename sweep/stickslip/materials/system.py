@@ -2,7 +2,7 @@
 several values of one quantity, ranges."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from stickslip.errors import QuantityError
 from stickslip.studies.borders import Border
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.units import ends_of, is_number
+from stickslip.vocabulary.units import each_with_unit, ends_of, is_number
 
 Amount = float | str
 Amounts = Amount | Iterable[Amount]
@@ -108,7 +108,7 @@ def values_of(name: str, given: Amounts, critical: float = math.nan) -> Values:
         raise ValueError(f"{name}: got {several!r}, expected several values or one range, not both")
     if ranges:
         return _range(name, ends_of(name, ranges[0]), name, critical)
-    return Values(tuple(sorted({_read(name, value, critical) for value in several})))
+    return Values(tuple(sorted({_read(name, value, critical) for value in alike(name, several)})))
 
 
 def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | None) -> Values:
@@ -129,7 +129,7 @@ def _range(called: str, ends: tuple[Amount, Amount], name: str, critical: float 
     """The range between two ends, the lower one first. Raises TypeError or ValueError."""
     if not isinstance(ends, tuple | list) or len(ends) != 2:
         raise TypeError(f"{called}: got {ends!r}, expected the two ends of a range")
-    low, high = (_read(name, end, critical) for end in ends)
+    low, high = (_read(name, end, critical) for end in alike(called, ends, name))
     if not low < high:
         hint = "; swap the ends" if low > high else ""
         raise ValueError(f"{called}: got {ends[0]} to {ends[1]}, expected the lower end first and one above it{hint}")
@@ -161,6 +161,19 @@ def _each(given: Amounts | None) -> list[Amount]:
     if given is None or isinstance(given, str) or np.ndim(given) == 0:  # type: ignore[arg-type]
         return [] if given is None else [given]  # type: ignore[list-item]
     return [*given]  # type: ignore[misc]
+
+
+def alike(called: str, given: Sequence[Amount], name: str = "") -> Sequence[Amount]:
+    """Values of which numbers without a unit take that of the others. Raises ValueError."""
+    numbers = [float(value) if is_number(value) else value for value in given]
+    shares = [value for value in numbers if isinstance(value, str) and "%" in value]
+    if shares and len(shares) < len(numbers):
+        raise ValueError(f"{called}: got {given!r}, expected all in percent, or none")
+    try:
+        values: Sequence[Amount] = each_with_unit(numbers, _ROWS[name or called].units)
+        return values
+    except QuantityError as error:
+        raise ValueError(f"{called}: got {given!r}, expected {error.expected}") from None
 
 
 def _read(name: str, value: Amount, critical: float) -> float:

@@ -21,7 +21,6 @@ from stickslip.files import tables
 from stickslip.vocabulary import units
 from stickslip.vocabulary.suggest import or_meant
 
-_RANGE = ".."
 _LABELS = ("label", "name", "point")  # headings of the column of a table that names operating points
 _INCH = 0.0254  # m
 _SMALLEST, _LARGEST = 1.0, 100.0  # inches of a side of a picture
@@ -134,13 +133,11 @@ def _listed(names: Iterable[Any]) -> str:
 def _ends(ds: xr.Dataset, name: str, text: str) -> tuple[float, float]:
     """`0.1..2 s` as two numbers in SI; the unit of the upper end holds for a lower one without."""
     si = str(_known(ds, name).attrs.get("units", "1"))
-    first, between, last = (part.strip() for part in text.partition(_RANGE))
-    if not between:
-        raise PlotError(f"--limits {name}={text}: expected two ends with {_RANGE} between, such as 0.1{_RANGE}2")
-    unit = units.unit_in(last)
-    if unit and not units.unit_in(first):
-        first = f"{first} {unit}"
-    low, high = (_number(f"--limits {name}", end, si) for end in (first, last))
+    try:
+        ends = units.ends_of(f"--limits {name}", text)
+    except ValueError as error:
+        raise PlotError(str(error)) from None
+    low, high = (_number(f"--limits {name}", str(end), si) for end in ends)
     if not low < high:
         raise PlotError(f"--limits {name}={text}: expected the lower end first")
     return low, high

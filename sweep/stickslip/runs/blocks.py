@@ -6,15 +6,11 @@ A block of a map is a chunk of its file too, so that what a thread has compresse
 import re
 from dataclasses import dataclass
 from math import gcd, prod
-from typing import Literal
 
 _FEWEST, _MOST = 4096, 131_072  # cells; below, files cost more than cells; above, a thread takes memory and is missed
 _GOLDEN = (1 + 5**0.5) / 2
 _BLOCKS = 64  # aimed at, so that many threads and shards find work to the end; a large map has more
 Region = tuple[slice, ...]
-Deal = Literal["every n-th", "spread"]  # how shards get their blocks; stores of earlier versions have the former
-EVERY_NTH: Deal = "every n-th"
-SPREAD: Deal = "spread"
 
 
 @dataclass(frozen=True)
@@ -56,14 +52,12 @@ class Shard:
     number: int
     count: int
 
-    def blocks(self, blocks: Blocks, deal: Deal = SPREAD) -> list[int]:
+    def blocks(self, blocks: Blocks) -> list[int]:
         """Its blocks, in every process the same.
 
         Neighbours cost alike, and so do blocks at the same place of each row. Dealt is a row of all blocks in steps
         of about the golden section, of which any piece lies evenly over the map and over the places in its rows.
         """
-        if deal == EVERY_NTH:
-            return list(range(self.number - 1, blocks.count, self.count))
         count, step = blocks.count, round(blocks.count / _GOLDEN)
         while gcd(step, count) != 1:
             step += 1

@@ -11,11 +11,12 @@ from stickslip.files.locations import ROOT, Location
 from stickslip.files.targets import check_target
 from stickslip.runs import existing_output
 from stickslip.runs.assembly import Gathered, assemble
+from stickslip.runs.blocks import Shard
 from stickslip.runs.session import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import Failure
-from stickslip.runs.workdir.lock import Holder, hold_lock, holders, shard_of, writing_alone
+from stickslip.runs.workdir.lock import WHOLE, Holder, hold_lock, holders, shard_of, writing_alone
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 
@@ -63,7 +64,9 @@ def collect(request: Request) -> Collected:
 
     anew = store.manifest.fresh and store.is_complete()  # as the run would replace it
     with existing_output.opened(request.output, request.config, anew, _OTHER) as old:
-        work = Work(request.config, old.known if old else None, store.blocks)
+        work = (
+            Work(request.config, old.known, store.blocks, old.grid) if old else Work(request.config, cut=store.blocks)
+        )
         gathered = Gathered(store, work, None, request.notice)
         with writing_alone(request.output, request.notice):
             assemble(gathered, store, work, request.output, request.assembling, check)
@@ -108,7 +111,8 @@ def _seen(output: Location | None) -> tuple[int, ...] | None:
 class Status:
     """The progress of a run, in cells (or what else is `counted`) and blocks.
 
-    holders : who works on it now; stale locks are not among them. shards : those that work, or died at it.
+    holders : who works on it now; stale locks are not among them. shards : those that work, or died at it, and those
+        that lack blocks.
     versions : of stickslip that began it. size : bytes.
     """
 
@@ -129,12 +133,16 @@ class Status:
 
 @dataclass(frozen=True)
 class ShardStatus:
-    """The progress of a shard whose lock is there: blocks in all, numbers of missing ones. holder : None if it died."""
+    """The progress of a shard: blocks in all, numbers of those to compute. holder : None if no process works on it.
 
-    shard: str
+    died : whether one did, which has left its lock.
+    """
+
+    shard: Shard
     blocks: int
     missing: tuple[int, ...]
     holder: Holder | None
+    died: bool
 
 
 def status(request: Request) -> Status:
@@ -142,11 +150,15 @@ def status(request: Request) -> Status:
     folder = request.folder()
     store = block_store.find(folder)
     finished, locks = store.finished(), holders(folder)
-    shards = [
-        ShardStatus(str(shard), len(own), tuple(sorted(own - finished)), None if holder.stale else holder)
-        for name, holder in locks.items()
-        if (shard := shard_of(name)) and (own := set(shard.blocks(store.blocks, store.manifest.deal))) is not None
-    ]
+    left = set(range(store.blocks.count)) - finished - store.failed()
+    of_shards = {shard: holder for name, holder in locks.items() if (shard := shard_of(name))}
+    count = 0 if WHOLE in locks else store.manifest.shards
+    shards = []
+    for shard in sorted({*of_shards, *(Shard(i, count) for i in range(1, count + 1))}, key=lambda shard: shard.number):
+        own, holder = shard.blocks(store.blocks), of_shards.get(shard)
+        missing, died = left & set(own), holder is not None and holder.stale
+        if missing or holder:
+            shards.append(ShardStatus(shard, len(own), tuple(sorted(missing)), None if died else holder, died))
     return Status(
         where=store.where,
         title=request.config.title,
@@ -160,5 +172,5 @@ def status(request: Request) -> Status:
         version=store.manifest.stickslip,
         size=folder.size(),
         counted=study_of(request.config).counted,
-        shards=tuple(sorted(shards, key=lambda shard: int(shard.shard.partition("/")[0]))),
+        shards=tuple(shards),
     )

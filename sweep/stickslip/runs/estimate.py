@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import ceil, prod
+from math import ceil
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Study
+from stickslip.dataset.build import map_template
 from stickslip.engine import Options, Results, bytes_per_cell, columns, compute, processors, warm_up
 from stickslip.files import writing
 from stickslip.files.locations import Location, location
@@ -189,13 +191,14 @@ def estimate(config: Config) -> Estimate:
     number, last_write = study.cells_each * work.size, None
     if map_cells and grid.shape and config.output.file and not config.uncertain:
         kept = {name: tried.results[name] for name in columns(options)}
-        last_write = _last_write(kept, grid.shape, location(config.output.file), tried.threads)
+        template, output = map_template(grid, getattr(study, "map_columns", study.columns), {}), config.output.file
+        last_write = _last_write(kept, template, location(output), tried.threads)
     return Estimate(study, blocks, tried, at_once, number, map_cells, each, block_memory, last_write)
 
 
-def _last_write(sample: Results, shape: tuple[int, ...], output: Location, threads: int) -> LastWrite:
-    """What it takes to write a map of this shape, from the results of some of its cells."""
-    cells = prod(shape) / sample["regime"].size
+def _last_write(sample: Results, template: xr.Dataset, output: Location, threads: int) -> LastWrite:
+    """What it takes to write a map such as the template, from the results of some of its cells."""
+    cells = template["regime"].size / sample["regime"].size
     seconds, size = writing.rehearse(sample, output.suffix)
-    files = writing.count_files(shape, len(sample), output)
+    files = writing.count_files(template, output)
     return LastWrite(cells * (seconds / min(threads, processors()) + size / DISK), int(cells * size), files)

@@ -16,12 +16,12 @@ from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
 from stickslip.files import reading, targets
 from stickslip.files.locations import Location, Url
-from stickslip.runs.known_cells import KnownCells, points_of, rounded
+from stickslip.runs.known_cells import KnownCells, as_before, points_of
 from stickslip.runs.work import MapStudy, study_of
 from stickslip.runs.workdir.block_store import START_OVER, refuse, same_major
 from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.manifest import differences
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.cells import Cells
 
 _ANEW = "{fresh} computes it anew and replaces it; "
 _OTHER_FILE = "{output} names another file"
@@ -29,11 +29,16 @@ _OTHER_FILE = "{output} names another file"
 
 @dataclass(frozen=True)
 class ExistingOutput:
-    """A result that this run resumes from. complete : there is nothing left to do."""
+    """A result that this run resumes from.
+
+    complete : there is nothing left to do. grid : of a map, with the values of the result where only rounding tells
+    them apart.
+    """
 
     cells: int
     complete: bool
     known: KnownCells | None
+    grid: Cells | None = None
 
 
 def finish_replacing(output: Location | None, notice: Notice) -> None:
@@ -89,18 +94,14 @@ def _compared(output: Location, dataset: xr.Dataset, config: Config, remedy: str
     axes, new_axes = ([(c.name, grid.dims.index(c.dim)) for c in grid.coords] for grid in (old, new))
     if axes != new_axes:
         refuse(str(output), there, config, remedy)
+    before = {c.name: dataset[c.name].values for c in old.coords}
+    old, new = as_before(old, before), as_before(new, before)
     points = points_of(old, new)
     if lost := old.size - prod(np.unique(place[place >= 0]).size for place in points):
-        if apart := rounded(old, new):  # cells are taken over where all values are equal, and never by guessing
-            names, by = listed(apart, "and"), ", ".join(f"{name} by at most {by:.1g}" for name, by in apart.items())
-            raise StoreError(
-                f"{output}: made from the same values of {names} but for rounding ({by}), so that its cells are others",
-                hint=f"give {names} as there: by the same expression, or with the values in the file; {hint}",
-            )
         if lost == old.size:
             refuse(str(output), there, config, remedy)
         raise StoreError(
             f"{output}: holds {lost:,} cells that are not part of the new map and would be lost", hint=hint
         )
     whole = not differing and there.title == config.title and not (dataset["regime"] == 0).any()
-    return ExistingOutput(new.size, whole, None if whole else KnownCells(dataset, new.shape, points))
+    return ExistingOutput(new.size, whole, None if whole else KnownCells(dataset, new.shape, points), new)

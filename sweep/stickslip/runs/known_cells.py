@@ -1,17 +1,20 @@
 """Cells of a finished result that a new run takes over: of the same map, or of one whose axes were extended since."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.config.grid import quantity_of
 from stickslip.runs.blocks import Region, regions
 from stickslip.vocabulary.cells import Cells
 
 Indices = NDArray[np.int64]
-_ROUNDING = 1e-12  # relative: what a few operations on a number come to, and no step of an axis is
+_ROUNDING = 1e-12  # relative: what a few operations on a number come to
+_OF_STEP = 1e-10  # of an axis: what they come to where a value is much smaller than those they began with
 
 
 @dataclass(frozen=True)
@@ -59,23 +62,33 @@ def points_of(old: Cells, new: Cells) -> tuple[Indices, ...]:
     return tuple(_places(_quantities(old, i), _quantities(new, i)) for i in range(len(new.dims)))
 
 
-def rounded(old: Cells, new: Cells) -> dict[str, float]:
-    """The quantities whose values are those of `new` but for rounding, each with the largest difference, in SI; empty
-    if any value of `old` is another one. Both grids have the same axes in the same order.
-    """
-    differences: dict[str, float] = {}
-    for coordinate in old.coords:
-        other = next(c.values for c in new.coords if c.name == coordinate.name)
-        values, known = (np.unique(v[~np.isnan(v)]) for v in (coordinate.values, other))
-        if not known.size:
-            return {}
-        above = np.searchsorted(known, values).clip(1, known.size) - 1
-        apart = np.abs(known[np.stack([above, np.minimum(above + 1, known.size - 1)])] - values).min(axis=0)
-        if not (apart <= _ROUNDING * np.abs(values)).all():
-            return {}
-        if (apart > 0).any():
-            differences[coordinate.name] = float(apart.max())
-    return differences
+def as_before(grid: Cells, values: Mapping[str, NDArray[np.float64]]) -> Cells:
+    """`grid` with values of before, by coordinate, wherever only rounding tells its own from them."""
+    coords = tuple(
+        replace(c, values=_as_before(values[c.name], c.values)) if c.name in values else c for c in grid.coords
+    )
+    along = {quantity_of(c.name): (grid.dims.index(c.dim), c.values) for c in coords}
+    return replace(grid, coords=coords, along=along)
+
+
+def _as_before(before: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    known = np.unique(before[~np.isnan(before)])
+    if not known.size:
+        return values
+    gaps, own = _gaps(known), np.unique(values)
+    nearest = (np.searchsorted(known, values) - 1).clip(0, known.size - 1)
+    above = (nearest + 1).clip(0, known.size - 1)
+    nearest = np.where(abs(known[above] - values) < abs(known[nearest] - values), above, nearest)
+    gap = np.minimum(gaps[nearest], _gaps(own)[np.searchsorted(own, values)])
+    of_step = np.where(np.isfinite(gap), _OF_STEP * gap, 0.0)  # where a range passes through 0
+    rounding = np.minimum(np.maximum(_ROUNDING * abs(values), of_step), gap / 4)
+    return np.where(abs(known[nearest] - values) <= rounding, known[nearest], values)
+
+
+def _gaps(ascending: NDArray[np.float64]) -> NDArray[np.float64]:
+    """From each value to the nearest other one; infinite where there is none."""
+    steps = np.diff(ascending, prepend=-np.inf, append=np.inf)
+    return np.minimum(steps[:-1], steps[1:])
 
 
 def _quantities(grid: Cells, dimension: int) -> NDArray[np.int64]:

@@ -145,11 +145,9 @@ def run(request: Request) -> Outcome:
     block_store.check_ours(folder)
     if request.output is not None and not request.fresh:
         existing_output.finish_replacing(request.output, request.notice)
-        with existing_output.opened(request.output, request.config, False) as old:
-            whole = old if old and old.complete else None
-        if whole:
+        if whole := _finished(request):
             _remove_leftovers(folder, request)
-            return Outcome(whole.cells, output=request.output, up_to_date=True)
+            return whole
     if request.output is not None:
         check_target(request.output, "result")
     if not request.fresh:
@@ -161,9 +159,18 @@ def run(request: Request) -> Outcome:
 def retry_failed(request: Request) -> Outcome:
     """Compute the blocks that failed again, and write the result if nothing is missing then. Raises as `run` does."""
     folder = request.folder()
+    if block_store.is_empty(folder) and (whole := _finished(request)):
+        return whole
     anew = block_store.find(folder).manifest.fresh  # as the run that began it
     with _machines(request, folder) as machines:
         return _locked(request, folder, _failed_before, machines, anew)
+
+
+def _finished(request: Request) -> Outcome | None:
+    """The outcome of a run whose result is there and whole; None for others."""
+    with existing_output.opened(request.output, request.config, False) as old:
+        whole = old is not None and old.complete
+        return Outcome(old.cells, output=request.output, up_to_date=True) if old and whole else None
 
 
 @contextmanager
@@ -209,8 +216,9 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
     stop = stop_flag()
     with hold_lock(folder, request.shard, lambda: stop.fill(1), request.notice) as lock:
         with existing_output.opened(request.output, request.config, anew) as old:
-            work = Work(request.config, old.known if old else None)
-            store = block_store.prepare(folder, work, request.fresh, request.notice, work.packing(request.output))
+            work = Work(request.config, old.known, grid=old.grid) if old else Work(request.config)
+            packing, shards = work.packing(request.output), request.shard.count if request.shard else 0
+            store = block_store.prepare(folder, work, request.fresh, request.notice, packing, shards)
             session = _Session(request, store, replace(work, cut=store.blocks), lock)
             outcome = session.compute(choose, machines, stop)
         session.require_lock()
@@ -242,7 +250,7 @@ class _Session:
     def own(self) -> set[int]:
         """The blocks of the run, or of its shard."""
         store, shard = self.store, self.request.shard
-        return set(shard.blocks(store.blocks, store.manifest.deal) if shard else range(store.blocks.count))
+        return set(shard.blocks(store.blocks) if shard else range(store.blocks.count))
 
     def compute(self, choose: Choice, machines: Machines, stop: StopFlag) -> Outcome:
         """Compute blocks, and say what ended that."""
@@ -250,6 +258,10 @@ class _Session:
         if request.shard is None:
             block_store.remove_temporary(store.folder)
         before, numbers, tally = store.cells(store.finished()), choose(store, own), Tally()
+        if not own:
+            (request.news or request.notice)(
+                f"shard {request.shard} has nothing to compute: there are only {store.blocks.count:,} blocks"
+            )
         if numbers and (finished := store.finished() & own):
             of = f" of shard {request.shard}" if request.shard else ""
             (request.news or request.notice)(
@@ -283,7 +295,7 @@ class _Session:
     def assemble(self, output: Location) -> None:
         """Write the result; blocks that turn out damaged are computed again."""
         request, store = self.request, self.store
-        work = Work(request.config, cut=store.blocks)
+        work = replace(self.work, known=None)  # the older map is closed
 
         def repair(number: int) -> Results:
             block = work.compute(number)

@@ -23,6 +23,7 @@ from stickslip.files.netcdf import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.known_cells import KnownCells
 from stickslip.studies.study import joined
+from stickslip.vocabulary.cells import Cells
 
 
 def study_of(config: Config) -> Study:
@@ -46,16 +47,19 @@ class Work:
     """The blocks of a configuration.
 
     known : cells that an older map holds. cut : the blocks, where a store that was begun has others than a new one.
+    grid : of a map whose older cells have values that differ by rounding from those of the configuration.
     """
 
     config: Config
     known: KnownCells | None = None
     cut: Blocks | None = None
+    grid: Cells | None = None
 
     @cached_property
     def study(self) -> Study:
         """Return what is computed."""
-        return study_of(self.config)
+        study = study_of(self.config)
+        return study if self.grid is None else MapStudy(self.config, study.options, self.grid)
 
     @property
     def options(self) -> Options:
@@ -139,8 +143,8 @@ class MapStudy(Study):
 
     name, counted, is_array = "map", "cells", True
 
-    def __init__(self, config: Config, options: Options) -> None:
-        self.grid = build_grid(config)
+    def __init__(self, config: Config, options: Options, grid: Cells | None = None) -> None:
+        self.grid = build_grid(config) if grid is None else grid
         self.dims, self.shape = self.grid.dims, self.grid.shape
         self.options, self.columns = options, columns(options)
 

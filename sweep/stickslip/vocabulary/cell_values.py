@@ -146,9 +146,10 @@ def numbers_of(parameter: Parameter, value: Any) -> NDArray[np.float64]:
     if has_missing(inside):
         raise TypeError(f"{parameter.name}: got masked or missing values, expected {_expected(parameter)}; "
                         "leave these cells out, or fill them")  # fmt: skip
+    mixed = isinstance(inside, list | tuple) and any(isinstance(item, str) for item in inside)
     try:
-        array = np.asarray(inside)
-    except ValueError:  # lists of different lengths, or of quantities
+        array = np.asarray(inside, object if mixed else None)
+    except (ValueError, TypeError):  # lists of different lengths, or of quantities
         raise TypeError(f"{parameter.name}: got {value!r}, expected {_expected(parameter)}") from None
     if array.dtype.kind in "iuf":
         return _in_si(parameter, array, unit)
@@ -181,8 +182,12 @@ def _in_si(parameter: Parameter, values: NDArray[Any], unit: str | None) -> NDAr
 def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any, unit: str | None) -> NDArray[np.float64]:
     """Values of which some are texts with units of their own, or words such as `none`."""
     numbers = np.empty(array.shape)
-    for place, item in np.ndenumerate(array):
-        plain = item.item() if isinstance(item, np.generic) else item
+    try:
+        plain_items = iter(units.each_with_unit(array.ravel().tolist(), parameter.units if unit is None else "1"))
+    except QuantityError as error:
+        raise ValueError(f"{parameter.name}: got {value!r}, expected {error.expected}") from None
+    for place in np.ndindex(array.shape):
+        plain = next(plain_items)
         if isinstance(plain, bool) or not isinstance(plain, int | float | str):
             raise TypeError(f"{parameter.name}: got {value!r}, expected {_expected(parameter)}")
         try:

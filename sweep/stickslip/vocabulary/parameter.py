@@ -115,7 +115,11 @@ class Parameter:
         written = self.written(value)
         if isinstance(written, str):
             return written
-        return repr(written) if self.units == "1" else f"{written!r} {units.spelled(self.units)}"
+        return repr(written) if self.units == "1" else str(self.in_file(written))
+
+    def in_file(self, value: float) -> float | str:
+        """A number in SI as a file may have it beside numbers in other units: with its unit, if it has one."""
+        return value if self.units == "1" else f"{value!r} {units.spelled(self.units)}"
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from tokenize import TokenError
@@ -320,7 +321,53 @@ def _kind_of(unit: Any) -> str:
     return " ".join(name + (f"^{power}" if power != 1 else "") for name, power in unit.dimensionality.items())
 
 
-# --- ranges -----------------------------------------------------------------------------------------------------------
+# --- several values of one quantity -----------------------------------------------------------------------------------
+
+
+def each_with_unit(given: Any, units: str) -> Any:
+    """Values of a quantity in lists and mappings, where a number without a unit takes that of the next one.
+
+    So [-5, 5 mm/s] is what it reads as. A `factor` has no unit, and 0 needs none. Raises QuantityError for a number
+    that lacks its unit after others that have one.
+    """
+    leaves, unit = [*_leaves(given)], ""
+    if not any(_unit_of(leaf, units) for leaf in leaves):
+        return given
+    for i in reversed(range(len(leaves))):
+        unit = _unit_of(leaves[i], units) or unit
+        if _lacks_unit(leaves[i]):
+            if not unit:
+                raise QuantityError(f"a unit with {leaves[i]!r} as well, since others have one")
+            leaves[i] = f"{leaves[i]} {unit}"
+    return _like(given, iter(leaves))
+
+
+def _leaves(given: Any) -> Iterator[Any]:
+    """The values in lists and mappings, in order, but for factors."""
+    if isinstance(given, Mapping):
+        given = [value for key, value in given.items() if key != "factor"]
+    if isinstance(given, list | tuple):
+        for value in given:
+            yield from _leaves(value)
+    else:
+        yield given
+
+
+def _like(given: Any, leaves: Iterator[Any]) -> Any:
+    """Other values in the same lists and mappings."""
+    if isinstance(given, Mapping):
+        return {key: value if key == "factor" else _like(value, leaves) for key, value in given.items()}
+    return [_like(value, leaves) for value in given] if isinstance(given, list | tuple) else next(leaves)
+
+
+def _unit_of(value: Any, units: str) -> str | None:
+    """The unit in a text, if it is one of these quantities."""
+    unit = unit_in(value.translate(AS_TYPED)) if isinstance(value, str) and units != "1" else None
+    return unit if unit and _fits(unit, units) else None
+
+
+def _lacks_unit(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < math.inf
 
 
 def ends_of(name: str, text: str) -> tuple[float | str, float | str]:

@@ -17,7 +17,7 @@ def test_axes_keep_the_order_of_the_file():
 
 
 def test_a_varied_quantity_is_not_fixed():
-    config = parse_config(with_line(6, "axes: {belt_speed: {start: 1 mm/s, stop: 1, num: 3, spacing: log}}"))
+    config = parse_config(with_line(6, "axes: {belt_speed: {start: 1 mm/s, stop: 1 m/s, num: 3, spacing: log}}"))
     assert config.system.belt_speed is None
     assert config.axes == (Range(name="belt_speed", spacing="log", start=0.001, stop=1.0, num=3),)
 
@@ -31,7 +31,7 @@ def test_a_group_varies_quantities_together():
 
 def test_plain_data_may_list_values_without_a_key():
     data = parse_config(GOOD).resolved()
-    data["axes"] = {"displacement": [1, 2, "1000 mm"]}
+    data["axes"] = {"displacement": [1000, 2000, "1000 mm"]}
     del data["start"]["displacement"]
     with pytest.raises(
         ConfigError, match=r"^<data>: axes\.displacement\[2\]: got '1000 mm', expected a value that is not"
@@ -49,7 +49,7 @@ BAD = {
         "  hint: did you mean belt_speed?",
     ),
     "reversed bounds": (
-        with_line(6, "axes: {belt_speed: {start: 0.8, stop: 10 mm/s, num: 5}}"),
+        with_line(6, "axes: {belt_speed: {start: 800, stop: 10 mm/s, num: 5}}"),
         "map.yaml:6:39: axes.belt_speed.stop: got '10 mm/s', expected more than start (0.8 m/s)\n"
         "  hint: swap start and stop",
     ),
@@ -99,8 +99,8 @@ BAD = {
         "map.yaml:6:31: axes.belt_speed[2]: got '3 kg' (mass), expected a speed such as '10 mm/s' or a number in m/s",
     ),
     "a value twice": (
-        with_line(6, "axes: {belt_speed: {values: [1, 2, 1000 mm/s]}}"),
-        "map.yaml:6:36: axes.belt_speed.values[2]: got '1000 mm/s', expected a value that is not in the list yet\n"
+        with_line(6, "axes: {belt_speed: {values: [1000, 2000, 1000 mm/s]}}"),
+        "map.yaml:6:42: axes.belt_speed.values[2]: got '1000 mm/s', expected a value that is not in the list yet\n"
         "  hint: it is the same as value number 1",
     ),
     "values out of order": (

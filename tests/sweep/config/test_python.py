@@ -125,7 +125,7 @@ def axes_of(axes):
     "values",
     [np.array([0.1, 0.2, 0.5]), np.float32([0.1, 0.2, 0.5]), (0.1, 0.2, 0.5), [np.float64(0.1), 0.2, 0.5],
      xr.DataArray([0.1, 0.2, 0.5], dims="x"), xr.DataArray([100.0, 200.0, 500.0], dims="x", attrs={"units": "mm/s"}),
-     ["100 mm/s", "20 cm/s", 0.5]],
+     ["100 mm/s", "20 cm/s", "0.5 m/s"]],
     ids=["array", "float32", "tuple", "numbers of numpy", "DataArray", "its units", "texts"],
 )  # fmt: skip
 def test_values_of_an_axis_come_in_every_form(values):
@@ -276,7 +276,7 @@ def test_every_call_that_takes_a_configuration_takes_a_dict(tmp_path):
     assert margins["margin_belt_speed"].dims == ("belt_speed",)
     box = {"displacement": ("0 mm", "10 mm"), "velocity": (-0.5, "500 mm/s")}
     assert stickslip.attractors(one, box, samples=64)["settling_share"].dims == ("belt_speed",)
-    ramp = stickslip.ramp(one, "belt_speed", ("10 mm/s", 1.2), points=4)
+    ramp = stickslip.ramp(one, "belt_speed", ("10 mm/s", "1.2 m/s"), points=4)
     assert ramp["regime"].sizes == {"direction": 2, "belt_speed": 4} and ramp["belt_speed"][0] == 0.01
     along = stickslip.run(one | {"border": {"along": "belt_speed"}})
     np.testing.assert_allclose(along["border"], stickslip.border(one, "belt_speed")["border"])

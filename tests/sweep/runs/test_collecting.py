@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,12 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
-from helpers.runs import FEW, block_files, same, stop_early, with_axes
+from helpers.runs import FEW, block_files, interrupted_after, same, stop_early, with_axes
 from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files.locations import folder_at
 from stickslip.runs import session, work
 from stickslip.runs.session import request_for
-from stickslip.runs.workdir.manifest import _checksum as checksum
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 
@@ -30,24 +30,42 @@ def test_shards_are_merged_to_the_map_of_one_run(config, output, whole, tmp_path
     assert folder_at(place).names() == []
 
 
-def test_shards_of_a_store_begun_by_an_earlier_version_get_the_blocks_they_had(config, output, whole, computed):
-    first = stickslip.run_shard(config, "1/3", f"{output}.parts")
-    manifest = output.with_name("map.nc.parts") / "manifest.json"
-    plain = json.loads(manifest.read_text())
-    del plain["deal"], plain["checksum"]
-    manifest.write_text(json.dumps({**plain, "checksum": checksum(plain)}))
-    before = {file.name for file in manifest.parent.glob("block-*")}
-    for file in manifest.parent.glob("block-*"):
-        file.unlink()
-    stickslip.run_shard(config, "1/3", first.where)
-    assert (
-        {file.name for file in manifest.parent.glob("block-*")} == {f"block-{i:08}" for i in range(0, 15, 3)} != before
-    )
-    computed.clear()
-    for shard in ("3/3", "2/3", "1/3"):
-        stickslip.run_shard(config, shard, first.where)
-    assert sum(computed) == 600
-    same(stickslip.collect(first.where, output), whole)
+def test_status_names_the_shards_that_lack_blocks_whatever_became_of_them(config, output, whole):
+    """One is finished, one was stopped and took its lock away, one never began."""
+    store = f"{output}.parts"
+    stickslip.run_shard(config, "1/3", store)
+    with pytest.raises(stickslip.Interrupted):
+        stickslip.run_shard(config, "2/3", store, progress=interrupted_after(1))
+    done = CliRunner().invoke(main, ["status", store])
+    assert "shard     1/3" not in done.output
+    stopped, idle = (re.search(rf"shard +{i}/3: (\d+) of 5 blocks missing; no process works on it: submit it again",
+                               done.output) for i in (2, 3))  # fmt: skip
+    assert 0 < int(stopped[1]) < 5 and int(idle[1]) == 5
+    answer = json.loads(CliRunner().invoke(main, ["status", store, "--json"]).stdout)["shards"]
+    assert [(one["shard"], one["held"]) for one in answer] == [("2/3", False), ("3/3", False)]
+    assert sum(len(one["missing"]) for one in answer) == int(stopped[1]) + 5
+    stop_early(config, output)  # a whole run goes on, and has no shards
+    assert "\nshard " not in CliRunner().invoke(main, ["status", store]).output
+    stickslip.run_shard(config, "4/4", store)
+    assert "shard     4/4" not in CliRunner().invoke(main, ["status", store]).output
+
+
+def test_a_shard_without_blocks_says_so(config, output):
+    told = []
+    assert stickslip.run_shard(config, "16/20", f"{output}.parts", notice=told.append).computed == 0
+    assert told == ["shard 16/20 has nothing to compute: there are only 15 blocks"]
+
+
+def test_what_is_finished_has_nothing_to_retry(config, output, whole):
+    config.write_text(config.read_text() + f"output: {{file: {output}}}\n")
+    stickslip.run(config, output).close()
+    before = output.read_bytes()
+    done = CliRunner().invoke(main, ["retry-failed", str(config)])
+    assert done.exit_code == 0 and "complete" in done.output, done.output
+    assert output.read_bytes() == before and not output.with_name("map.nc.parts").exists()
+    output.unlink()
+    done = CliRunner().invoke(main, ["retry-failed", str(config)])
+    assert done.exit_code == 2 and "no working store there" in done.stderr
 
 
 def test_two_runs_of_one_shard_compute_it_once(config, tmp_path, computed):

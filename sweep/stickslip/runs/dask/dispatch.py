@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import uuid
 from collections import deque
 from collections.abc import Collection
@@ -43,6 +44,7 @@ def compute_blocks(
     job = Job(
         configuration=work.config.to_yaml(), blocks=astuple(work.blocks), packing=store.packing,
         place=store.folder.absolute, token=token, versions=versions(), law=pickled_law(work.config.friction.law),
+        grid=b"" if work.grid is None else pickle.dumps(work.grid),
     )  # fmt: skip
     flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
     store.folder.write(token, b"")

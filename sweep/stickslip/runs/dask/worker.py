@@ -26,7 +26,8 @@ class Job(TypedDict):
 
     configuration : resolved, as YAML text. blocks : how the items are cut, as arguments of `Blocks`. packing : of them.
     place : path or URL of the store. token : a name that exists in the store while the run lasts. versions : those of
-    the process that runs it. law : a registered one, pickled.
+    the process that runs it. law : a registered one, pickled. grid : with values of an
+    older map (`Work.grid`), pickled.
     """
 
     configuration: str
@@ -36,6 +37,7 @@ class Job(TypedDict):
     token: str
     versions: dict[str, str]
     law: bytes
+    grid: bytes
 
 
 class Description(TypedDict):
@@ -109,7 +111,7 @@ def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
     from stickslip.runs.workdir.block_store import BlockStore, encoded
     from stickslip.runs.workdir.encoding import encode
 
-    work, manifest = _loaded(job["configuration"], job["blocks"], job["law"])
+    work, manifest = _loaded(job["configuration"], job["blocks"], job["law"], job["grid"])
     for law in work.study.kernels:
         engine.warm_up(law)
     if mask is not None:
@@ -128,7 +130,7 @@ def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
 
 
 @lru_cache(maxsize=2)
-def _loaded(configuration: str, blocks: tuple[int, int, int], law: bytes) -> tuple[Work, Manifest]:
+def _loaded(configuration: str, blocks: tuple[int, int, int], law: bytes, grid: bytes) -> tuple[Work, Manifest]:
     """The work of a configuration, read once per process."""
     if law:
         pickle.loads(law)
@@ -137,5 +139,5 @@ def _loaded(configuration: str, blocks: tuple[int, int, int], law: bytes) -> tup
     from stickslip.runs.work import Work
     from stickslip.runs.workdir.block_store import manifest_of
 
-    work = Work(parse_config(configuration), cut=Blocks(*blocks))
+    work = Work(parse_config(configuration), cut=Blocks(*blocks), grid=pickle.loads(grid) if grid else None)
     return work, manifest_of(work)

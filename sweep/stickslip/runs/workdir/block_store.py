@@ -242,12 +242,15 @@ def check_before(folder: Folder, work: Work, shard: bool) -> None:
     check_same(BlockStore(folder, manifest), work, shard)
 
 
-def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN) -> BlockStore:
+def prepare(
+    folder: Folder, work: Work, fresh: bool, notice: Notice, packing: str = PLAIN, shards: int = 0
+) -> BlockStore:
     """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
 
     A fresh run marks its store, and goes on with one that is marked so; with other kernels it begins again.
 
     packing : of the blocks that are computed now. The blocks of a store that is resumed are cut as it says.
+    shards : into how many they are dealt.
 
     Raises StoreError for a store of another configuration, or of another major version.
     """
@@ -268,8 +271,9 @@ def prepare(folder: Folder, work: Work, fresh: bool, notice: Notice, packing: st
         elif damage is not None:
             _check_blocks(BlockStore(folder, manifest), work, damage)
             notice(f"{manifests.NAME} was damaged ({damage}) and is written again from the configuration")
+    manifest = replace(manifest, shards=shards)
     store = BlockStore(folder, manifest, packing)
-    if manifest is not before:
+    if manifest != before:
         store.write_manifest()
     return store
 

@@ -12,7 +12,7 @@ where it replaces one that holds them.
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
 from typing import Any
 
@@ -21,13 +21,12 @@ from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.engine import columns
 from stickslip.errors import DamagedManifestError
-from stickslip.runs.blocks import EVERY_NTH, SPREAD, Blocks, Deal
+from stickslip.runs.blocks import Blocks
 
 NAME = "manifest.json"
 FORMAT = 1
 _LONGEST = 60  # characters of a value that is shown
 _VARIABLES = "output.variables"
-_ADDED = ("plane", "written_in", "deal", "fresh")  # what stores of earlier versions lack
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,9 @@ class Manifest:
     """The manifest of a store.
 
     fingerprint : of everything that the numbers depend on. configuration : resolved, as YAML text.
-    kernels : digests of the kernels that computed blocks, in the order they came.
+    kernels : digests of the kernels that computed blocks, in the order they came. plane : of `Blocks`.
+    written_in : units of the configuration. fresh : begun to replace whatever result there is, and not finished.
+    shards : into how many the blocks are dealt, by the last who worked on them; 0 for a whole run.
     """
 
     fingerprint: str
@@ -48,16 +49,16 @@ class Manifest:
     stickslip: str
     software: str
     created: str
-    plane: int = 0  # of `Blocks`; 0 for all of them, which is what stores had before
-    written_in: Mapping[str, str] = field(default_factory=dict)  # units of the configuration; stores had none before
-    deal: Deal = EVERY_NTH  # how shards get their blocks
-    fresh: bool = False  # begun to replace whatever result there is, and not finished
+    plane: int
+    written_in: Mapping[str, str]
+    fresh: bool = False
+    shards: int = 0
     format: int = FORMAT
 
     @property
     def blocks(self) -> Blocks:
         """The cells, cut into blocks."""
-        return Blocks(self.size, self.block, self.plane or self.size)
+        return Blocks(self.size, self.block, self.plane)
 
 
 def make(
@@ -67,7 +68,7 @@ def make(
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
         fingerprint(config), config.to_yaml(), shape, blocks.size, blocks.length, blocks.count, (kernels,),
-        __version__, software, created, blocks.plane, config.written_in, SPREAD, fresh,
+        __version__, software, created, blocks.plane, config.written_in, fresh,
     )  # fmt: skip
 
 
@@ -83,8 +84,7 @@ def decode(data: bytes) -> Manifest:
         plain = json.loads(data.decode())
         if plain.pop("checksum") != _checksum(plain):
             raise ValueError("its checksum does not match")
-        names = [field.name for field in fields(Manifest)]
-        known = {name: plain[name] for name in names if name in plain or name not in _ADDED}
+        known = {field.name: plain[field.name] for field in fields(Manifest) if field.name in plain}
         known |= {name: tuple(known[name]) for name in ("shape", "kernels")}
         return Manifest(**known)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

@@ -1,0 +1,141 @@
+"""A number without a unit takes that of the next one, or is refused, wherever several values of a quantity stand."""
+
+import math
+
+import numpy as np
+import pint
+import pytest
+from click.testing import CliRunner
+
+import stickslip
+from stickslip.cli import main
+from stickslip.config.reader import make_config, parse_config
+from stickslip.errors import ConfigError, PlotError
+from stickslip.materials.system import speeds_of, values_of
+from stickslip.plots.options import Look
+from stickslip.vocabulary.units import each_with_unit
+
+CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
+CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, **CURVE}
+TEXT = "system: {mass: 1, normal_load: 1, stiffness: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
+AT = TEXT.replace("mass: 1", "mass: 1, belt_speed: 0.5")
+quantity = pint.UnitRegistry().Quantity
+
+
+@pytest.mark.parametrize("axis, expected", [
+    ("[5, 10, 20 mm/s]", [0.005, 0.01, 0.02]), ("{values: [5, 6 mm/s]}", [0.005, 0.006]), ("[0, 6e1 mm/s]", [0, 0.06]),
+    ("[5, 10]", [5, 10]), ("[0, 10 mm/s, 1, 2 m/s]", [0, 0.01, 1, 2]), ("[5 mm/s, 1 m/s]", [0.005, 1]),
+    ("{start: 5, stop: 60 mm/s, num: 2}", [0.005, 0.06]), ("{stop: 60 mm/s, start: 5, num: 2}", [0.005, 0.06]),
+])  # fmt: skip
+def test_the_values_of_an_axis(axis, expected):
+    np.testing.assert_array_equal(parse_config(f"{TEXT}axes: {{belt_speed: {axis}}}\n", "a").axes[0].points(), expected)
+
+
+def test_each_quantity_of_a_group_has_its_own_unit():
+    text = TEXT.replace(", stiffness: 1", "") + "axes: {p: {zip: {stiffness: [5, 6 N/mm], belt_speed: [0.1, 0.2]}}}\n"
+    stiffness, speed = (member.points().tolist() for member in parse_config(text, "a").axes[0].members)
+    assert (stiffness, speed) == ([5000, 6000], [0.1, 0.2])
+
+
+@pytest.mark.parametrize("scatter, numbers, ends", [
+    ("normal: {mean: 10, std: 1 mm/s}", {"mean": 0.01, "std": 0.001}, {}),
+    ("uniform: [5, 10 mm/s]", {"low": 0.005, "high": 0.01}, {}),
+    ("triangular: {low: 1, mode: 5, high: 10 mm/s}", {"low": 0.001, "mode": 0.005, "high": 0.01}, {}),
+    ("lognormal: {median: 10, factor: 2}, truncated: {low: 5, high: 15 mm/s}", {"median": 0.01, "factor": 2},
+         {"low": 0.005, "high": 0.015}),
+    ("normal: {mean: 10, std: 1}", {"mean": 10, "std": 1}, {}),
+])  # fmt: skip
+def test_the_numbers_of_a_distribution(scatter, numbers, ends):
+    text = f"{TEXT}uncertain: {{quantities: {{belt_speed: {{{scatter}}}}}}}\n"
+    read = parse_config(text, "a").uncertain.quantities["belt_speed"]
+    assert (read.numbers, read.ends) == (numbers, ends)
+
+
+@pytest.mark.parametrize("section, field, expected", [
+    ("border: {along: belt_speed, between: [5, 600 mm/s]}", "between", (0.005, 0.6)),
+    ("ramp: {along: belt_speed, between: [5, 600 mm/s]}", "between", (0.005, 0.6)),
+    ("attractors: {displacement: [-10, 10 mm], velocity: [-1000, 1000 mm/s]}", "velocity", (-1, 1)),
+    ("margins: {speed_range: [5, 600 mm/s]}", "speed_range", (0.005, 0.6)),
+    ("margins: {within: {belt_speed: [5, 600 mm/s], mass: 3}}", "within", {"belt_speed": (0.005, 0.6), "mass": 3}),
+    ("contours: {axes: [mass, belt_speed], between: {belt_speed: [5, 600 mm/s], mass: [1, 2]}}", "between",
+     {"belt_speed": (0.005, 0.6), "mass": (1, 2)}),
+])  # fmt: skip
+def test_the_ranges_of_studies(section, field, expected):
+    assert getattr(parse_config(f"{AT}{section}\n", "a").study, field) == expected
+
+
+def test_what_was_measured():
+    for text in ("54 +- 2 ms", "54 ms +- 2 ms"):
+        seen = f"explain: {{observed: [{{period: {text}}}]}}\n"
+        (one,) = parse_config(
+            f"{AT}uncertain: {{quantities: {{damping: {{uniform: [0, 1]}}}}}}\n{seen}", "a"
+        ).study.observed
+        assert (one.period.value, one.period.scatter) == (0.054, 0.002)
+
+
+@pytest.mark.parametrize("after", [
+    "axes: {belt_speed: [5 mm/s, 10, 1 m/s, 2]}", "axes: {belt_speed: {start: 5 mm/s, stop: 60, num: 3}}",
+    "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1}}}}",
+    "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1 mm/s}, truncated: {high: 15}}}}",
+    "border: {along: belt_speed, between: [5 mm/s, 600]}",
+    "uncertain: {quantities: {damping: {uniform: [0, 1]}}}\nexplain: {observed: [{period: 54 ms +- 2}]}",
+    "axes: {belt_speed: [0.1, 0.2]}\nattractors: {displacement: [0, 1], velocity: [-1 m/s, 1000]}",
+])  # fmt: skip
+def test_a_number_after_one_with_a_unit_is_refused(after):
+    with pytest.raises(ConfigError, match=r"expected a unit with (2|60|1|15|600|2.0|1000) as well, since others have"):
+        parse_config(f"{AT if 'axes' not in after and 'belt_speed: {' not in after else TEXT}{after}\n", "a")
+
+
+@pytest.mark.parametrize("speeds", [
+    [5, "100 mm/s"], (5.0, "100 mm/s"), np.array([5, "100 mm/s"], object), ["5 mm/s", "0.1 m/s"],
+])  # fmt: skip
+def test_python_calls(speeds):
+    np.testing.assert_array_equal(stickslip.evaluate({**CELL, "belt_speed": speeds})["belt_speed"], [0.005, 0.1])
+    given = {"system": {"mass": 1, "stiffness": 1, "normal_load": 1}, "friction": CURVE, "axes": {"belt_speed": speeds}}
+    np.testing.assert_array_equal(make_config(given).axes[0].points(), [0.005, 0.1])
+
+
+def test_boxes_and_ranges_of_python_calls():
+    box = {"displacement": (-1, quantity(1000, "mm")), "velocity": (-1000, "1000 mm/s")}
+    found = stickslip.attractors(CELL | {"belt_speed": 0.5}, box=box)
+    assert found.attrs["box_velocity"] == "-1.0 to 1.0 m/s" and found.attrs["box_displacement"] == "-0.001 to 1.0 m"
+    ramp = stickslip.ramp(CELL, along="belt_speed", between=(5, "900 mm/s"), points=3)
+    np.testing.assert_allclose(ramp["belt_speed"][[0, -1]], [0.005, 0.9], rtol=1e-12)
+
+
+def test_speeds_and_loads_of_a_comparison():
+    assert speeds_of([5, "60 mm/s"], None).values == (0.005, 0.06)
+    assert speeds_of(None, (5, "60 mm/s")).values == (0.005, 0.06)
+    assert values_of("normal_load", ["5", "1 kN"]).values == (1000, 5000)
+    with pytest.raises(ValueError, match="all in percent, or none"):
+        values_of("damping", [5, "3 %"], 1.0)
+
+
+def test_options_of_commands(tmp_path):
+    config = tmp_path / "a.yaml"
+    config.write_text(AT)
+    for ends in (["5", "900 mm/s"], ["5 mm/s", "0.9 m/s"]):
+        done = CliRunner().invoke(main, ["border", str(config), "--along", "belt_speed", "--between", *ends])
+        assert done.exit_code == 0 and f"a factor of {180 ** (1 / 63):.6g} apart" in done.output, done.output
+    config.write_text(TEXT)
+    done = CliRunner().invoke(main, ["validate", str(config), "--set", "axes.belt_speed=[5, 60 mm/s]"])
+    assert "0.005, 0.06 m/s" in done.output and "warning" not in done.output.lower(), done.output
+    result = stickslip.evaluate(CELL | {"belt_speed": 0.5}).rename(cell="belt_speed_of")
+    for limits in ("period=5..60 ms", "period=5 ms..60 ms"):
+        assert Look.of(result, limits=[limits]).limits["period"] == (0.005, 0.06)
+    with pytest.raises(PlotError, match="upper end has no unit"):
+        Look.of(result, limits=["period=5 ms..60"])
+
+
+def test_what_is_no_number_or_no_unit_is_left_as_it_is():
+    for given in (
+        [1, "none"],
+        [1, "2 foo"],
+        [True, "2 mm"],
+        [math.nan, "2 mm"],
+        ["2 mm", 0],
+        [1, 2],
+        "2 mm",
+        [1, "3 %"],
+    ):
+        assert each_with_unit(given, "m") == given or given[0] != given[0]
