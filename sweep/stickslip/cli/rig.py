@@ -40,7 +40,7 @@ Examples:
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option("Plot: signals of up to six tests, else a heat map.")
-@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): maps, traces, table.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
 @click.option("--sound", type=params.Target("sound", "folder"), help="Folder for the sounds, a WAV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")

@@ -50,7 +50,7 @@ def write_report(path: str | os.PathLike[str], ds: xr.Dataset, records: Mapping[
     Parameters
     ----------
     path
-        HTML, or PDF.
+        HTML.
     ds
         The matrix (`run_matrix`).
     records
