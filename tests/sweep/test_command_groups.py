@@ -228,7 +228,7 @@ def test_help_lists_pages_and_shows_each():
     ("mu_stop", "none unless given"), ("k", "spring stiffness"), ("resume", "stopped by anything"), ("run", "Usage: "),
     ("settled", "a status: the motion came into the settling band"), ("units", "is asked about"),
     ("completion", "The shell can complete"), ("draws_used", "curves drawn whose verdict is known"),
-    ("quiet_probability", "probability of being quiet"), ("next_speed_1", "would narrow the interval most"),
+    ("quiet_probability", "probability of being quiet"), ("better_than_next", "probability of being quiet"),
     ("smallest_drop", "in the section `features`"), ("impulse_rate", "over the total travel of the drive"),
     ("rig", "`stickslip help rig.md`"), ("rig.md", "`stickslip rig --help`"), ("docs/rig.md", "# The test rig"),
     ("advise", "`stickslip help advise.md`"),

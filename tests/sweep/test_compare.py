@@ -145,7 +145,7 @@ def test_friction_that_falls_without_end_and_no_damper_vibrates_throughout_and_t
     done = call("compare", tmp_path / "grease.csv", *options)
     assert done.exit_code == 0, done.output
     assert "> 10" in done.stdout and "vibrates up to the fastest speed searched" in done.stdout
-    assert "Give the damping of the system" in done.stdout
+    assert "the damping is 0: give the damping" in done.stdout
     damped = call("compare", tmp_path / "grease.csv", *options, "--damping", "50 N s/m", "--json")
     (one,) = json.loads(damped.stdout)["materials"]
     assert one["quiet_state"] in ("border", "quiet_throughout")
@@ -216,7 +216,8 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
         (["--between", "2", "1"], "expected two speeds above 0, the slower one first"),
         (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
         (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
-        (["--report", "x.doc"], "pages end in .html, .htm, .pdf"),
+        (["--report", "x.doc"], "pages end in .html, .htm"),
+        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected one value"),
         (["--plot", "x.txt"], "plots end in"),
     ],
 )
@@ -256,7 +257,7 @@ def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
         warnings.simplefilter("always")
         done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
     assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr and "did you mean 20 mm/s?" in done.stderr
-    assert "beyond the fastest" in done.stdout and "damping 0" not in done.stdout.lower()
+    assert "lies beyond the speeds that were measured" in done.stdout and "damping 0" not in done.stdout.lower()
     with pytest.warns(UnitWarning, match="100 understood as 100 kg; did you mean 100 g"):
         ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)
     assert ds.attrs["damping_assumed"] == 1
@@ -309,24 +310,44 @@ def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp
     (tmp_path / "oil.csv").write_text(f"speed [mm/s], mu\n{oil}\n")
     names = [tmp_path / "ranks.csv", tmp_path / "ranks.xlsx", tmp_path / "ranks.nc"]
     done = call("compare", tmp_path / "grease.csv", tmp_path / "oil.csv", FILES[0], *OPTIONS, "--draws", 0,
-                "--speed", "5 mm/s", "--decimal-comma", *(word for name in names for word in ("-o", name)))  # fmt: skip
+                "--speed", "5 mm/s", *(word for name in names for word in ("-o", name)))  # fmt: skip
     assert done.exit_code == 0, done.output
-    table = pd.read_csv(names[0], sep=";", decimal=",").set_index("material")
+    table = pd.read_csv(names[0]).set_index("material")
     assert list(table["quiet_state"]) == ["quiet_throughout", "border", "vibrates_throughout"]
     assert list(table["quiet_above [mm/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
     assert table["quiet_above [mm/s]"]["dry"] < table["searched_to [mm/s]"]["dry"]
     book = load_workbook(names[1])
-    assert book.sheetnames == ["ranks", "data", "about"]
-    sheet = book["ranks"]
-    assert sheet.freeze_panes == "B2" and sheet["A1"].font.bold and sheet["C1"].value == "quiet above\n(mm/s)"
-    rows = {row[0]: row for row in sheet.iter_rows(values_only=True)}
-    assert rows["oil"][2].startswith("< ") and rows["grease"][2].startswith("> ") and rows["dry"][2] > 100
-    assert rows["mass"][1] == "100 g" and rows["viscous damping coefficient"][1] == "0 N s/m (assumed)"
-    assert any(said and said.startswith("grease: Friction falls") for said in rows)
-    again = call("export", names[2], "-o", tmp_path / "again.xlsx")
-    assert again.exit_code == 0
-    copy = load_workbook(tmp_path / "again.xlsx")["ranks"]
-    assert list(copy.iter_rows(values_only=True)) == list(sheet.iter_rows(values_only=True))
+    assert book.sheetnames == ["data", "about"]
+    assert [row[0].value for row in book["data"].iter_rows()] == ["material", *table.index]
+    rows = [line for line in done.stdout.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
+    assert [row.split()[2] for row in rows][::2] == ["<", ">"]
+    assert "viscous damping coefficient 0 N s/m (assumed)" in done.stdout and "grease: Friction falls" in done.stdout
+
+
+def test_the_faults_of_all_files_are_told_at_once(tmp_path):
+    """A heading that nobody knows, too few points, and friction over waiting time."""
+    (tmp_path / "odd.csv").write_text("this, that\n1, 2\n2, 3\n")
+    (tmp_path / "few.csv").write_text("speed [mm/s], mu\n1, 0.2\n2, 0.19\n")
+    (tmp_path / "aged.csv").write_text("time [s], mu\n1, 0.2\n10, 0.21\n100, 0.22\n1000, 0.23\n")
+    names = [tmp_path / f"{name}.csv" for name in ("odd", "few", "aged")]
+    with pytest.raises(ConfigError) as raised:
+        stickslip.compare([*names, FILES[0]], **SYSTEM)
+    assert all(str(name) in str(raised.value) for name in names) and str(FILES[0]) not in str(raised.value)
+    done = call("compare", *names, FILES[0], *OPTIONS)
+    assert done.exit_code == 2 and all(str(name) in done.stderr for name in names)
+    assert "hint: stickslip fit ranks lubricants by their ageing" in done.stderr
+
+
+def test_speeds_that_no_contact_has_are_asked_about_and_never_ranked(tmp_path):
+    """The heading says m/s, the numbers are mm/s."""
+    lines = [f"{1000 * w:g};{mu:.4f}" for w, mu in zip(SPEED, law(SPEED, 0.1, 0.2, 0.03, 0.02), strict=True)]
+    (tmp_path / "wrong.csv").write_text("\n".join(["v [m/s];mu", *lines]))
+    with pytest.warns(UnitWarning, match="measured at up to 400 m/s; did you mean 400 mm/s"):
+        ds = stickslip.compare([tmp_path / "wrong.csv", FILES[0]], **SYSTEM, draws=0)
+    assert ds["material"].values.tolist() == ["dry", "wrong"] and np.isnan(ds["rank"].values[1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert "did you mean 400 mm/s" in call("fit", tmp_path / "wrong.csv").stderr
 
 
 def test_all_options_that_are_missing_are_named_at_once():
