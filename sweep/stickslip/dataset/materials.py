@@ -28,8 +28,7 @@ def material_dataset(
     """
     curves = [fit.curve for fit in fits if fit.curve is not None]
     names = np.array([fit.name for fit in fits], str)
-    fitted = (*FITTED, *(["mu_stop"] if any("mu_stop" in curve.interval for curve in curves) else []))
-    results = {**results, **_of_fits(curves, fitted)}
+    results = {**results, **_of_fits(curves)}
     points, of_points = _points([fit.points for fit in fits], names)
     grid, drawn = _drawn(curves)
     variables: dict[str, xr.Variable] = {}
@@ -38,6 +37,7 @@ def material_dataset(
             variables[name] = variable_of(declared, ("material", "belt_speed")[: results[name].ndim], results[name])
     if np.isnan(results["rank"]).any():  # an integer cannot be absent
         variables["rank"] = xr.Variable("material", results["rank"], variables["rank"].attrs)
+    fitted = (*FITTED, *(["mu_stop"] if "mu_stop" in results else []))
     for name in fitted:
         ends = np.array([curve.interval.get(name, (np.nan, np.nan)) for curve in curves]).T
         for (which, adjective), values in zip((("low", "lower"), ("high", "upper")), ends, strict=True):
@@ -77,12 +77,14 @@ def speeds_of(ds: xr.Dataset) -> list[float]:
     return [float(ds.attrs[n]) for n in ("belt_speed", "speed_range_from", "speed_range_to") if n in ds.attrs]
 
 
-def _of_fits(curves: Sequence[CurveFit], fitted: Sequence[str]) -> dict[str, Floats]:
-    """The numbers of curves, by names of MATERIAL_VARIABLES; those that are `fitted` among them."""
-    columns = {name: [getattr(curve, name) for curve in curves] for name in (*fitted, "residual_rms", "points")}
+def _of_fits(curves: Sequence[CurveFit]) -> dict[str, Floats]:
+    """The numbers of curves, by names of MATERIAL_VARIABLES."""
+    columns = {name: [getattr(curve, name) for curve in curves] for name in (*FITTED, "residual_rms", "points")}
     slowest, fastest = zip(*(curve.speeds for curve in curves), strict=True)
     good = [curve.good for curve in curves]
     columns |= {"slowest_point": [*slowest], "fastest_point": [*fastest], "fit_good": good}
+    if any("mu_stop" in curve.coefficients() for curve in curves):
+        columns["mu_stop"] = [curve.coefficients().get("mu_stop", np.nan) for curve in curves]
     return {name: np.array(values, np.float64) for name, values in columns.items()}
 
 

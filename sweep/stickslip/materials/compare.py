@@ -227,7 +227,7 @@ def _curves(fits: Sequence[MaterialFit]) -> list[CurveFit]:
 
 def _slopes(curve: CurveFit) -> list[float]:
     """The coefficients of a curve but its level."""
-    return [*curve.coefficients().values()][1:]
+    return [getattr(curve, name) for name in CURVE[1:]]
 
 
 def _doubt(fit: MaterialFit) -> str:
@@ -357,7 +357,8 @@ def _tendency(curve: CurveFit, mu_stop: float, slip_speed_max: Floats) -> Floats
 def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> dict[str, Any]:
     """Provenance, the request, and a configuration that finds the same borders, all of them."""
     system, speeds, friction = request.system, request.speeds.values, friction_of(_curves(fits))
-    zipped = {name: values.tolist() for name, values in friction.items() if not np.isnan(values).all()}
+    zipped = {name: ["none" if math.isnan(value) else value for value in values.tolist()]
+              for name, values in friction.items() if not np.isnan(values).all()}  # fmt: skip
     speed = speeds[0] if speeds else scan.low
     title = f"{len(fits)} materials compared"
     data = {

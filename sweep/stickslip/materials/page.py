@@ -42,7 +42,7 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     sections = [
         Section("Which is quiet", _table(ranks) + pages.paragraph(system)),
         Section("Friction, and where vibration ends", pages.embedded(plot_materials(ds, title=""), alt)),
-        *([Section("Notes", pages.terms(notes, "names"))] if notes else []),
+        *([Section("Notes", pages.terms(notes, "short"))] if notes else []),
     ]
     heading = str(ds.attrs["title"]) if title is None else title
     sections[-1] = sections[-1]._replace(html=sections[-1].html + pages.details(small))

@@ -93,7 +93,7 @@ def quiet_above(
 def friction_of(fits: Sequence[CurveFit]) -> dict[str, Floats]:
     """Friction of fitted curves by names of PARAMETERS, each (n,), as cells have it; curves drawn have theirs in
     `Drawn.coefficients`. mu_stop is NaN where friction is the same on the way down."""
-    return {name: np.array([getattr(fit, name, math.nan) for fit in fits]) for name in (*CURVE, "mu_stop")}
+    return {name: np.array([fit.coefficients().get(name, math.nan) for fit in fits]) for name in (*CURVE, "mu_stop")}
 
 
 def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
