@@ -3,6 +3,7 @@
 import json
 import re
 import warnings
+from dataclasses import fields, replace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import points_path
 from stickslip.errors import ConfigError, UnitWarning
-from stickslip.fit import draw_curves, fit_curve, fit_materials
+from stickslip.fit import CurveFit, draw_curves, fit_curve, fit_materials
 from stickslip.materials.page import material_page
 from stickslip.materials.table import RankTable
 
@@ -357,3 +358,36 @@ def test_all_options_that_are_missing_are_named_at_once():
     for word in ("excel", "export"):
         told = call("help", word)
         assert "From measured friction to a decision" in told.stdout
+
+
+class Hysteretic(CurveFit):
+    """A fit whose friction is less on the way down to standstill."""
+
+    def coefficients(self):
+        return super().coefficients() | {"mu_stop": 0.9 * self.mu_start}
+
+    def draw(self, count, seed=1, *, falling=False):
+        drawn = super().draw(count, seed, falling=falling)
+        stop = 0.9 * (drawn.coefficients["a1"] + drawn.coefficients["a3"])
+        return drawn._replace(coefficients=drawn.coefficients | {"mu_stop": stop})
+
+
+def test_friction_on_the_way_down_is_in_the_border_its_interval_and_eq_3():
+    plain = fit_materials(FILES[:1])[0].curve
+    fit = Hysteretic(**{field.name: getattr(plain, field.name) for field in fields(CurveFit)})
+    fit = replace(fit, interval={**fit.interval, "mu_stop": (0.3, 0.4)})
+    ds = stickslip.compare({"down": fit, "plain": plain}, **SYSTEM, belt_speed=0.02, draws=60)
+    one, other = ds.sel(material="down"), ds.sel(material="plain")
+    cell = {**SI, **fit.coefficients()}
+    between = (ds.attrs["searched_from"], ds.attrs["searched_to"])
+    border = stickslip.border(cell, "belt_speed", between)["border"]
+    assert float(one["quiet_above"]) == pytest.approx(float(np.nanmax(border)), rel=3e-9)
+    drawn = stickslip.border(SI | fit.draw(60, falling=True).coefficients, "belt_speed", between, 1e-4)["border"]
+    ends = np.sort(np.nanmax(drawn, axis=1))[[2, -3]]  # 1 - 2/60 of them lie between
+    np.testing.assert_allclose([one["quiet_above_low"], one["quiet_above_high"]], ends, rtol=2e-3)
+    direct = stickslip.evaluate(cell | {"belt_speed": 0.02})
+    assert float(one["tendency"]) == pytest.approx(float(direct["tendency"][0]), rel=1e-6)
+    assert float(one["mu_stop"]) == pytest.approx(0.9 * fit.mu_start) and np.isnan(other["mu_stop"])
+    again = stickslip.run(stickslip.config.reader.parse_config(str(ds.attrs["configuration"])))
+    np.testing.assert_allclose(np.nanmax(again["border"], axis=1), ds["quiet_above"], rtol=3e-9)
+    assert "mu_stop" in material_page(ds)

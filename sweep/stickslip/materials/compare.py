@@ -37,7 +37,6 @@ from stickslip.materials.stick_slip_end import (
     quiet_above,
     regimes,
     scatter_of,
-    watcher,
 )
 from stickslip.materials.system import (
     Amount,
@@ -159,7 +158,7 @@ def compare(
 
 
 def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progress | None = None) -> xr.Dataset:
-    """As `compare`, of fitted curves. progress : called with curves done, in part too, and in all."""
+    """As `compare`, of fitted curves. progress : called with curves done, and in all."""
     curves = _curves(fits)
     doubts = [_doubt(fit) for fit in fits]
     drawn = {i: drawn_of(curve, request) for i, curve in enumerate(curves) if curve.determined and not doubts[i]}
@@ -168,25 +167,22 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
         doubts[i] = _NO_CURVES
     scan = _scan([curves[i] for i in known], curves, request)
     table, quiet = _blank(len(fits), request), dict[int, QuietSpeeds | None]()
-    total = max(len(known), 1) * (1 + request.draws)
-    watch = watcher(request.search, total, progress)
+    total = len(known) * (1 + request.draws)
     if known:
         friction = friction_of([curves[i] for i in known])
-        borders = quiet_above(
-            friction, request.system, scan, request.search.tolerance, request.options, watch(0, len(known))
-        )
+        borders = quiet_above(friction, request.system, scan, request.search.tolerance, request.options)
         for name, of_known in _at_speeds([curves[i] for i in known], friction, borders, request, scan).items():
             table[name][known] = of_known
         for place, (i, ends) in enumerate(zip(known, zip(*borders.between(), strict=True), strict=True)):
-            scatter, of_drawn = scatter_of(drawn[i], request, scan, watch(place + 1, request.draws))
+            scatter, of_drawn = scatter_of(drawn[i], request, scan)
             if scatter and not _holds(scatter, ends):
                 doubts[i], scatter = _OUTSIDE, {name: values[0] for name, values in _blank(1, request).items()}
             else:
                 quiet[i] = of_drawn
             for name, value in scatter.items():
                 table[name][i] = value
-    if progress:
-        progress(total, total)
+            if progress:
+                progress(len(known) + (place + 1) * request.draws, total)
     order = _rank(table, quiet, [fit.name for fit in fits])
     ordered = {name: values[order] for name, values in table.items()}
     fits, doubts = [fits[i] for i in order], [doubts[i] for i in order]

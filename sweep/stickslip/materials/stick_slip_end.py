@@ -7,20 +7,18 @@ measured points leaves.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.config.studies import Moved
-from stickslip.engine import Options, Progress, compute
+from stickslip.engine import Options, compute
 from stickslip.errors import Interrupted
 from stickslip.fit import CurveFit, Drawn, draw_curves
 from stickslip.materials.system import Request
-from stickslip.studies.borders import Border, Looked, Scan, search_lines, search_options
-from stickslip.studies.study import Meter
+from stickslip.studies.borders import Looked, Scan, search_lines, search_options
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
@@ -62,24 +60,20 @@ class QuietSpeeds:
 
 
 def quiet_above(
-    curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], scan: Scan, tolerance: float, options: Options,
-    moved: Moved | None = None,
-) -> QuietSpeeds:  # fmt: skip
+    curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], scan: Scan, tolerance: float, options: Options
+) -> QuietSpeeds:
     """The speed at which the vibration of each curve ends for good.
 
     curves : coefficients by name, each (n,). system : the other parameters of a cell but the belt speed, in SI.
-    scan : the speeds looked at first, between the ends of the range; a vibration that begins and ends
-    between two of them is missed. tolerance : width of the last bracket over the border. moved : called with cells
-    computed, now and then.
+    scan : the speeds looked at first, between the ends of the range; a vibration that begins and ends between two of
+    them is missed. tolerance : width of the last bracket over the border.
     Raises Interrupted on Ctrl-C.
     """
     cells, options = as_cells({**system, **curves, "belt_speed": scan.low}), search_options(options)
     scanned: list[Looked] = []
 
     def labels(line: NDArray[np.int64], place: Floats) -> Looked:
-        results = regimes(
-            {name: values[line] for name, values in cells.items()} | {"belt_speed": place}, options, moved
-        )
+        results = regimes({name: values[line] for name, values in cells.items()} | {"belt_speed": place}, options)
         regime = results["regime"]
         vibrates = np.isin(regime, VIBRATING_CODES).astype(np.int8)
         scanned.append(Looked(vibrates, ~np.isin(regime, UNDECIDED), results["restick_margin"]))
@@ -96,43 +90,12 @@ def friction_of(fits: Sequence[CurveFit]) -> dict[str, Floats]:
     return {name: np.array([fit.coefficients().get(name, math.nan) for fit in fits]) for name in (*CURVE, "mu_stop")}
 
 
-def regimes(cells: Parameters, options: Options, moved: Moved | None = None) -> dict[str, NDArray[Any]]:
+def regimes(cells: Parameters, options: Options) -> dict[str, NDArray[Any]]:
     """The results of the engine for cells. Raises Interrupted on Ctrl-C."""
-    size, before = cells["mass"].size, 0
-
-    def note(done: float, _: int) -> None:
-        nonlocal before
-        if moved:
-            moved(int(done) - before)
-        before = int(done)
-
-    block = compute(Cells.of(cells), options, note)
+    block = compute(Cells.of(cells), options)
     if not block.complete:
-        raise Interrupted(block.done, size)
+        raise Interrupted(block.done, cells["mass"].size)
     return block.results
-
-
-def watcher(search: Border, curves: int, progress: Progress | None) -> Callable[[int, int], Moved]:
-    """For one search of curves after the other, by number and how many they are, what counts its cells.
-
-    curves : of all searches. progress : called with curves done, in part too, and in all.
-    """
-    meter, sizes = Meter(search.scan + int(-np.log2(search.tolerance))), list[int]()
-
-    def watch(number: int, size: int) -> Moved:
-        if number:
-            meter.end(number - 1, sizes[number - 1])
-        sizes.append(size)
-        count = meter.watch(number, size)
-
-        def moved(cells: int) -> None:
-            count(cells)
-            if progress:
-                progress(meter.items, curves)
-
-        return moved
-
-    return watch
 
 
 def _last_borders(
@@ -173,12 +136,12 @@ def drawn_of(curve: CurveFit, request: Request) -> Drawn | None:
 
 
 def scatter_of(
-    drawn: Drawn | None, request: Request, scan: Scan, moved: Moved | None = None
+    drawn: Drawn | None, request: Request, scan: Scan
 ) -> tuple[dict[str, float | Floats], QuietSpeeds | None]:
     """The interval of a border, the chances to be quiet, and the borders of the drawn curves."""
     if not request.draws or drawn is None:
         return {}, None
-    quiet = _borders(drawn, request, scan, moved)
+    quiet = _borders(drawn, request, scan)
     least, most = quiet.between()
     tail = round((1.0 - request.level) / 2.0 * most.size)
     ends = float(np.sort(least)[tail]), float(np.sort(most)[-1 - tail])
@@ -202,7 +165,7 @@ def names_of_scatter(request: Request) -> tuple[str, ...]:
     return (*interval, *(CHANCES if request.speeds.values else ()))
 
 
-def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) -> QuietSpeeds:
+def _borders(drawn: Drawn, request: Request, scan: Scan) -> QuietSpeeds:
     """The borders of drawn curves.
 
     A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
@@ -216,14 +179,14 @@ def _borders(drawn: Drawn, request: Request, scan: Scan, moved: Moved | None) ->
     fastest = np.full(slope.size, scan.high)
     borders = QuietSpeeds(fastest, fastest.copy(), np.full(slope.size, VIBRATES, np.int8))
 
-    def search(which: Flags, options: Options, moved: Moved | None) -> None:
+    def search(which: Flags, options: Options) -> None:
         if which.any():
             curves = {name: values[which] for name, values in drawn.coefficients.items()}
-            part = quiet_above(curves, request.system, scan, tolerance, options, moved)
+            part = quiet_above(curves, request.system, scan, tolerance, options)
             borders.speed[which], borders.low[which], borders.state[which] = part.speed, part.low, part.state
 
-    search(~lost, options, moved)
-    search(borders.state == UNRESOLVED, replace(options, max_steps=_LONGER * _DRAWN_STEPS), None)
+    search(~lost, options)
+    search(borders.state == UNRESOLVED, replace(options, max_steps=_LONGER * _DRAWN_STEPS))
     return borders
 
 
