@@ -252,6 +252,8 @@ def test_ranked_borders_lie_in_their_intervals_and_agree_with_their_verdicts():
         state, border = known[int(one["quiet_state"])], float(one["quiet_above"])
         border = {"quiet_throughout": 0.0, "vibrates_throughout": math.inf}.get(state, border)
         assert float(one["quiet_above_low"]) <= border <= float(one["quiet_above_high"]), str(one["material"].values)
+        if state == "quiet_throughout":
+            assert one["quiet_probability"] >= 0.5
     kinds = {"is quiet": 0.975, "is probably quiet": 0.5, "are quiet": 0.975, "are probably quiet": 0.5}
     said = RankTable(ds, "mm/s").answer()
     for part in said.removeprefix("From 5 to 60 mm/s ").split("; "):

@@ -62,7 +62,6 @@ Points = tuple[ArrayLike, ArrayLike] | CurveFit
 Materials = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, Points] | Sequence[MaterialFit]
 
 _NO_CURVES = "No curve can be drawn from what its fit leaves open."
-_OUTSIDE = "The border of the fitted curve lies outside of the interval that the points leave."
 _SLOWER, _FASTER = 10.0, 4.0  # how far beyond what is measured, and what linear theory says, speeds are searched
 
 
@@ -119,7 +118,7 @@ def compare(
         Over `material`, best first: quiet_above and the interval quiet_above_low to quiet_above_high, what kind of
         number it is (quiet_state), the coefficients, and over `slip_speed` the curves with their 95 % bands, over
         `point` what was measured. Materials whose points do not tell where vibration ends, whose friction or speeds are
-        implausible, or whose border lies outside of its interval, come last, without a rank (NaN).
+        implausible, or whose curve says other than most of the curves drawn, come last, without a rank (NaN).
 
     Raises
     ------
@@ -175,8 +174,9 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
             table[name][known] = of_known
         for place, (i, ends) in enumerate(zip(known, zip(*borders.between(), strict=True), strict=True)):
             scatter, of_drawn = scatter_of(drawn[i], request, scan)
-            if scatter and not _holds(scatter, ends):
-                doubts[i], scatter = _OUTSIDE, {name: values[0] for name, values in _blank(1, request).items()}
+            doubts[i] = _contradiction(scatter, ends)
+            if doubts[i]:
+                scatter = {name: values[0] for name, values in _blank(1, request).items()}
             else:
                 quiet[i] = of_drawn
             for name, value in scatter.items():
@@ -189,14 +189,20 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
     return material_dataset(fits, ordered, doubts, _attributes(fits, request, scan), request.speeds.values)
 
 
-def _holds(scatter: dict[str, float | Floats], ends: tuple[float, float]) -> bool:
-    """True if the interval holds the border, whose ends these are; one that misses it by no more than the tolerance of
-    the borders of drawn curves is widened to it."""
+def _contradiction(scatter: dict[str, float | Floats], ends: tuple[float, float]) -> str:
+    """Why a border, whose ends these are, cannot stand beside what the curves drawn say; empty where it can.
+
+    An interval that misses the border by no more than the tolerance of the borders of drawn curves is widened to it.
+    """
+    if not scatter:
+        return ""
     (least, most), (low, high) = ends, (float(scatter[f"quiet_above_{end}"]) for end in ("low", "high"))
+    if most == 0.0 and np.ravel(scatter.get("quiet_probability", 1.0))[0] < 0.5:  # at the slowest belt speed
+        return "The fitted curve vibrates at no speed; most of the curves that the points allow do at the belt speed."
     if not (least <= high * (1.0 + DRAWN_TO) and most * (1.0 + DRAWN_TO) >= low):
-        return False
+        return "The border of the fitted curve lies outside of the interval that the points leave."
     scatter |= {"quiet_above_low": min(low, most), "quiet_above_high": max(high, least)}
-    return True
+    return ""
 
 
 # --- materials, doubts, speeds ----------------------------------------------------------------------------------------
