@@ -118,9 +118,11 @@ class _Outputs(Outputs):
         if self.sound is not None:
             save_sounds(self.sound, self._sounds())
         if self.report is not None:
-            from stickslip.rig.report import write_report
+            from stickslip.pages import write_page
+            from stickslip.rig.report import report
 
-            write_report(self.report, ds, self._records(drawn or range(min(size, _MOST_TRACES))), self.tests.config)
+            records = self._records(drawn or range(min(size, _MOST_TRACES)))
+            write_page(self.report, report(ds, records, self.tests.config))
             show_file("report", self.report)
         if table := params.requested_table():
             from stickslip.rig.evaluation import as_columns
