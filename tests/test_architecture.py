@@ -257,7 +257,7 @@ def test_third_party_imports_are_declared_dependencies():
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
-    requirements = project["dependencies"] + extras["zarr"] + extras["dask"] + extras["explore"] + extras["pdf"]
+    requirements = project["dependencies"] + extras["zarr"] + extras["dask"] + extras["explore"]
     declared = {
         "".join(c for c in r.split(">")[0] if c.isalnum() or c in "._-").lower().split(".")[0] for r in requirements
     }

@@ -67,6 +67,17 @@ class StickslipAccessor:
             raise ValueError(f"{flag} has no {listed(unknown)}, expected {expected}")
         return self._ds[flag].isin([meanings.index(name) for name in names])
 
+    def report(self) -> str:
+        """What `stickslip inspect` prints of the result of a study: of the margins of a cell, which changes cure it.
+
+        Raises ValueError for a result of no study.
+        """
+        from stickslip.config.studies import Table, study_of_result
+
+        if (study := study_of_result(self._ds)) is None:
+            raise ValueError("a result of no study; `summary` counts the cells of a map")
+        return "\n".join(part.text() if isinstance(part, Table) else part for part in study.report(self._ds))
+
     # --- pictures -----------------------------------------------------------------------------------------------------
 
     def plot(self, variable: str | None = None, **how: Any) -> Figure:

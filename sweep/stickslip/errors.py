@@ -8,8 +8,8 @@ them at once. Everything else that is raised is a bug.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from traceback import format_exception
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -87,6 +87,14 @@ class ConfigError(_InInput, ValueError):
     ) -> ConfigError:
         """The error of a single problem."""
         return cls(str(source), [Problem(path, message, place, hint)])
+
+    @classmethod
+    def of_files(cls, errors: Sequence[ConfigError]) -> ConfigError:
+        """The errors of several files as one."""
+        if len(errors) == 1:
+            return errors[0]
+        several = [(problem, error.source) for error in errors for problem in error.problems]
+        return cls("", [Problem((), replace(one, hint=None).text(source), None, one.hint) for one, source in several])
 
     def __str__(self) -> str:
         return "\n".join(problem.text(self.source) for problem in self.problems)

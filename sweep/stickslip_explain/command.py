@@ -26,7 +26,7 @@ Examples:
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option()
-@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): plots and meanings.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): plots and meanings.")
 @FRESH
 @params.DASK
 @params.THREADS
@@ -79,8 +79,7 @@ def _place(config: Path, number: int) -> str:
     epilog="""\b
 Examples:
   stickslip next explain.nc --over belt_speed normal_load
-  stickslip next explain.nc --over belt_speed="5..300 mm/s" --scatter period=2 --plot next.png
-  stickslip next compared.nc""",
+  stickslip next explain.nc --over belt_speed="5..300 mm/s" --scatter period=2 --plot next.png""",
 )
 @click.argument("file", type=params.Place())
 @click.argument("more", nargs=-1, metavar="[NAME]")
@@ -100,24 +99,13 @@ def next_command(
 ) -> None:  # fmt: skip
     """Say which measurement would tell most.
 
-    FILE is what `stickslip explain` wrote, or `stickslip compare`. Of materials that were compared, the two speeds on
-    the tribometer are named that would narrow each interval most, the least certain material first. Of an explanation,
-    over one or two parameters (`--over belt_speed normal_load`) the expected
+    FILE is what `stickslip explain` wrote. Over one or two parameters (`--over belt_speed normal_load`) the expected
     information of one more observation is computed, its regime and its results being what the draws say, and the best
     three places are named, with what each would narrow.
     """
-    from stickslip.files.reading import look_into
-    from stickslip.materials.table import RankTable
-    from stickslip.vocabulary.studies import kind_of
     from stickslip.vocabulary.units import ends_of
     from stickslip_explain.api import next_measurement
 
-    with refuses_bad_input(file), look_into(str(file)) as ds:
-        if kind_of(ds) == "comparison":
-            if over or scatter or output or plot:
-                fail(f"{file}: a comparison, whose measurements are speeds, expected no option")
-            screen.echo("\n".join(RankTable(ds).measurements()) or "nothing here would narrow an interval")
-            return
     if not over:
         fail("missing --over, expected one or two parameters: --over belt_speed normal_load")
     with refuses_bad_input(""):

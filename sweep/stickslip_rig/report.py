@@ -3,10 +3,8 @@
 The frame and its parts are those of `stickslip.pages`, which escape everything that users wrote.
 """
 
-import os
 from collections.abc import Iterator, Mapping
 from itertools import islice
-from pathlib import Path
 from textwrap import fill
 
 import numpy as np
@@ -44,30 +42,12 @@ _SENSORS_IN_WORDS = (
 )
 
 
-def write_report(path: str | os.PathLike[str], ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: Config) -> Path:
-    """Write the report of a test matrix as one file, replacing `path` only once it is whole.
-
-    Parameters
-    ----------
-    path
-        HTML, or PDF.
-    ds
-        The matrix (`run_matrix`).
-    records
-        Those to draw, by name; names that `RigTests.title` gives get their model RPN in the legend.
-    rig
-        The configuration the matrix was computed from.
-
-    Raises
-    ------
-    StoreError
-        Where the file cannot be written.
-    """
-    return pages.write_page(path, report(ds, records, rig))
-
-
 def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: Config) -> str:
-    """The text of the file that `write_report` writes."""
+    """The page of a test matrix (`run_matrix`) as text.
+
+    records : those to draw, by name; names that `RigTests.title` gives get their model RPN in the legend. rig : the
+    configuration the matrix was computed from.
+    """
     dims, title = dimensions(ds, ds["model_rpn"].dims), str(ds.attrs.get("title", "")) or rig.title
     legend = pages.legend(
         f"RPN: {RPN_NAME}.", [(f"{low}–{high}: {MEANINGS[band]}", band) for band, (low, high) in BANDS.items()]

@@ -9,10 +9,11 @@ import pytest
 
 from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
+from stickslip.pages import write_page
 from stickslip.vocabulary.flags import STATUSES
 from stickslip_rig import report as reports
 from stickslip_rig.api import RPN_NAME, RigTests, load_rig, make_rig, run_matrix
-from stickslip_rig.report import report, write_report
+from stickslip_rig.report import report
 
 HOSTILE = '<script>alert("1")</script> & $x$'
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -169,7 +170,7 @@ def test_a_report_is_one_file_whatever_its_name(computed, tmp_path):
     rig, ds, _ = computed
     path = tmp_path / "a report & its name ü.html"
     path.write_text("old")
-    assert write_report(path, ds, {}, rig) == path
+    assert write_page(path, report(ds, {}, rig)) == path
     assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
@@ -180,7 +181,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing_behind(computed, tmp_pat
     (tmp_path / "file").touch()
     for path in (tmp_path / "taken.html", tmp_path / "file" / "x.html"):
         with pytest.raises(StoreError, match="cannot be written|left alone"):
-            write_report(path, ds, {}, rig)
+            write_page(path, report(ds, {}, rig))
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "taken.html"]
 
 

@@ -144,7 +144,7 @@ def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):
         (["--test", "1"], "name a plot with --plot"),
         (["--plot", "a.bmp"], "a.bmp: plots end in"),
         (["--plot", "nowhere/a.png"], "no folder nowhere"),
-        (["--report", "a.txt"], "a.txt: pages end in .html, .htm, .pdf"),
+        (["--report", "a.txt"], "a.txt: pages end in .html, .htm"),
         (["--report", "nowhere/a.html"], "a.html: no folder nowhere"),
         (["-o", "a.txt"], "a.txt"),
         (["--records", "file"], "file: expected a folder"),

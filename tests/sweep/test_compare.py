@@ -3,6 +3,7 @@
 import json
 import re
 import warnings
+from dataclasses import fields, replace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import points_path
 from stickslip.errors import ConfigError, UnitWarning
-from stickslip.fit import draw_curves, fit_curve, fit_materials
+from stickslip.fit import CurveFit, draw_curves, fit_curve, fit_materials
 from stickslip.materials.page import material_page
 from stickslip.materials.table import RankTable
 
@@ -145,7 +146,7 @@ def test_friction_that_falls_without_end_and_no_damper_vibrates_throughout_and_t
     done = call("compare", tmp_path / "grease.csv", *options)
     assert done.exit_code == 0, done.output
     assert "> 10" in done.stdout and "vibrates up to the fastest speed searched" in done.stdout
-    assert "Give the damping of the system" in done.stdout
+    assert "the damping is 0: give the damping" in done.stdout
     damped = call("compare", tmp_path / "grease.csv", *options, "--damping", "50 N s/m", "--json")
     (one,) = json.loads(damped.stdout)["materials"]
     assert one["quiet_state"] in ("border", "quiet_throughout")
@@ -216,7 +217,8 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
         (["--between", "2", "1"], "expected two speeds above 0, the slower one first"),
         (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
         (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
-        (["--report", "x.doc"], "pages end in .html, .htm, .pdf"),
+        (["--report", "x.doc"], "pages end in .html, .htm"),
+        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected one value"),
         (["--plot", "x.txt"], "plots end in"),
     ],
 )
@@ -256,7 +258,7 @@ def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
         warnings.simplefilter("always")
         done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
     assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr and "did you mean 20 mm/s?" in done.stderr
-    assert "beyond the fastest" in done.stdout and "damping 0" not in done.stdout.lower()
+    assert "lies beyond the speeds that were measured" in done.stdout and "damping 0" not in done.stdout.lower()
     with pytest.warns(UnitWarning, match="100 understood as 100 kg; did you mean 100 g"):
         ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)
     assert ds.attrs["damping_assumed"] == 1
@@ -309,27 +311,80 @@ def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp
     (tmp_path / "oil.csv").write_text(f"speed [mm/s], mu\n{oil}\n")
     names = [tmp_path / "ranks.csv", tmp_path / "ranks.xlsx", tmp_path / "ranks.nc"]
     done = call("compare", tmp_path / "grease.csv", tmp_path / "oil.csv", FILES[0], *OPTIONS, "--draws", 0,
-                "--speed", "5 mm/s", "--decimal-comma", *(word for name in names for word in ("-o", name)))  # fmt: skip
+                "--speed", "5 mm/s", *(word for name in names for word in ("-o", name)))  # fmt: skip
     assert done.exit_code == 0, done.output
-    table = pd.read_csv(names[0], sep=";", decimal=",").set_index("material")
+    table = pd.read_csv(names[0]).set_index("material")
     assert list(table["quiet_state"]) == ["quiet_throughout", "border", "vibrates_throughout"]
     assert list(table["quiet_above [mm/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
     assert table["quiet_above [mm/s]"]["dry"] < table["searched_to [mm/s]"]["dry"]
     book = load_workbook(names[1])
-    assert book.sheetnames == ["ranks", "data", "about"]
-    sheet = book["ranks"]
-    assert sheet.freeze_panes == "B2" and sheet["A1"].font.bold and sheet["C1"].value == "quiet above\n(mm/s)"
-    rows = {row[0]: row for row in sheet.iter_rows(values_only=True)}
-    assert rows["oil"][2].startswith("< ") and rows["grease"][2].startswith("> ") and rows["dry"][2] > 100
-    assert rows["mass"][1] == "100 g" and rows["viscous damping coefficient"][1] == "0 N s/m (assumed)"
-    assert any(said and said.startswith("grease: Friction falls") for said in rows)
-    again = call("export", names[2], "-o", tmp_path / "again.xlsx")
-    assert again.exit_code == 0
-    copy = load_workbook(tmp_path / "again.xlsx")["ranks"]
-    assert list(copy.iter_rows(values_only=True)) == list(sheet.iter_rows(values_only=True))
+    assert book.sheetnames == ["data", "about"]
+    assert [row[0].value for row in book["data"].iter_rows()] == ["material", *table.index]
+    rows = [line for line in done.stdout.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
+    assert [row.split()[2] for row in rows][::2] == ["<", ">"]
+    assert "viscous damping coefficient 0 N s/m (assumed)" in done.stdout and "grease: Friction falls" in done.stdout
+
+
+def test_the_faults_of_all_files_are_told_at_once(tmp_path):
+    """A heading that nobody knows, too few points, and friction over waiting time."""
+    (tmp_path / "odd.csv").write_text("this, that\n1, 2\n2, 3\n")
+    (tmp_path / "few.csv").write_text("speed [mm/s], mu\n1, 0.2\n2, 0.19\n")
+    (tmp_path / "aged.csv").write_text("time [s], mu\n1, 0.2\n10, 0.21\n100, 0.22\n1000, 0.23\n")
+    names = [tmp_path / f"{name}.csv" for name in ("odd", "few", "aged")]
+    with pytest.raises(ConfigError) as raised:
+        stickslip.compare([*names, FILES[0]], **SYSTEM)
+    assert all(str(name) in str(raised.value) for name in names) and str(FILES[0]) not in str(raised.value)
+    done = call("compare", *names, FILES[0], *OPTIONS)
+    assert done.exit_code == 2 and all(str(name) in done.stderr for name in names)
+    assert "hint: stickslip fit ranks lubricants by their ageing" in done.stderr
+
+
+def test_speeds_that_no_contact_has_are_asked_about_and_never_ranked(tmp_path):
+    """The heading says m/s, the numbers are mm/s."""
+    lines = [f"{1000 * w:g};{mu:.4f}" for w, mu in zip(SPEED, law(SPEED, 0.1, 0.2, 0.03, 0.02), strict=True)]
+    (tmp_path / "wrong.csv").write_text("\n".join(["v [m/s];mu", *lines]))
+    with pytest.warns(UnitWarning, match="measured at up to 400 m/s; did you mean 400 mm/s"):
+        ds = stickslip.compare([tmp_path / "wrong.csv", FILES[0]], **SYSTEM, draws=0)
+    assert ds["material"].values.tolist() == ["dry", "wrong"] and np.isnan(ds["rank"].values[1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert "did you mean 400 mm/s" in call("fit", tmp_path / "wrong.csv").stderr
 
 
 def test_all_options_that_are_missing_are_named_at_once():
     done = call("compare", "--mass", "1 kg")
     assert done.exit_code == 2 and "missing FILES..., --stiffness, --load" in done.stderr
     assert '--stiffness "5 N/mm" --load "10 N"' in done.stderr
+
+
+class Hysteretic(CurveFit):
+    """A fit whose friction is less on the way down to standstill."""
+
+    def coefficients(self):
+        return super().coefficients() | {"mu_stop": 0.9 * self.mu_start}
+
+    def draw(self, count, seed=1, *, falling=False):
+        drawn = super().draw(count, seed, falling=falling)
+        stop = 0.9 * (drawn.coefficients["a1"] + drawn.coefficients["a3"])
+        return drawn._replace(coefficients=drawn.coefficients | {"mu_stop": stop})
+
+
+def test_friction_on_the_way_down_is_in_the_border_its_interval_and_eq_3():
+    plain = fit_materials(FILES[:1])[0].curve
+    fit = Hysteretic(**{field.name: getattr(plain, field.name) for field in fields(CurveFit)})
+    fit = replace(fit, interval={**fit.interval, "mu_stop": (0.3, 0.4)})
+    ds = stickslip.compare({"down": fit, "plain": plain}, **SYSTEM, belt_speed=0.02, draws=60)
+    one, other = ds.sel(material="down"), ds.sel(material="plain")
+    cell = {**SI, **fit.coefficients()}
+    between = (ds.attrs["searched_from"], ds.attrs["searched_to"])
+    border = stickslip.border(cell, "belt_speed", between)["border"]
+    assert float(one["quiet_above"]) == pytest.approx(float(np.nanmax(border)), rel=3e-9)
+    drawn = stickslip.border(SI | fit.draw(60, falling=True).coefficients, "belt_speed", between, 1e-4)["border"]
+    ends = np.sort(np.nanmax(drawn, axis=1))[[2, -3]]  # 1 - 2/60 of them lie between
+    np.testing.assert_allclose([one["quiet_above_low"], one["quiet_above_high"]], ends, rtol=2e-3)
+    direct = stickslip.evaluate(cell | {"belt_speed": 0.02})
+    assert float(one["tendency"]) == pytest.approx(float(direct["tendency"][0]), rel=1e-6)
+    assert float(one["mu_stop"]) == pytest.approx(0.9 * fit.mu_start) and np.isnan(other["mu_stop"])
+    again = stickslip.run(stickslip.config.reader.parse_config(str(ds.attrs["configuration"])))
+    np.testing.assert_allclose(np.nanmax(again["border"], axis=1), ds["quiet_above"], rtol=3e-9)
+    assert "mu_stop" in material_page(ds)

@@ -10,7 +10,6 @@ from click.testing import CliRunner
 
 import stickslip
 from stickslip.cli import main
-from stickslip.files.writing import write
 from stickslip.materials.table import RankTable
 
 TRUE = {"Fett_A_1": (0.1, 0.6, 0.05, 15), "Fett_A_2": (0.103, 0.6, 0.05, 15), "Fett_A_3": (0.097, 0.6, 0.05, 15),
@@ -42,7 +41,7 @@ def report(folder):
     """What programs, Excel and the reader of the page are told, and the dataset."""
     table, page, whole = (folder / f"x.{suffix}" for suffix in ("csv", "html", "nc"))
     words = ["compare", *sorted(folder.glob("Fett*.csv")), *OPTIONS, "--damping", "2 %", "--draws", 120, "--json",
-             "-o", table, "--decimal-comma", "-o", whole, "--report", page, "--title", "Fette"]  # fmt: skip
+             "-o", table, "-o", whole, "--report", page, "--title", "Fette"]  # fmt: skip
     done = CliRunner().invoke(main, list(map(str, words)))
     assert done.exit_code == 0, done.output
     return json.loads(done.stdout), table, page.read_text(encoding="utf-8"), stickslip.open(whole).load()
@@ -56,18 +55,18 @@ def compared(report):
 def test_every_repeat_is_named_with_its_file(report):
     told, table, *_ = report
     assert set(told["read"]) == set(TRUE) and all(one["lines_above"] for one in told["read"].values())
-    row = pd.read_csv(table, sep=";", decimal=",", encoding="utf-8-sig").set_index("material").loc["Fett_A"]
+    row = pd.read_csv(table, encoding="utf-8-sig").set_index("material").loc["Fett_A"]
     assert [f"Fett_A_{i}.csv" in row["file"] for i in (1, 2, 3)] == [True] * 3
 
 
-def test_a_table_for_excel_has_whole_counts_empty_open_ends_and_commas_in_sentences(report):
+def test_a_table_for_excel_has_whole_counts_and_empty_open_ends(report):
     _, table, *_ = report
     text = table.read_text(encoding="utf-8-sig")
-    columns = pd.read_csv(table, sep=";", encoding="utf-8-sig", dtype=str)
+    columns = pd.read_csv(table, encoding="utf-8-sig", dtype=str)
     assert all(
         re.fullmatch(r"\d+", cell) for name in ("rank", "draws_used", "points", "fit_good") for cell in columns[name]
     )
-    assert not re.search(r"(?<![a-z])inf", text) and not columns["fit_quality"].str.contains(r"\d\.\d").any()
+    assert not re.search(r"(?<![a-z])inf", text)
 
 
 def test_what_is_uncertain_is_called_probable_and_what_vibrates_in_part_is_no_loss(compared):
@@ -76,7 +75,7 @@ def test_what_is_uncertain_is_called_probable_and_what_vibrates_in_part_is_no_lo
     assert ("Fett_B (P(quiet)" in said) and ("is probably quiet throughout" in said) == (0.5 <= chance < 0.975)
     border = 1000 * compared["quiet_above"].sel(material="Fett_A").item()
     assert f"Fett_A (above {border:.3g} mm/s) is quiet in a part of it" in said and "Fett_C" in said.split("; ")[-1]
-    assert "vibrates throughout" in said and compared["vibrating_share"].sel(material="Fett_C") == 1
+    assert said.split("; ")[-1].endswith("vibrates.")
 
 
 def test_the_curves_drawn_are_quiet_or_vibrate_or_have_no_verdict(compared):
@@ -85,31 +84,9 @@ def test_the_curves_drawn_are_quiet_or_vibrate_or_have_no_verdict(compared):
     assert compared["draws_used"].dtype.kind == "i"
 
 
-def test_nothing_is_to_be_measured_faster_than_the_instrument_goes_and_repeats_want_a_specimen(compared):
-    speeds = compared[["next_speed_1", "next_speed_2"]].to_dataframe()
-    assert not (speeds > compared["fastest_point"].max().item()).any(axis=None)
-    one = compared.sel(material="Fett_A")
-    assert np.isnan(one["next_speed_1"]) and one["quiet_above_low"] < one["next_low"] < one["next_high"]
-    assert one["next_high"] < one["quiet_above_high"]
-    said = [text for text in RankTable(compared, "mm/s").remarks() if "measure" in text]
-    assert any(text.startswith("Fett_A") and "another specimen, number 4" in text for text in said)
-    assert sum("the least certain" in text for text in said) == 1
-
-
-def test_next_names_the_measurements_of_a_comparison_and_takes_no_axes_there(compared, tmp_path):
-    write(compared, tmp_path / "compared.nc")
-    done = CliRunner().invoke(main, ["next", str(tmp_path / "compared.nc")])
-    assert done.output.splitlines() == [*RankTable(compared).measurements()]
-    assert "(the least certain): " in done.output.splitlines()[0]
-    done = CliRunner().invoke(main, ["next", str(tmp_path / "compared.nc"), "--over", "belt_speed"])
-    assert done.exit_code == 2 and "a comparison, whose measurements are speeds, expected no option" in done.stderr
-
-
-def test_the_page_has_its_title_a_limit_and_no_jargon(report):
+def test_the_page_has_its_title_and_no_jargon(report):
     _, _, page, _ = report
     assert "<h1>Fette</h1>" in page
-    limit = re.search(r"What limits this\.(.*?)</", page, re.DOTALL)[1] + page.split("What limits this.")[1][:200]
-    assert "no vibration lasts" not in limit
     table = page.split("Which is quiet")[1].split("</table>")[0]
     assert not any(word in table for word in ("Eq. (3)", "stick_slip", "see below", "mu_start"))
 
@@ -121,7 +98,7 @@ def test_the_margin_of_what_is_quiet_throughout_is_a_bound_like_others(compared)
 
 def test_the_table_says_for_which_damping_it_is(folder):
     files = map(str, sorted(folder.glob("Fett*.csv")))
-    done = CliRunner().invoke(main, ["compare", *files, *OPTIONS, "--damping", "1..3 %", "--draws", "0"])
+    done = CliRunner().invoke(main, ["compare", *files, *OPTIONS, "--damping", "1 %", "--draws", "0"])
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("system"))
-    assert "1 % of critical (least of several" in line
+    assert "1 % of critical" in line
     assert done.stdout.count("left out above the header") == 1 and "Fett_A_3.csv" in done.stdout

@@ -159,7 +159,8 @@ def margins(
     within : float or Mapping
         How far to look: a factor, or by parameter factors or ranges (SI).
     into : sequence of str, optional
-        Names of the regimes that count; by default any other than that of the cell.
+        Names of the regimes that count, "opposite" for quiet ones of what vibrates and the reverse; by default any
+        other than that of the cell.
     speed_range : pair of float or str, optional
         The ends of a range of belt speeds (m/s), of nine of which, by equal ratios, the worst counts: a goal such as
         quiet from 5 to 60 mm/s.

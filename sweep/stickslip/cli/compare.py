@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.materials.table import RankColumn, RankTable
 
 _ATTRIBUTES = (
-    *("belt_speed", "speed_range_from", "speed_range_to", "friction_scale", "searched_from", "searched_to"),
+    *("belt_speed", "speed_range_from", "speed_range_to", "searched_from", "searched_to"),
     *("tendency_at", "confidence", "draws", "seed"),
 )
 _SEVERAL = partial(click.option, multiple=True)
@@ -58,31 +58,26 @@ Examples:
 @params.RECORDS
 @click.option("--mass", required=True, help='Of the oscillator: kg, or with a unit ("100 g").')
 @click.option("--stiffness", required=True, help='Of its spring: N/m, or with a unit ("5 N/mm").')
-@_SEVERAL("--load", required=True, help='Normal load: N, or with a unit ("2 kN"); several, or a range ("5..20 N").')
-@_SEVERAL("--damping", help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %"; several, or a range '
-          '("0.5..5 %").  [default: 0]')  # fmt: skip
+@click.option("--load", required=True, help='Normal load: N, or with a unit ("2 kN").')
+@click.option("--damping", help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %".  [default: 0]')
 @_SEVERAL("--speed", metavar="SPEED", help="Belt speed at which regime and margin are told; several, a column each; or "
           'a range ("5..60 mm/s"), in which it is to be quiet throughout.')  # fmt: skip
-@_SEVERAL("--scale-friction", metavar="FACTOR", help="Multiply friction, where the part has another than the rig; "
-          "several, or a range.  [default: 1]")  # fmt: skip
 @click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @COLUMNS
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the draws.")
-@click.option("--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns, into CSV.")
 @_SEVERAL("-o", "--output", "outputs", type=params.Target("table", "result"),
           help="File to write: .csv or .xlsx (the table), .nc or .zarr (all of it); repeatable.")  # fmt: skip
 @params.plot_option()
 @click.option("--title", help="Of plot and page.")
-@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): ranks, plot, fits.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): ranks, plot, fits.")
 @JSON
 @reports_errors
 def compare(
-    files: tuple[Path, ...], mass: str, stiffness: str, load: tuple[str, ...], damping: tuple[str, ...],
-    speed: tuple[str, ...], scale_friction: tuple[str, ...],
+    files: tuple[Path, ...], mass: str, stiffness: str, load: str, damping: str | None, speed: tuple[str, ...],
     between: tuple[str, str] | None, level: float, draws: int, seed: int, outputs: tuple[Path, ...], plot: Path | None,
-    title: str | None, report: Path | None, decimal_comma: bool,
+    title: str | None, report: Path | None,
 ) -> Answer:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -93,22 +88,20 @@ def compare(
     from stickslip import materials
     from stickslip.dataset.display import with_units
 
-    one_load = load[0] if len(load) == 1 and ".." not in load[0] else None
-    fits = fit_files(files, column_choice(one_load))
+    fits = fit_files(files, column_choice(load), ageing=False)
     show_columns(fits)
     with refuses_bad_input(""), screen.progress_bar("curves", " compared") as move:
         ds = materials.compare(
-            fits, mass=mass, stiffness=stiffness, normal_load=_single(load),
-            damping=_single(damping) if damping else None, belt_speed=_single(speed) if speed else None,
-            friction_scale=_single(scale_friction) if scale_friction else 1.0, between=between, level=level,
-            draws=draws, seed=seed, progress=move,
+            fits, mass=mass, stiffness=stiffness, normal_load=load, damping=damping,
+            belt_speed=(speed[0] if len(speed) == 1 else speed) or None, between=between, level=level, draws=draws,
+            seed=seed, progress=move,
         )  # fmt: skip
     if speed_unit := _unit_of(speed):
         speeds = [str(name) for name, values in ds.variables.items() if values.attrs.get("units") == "m s-1"]
         ds = with_units(ds, dict.fromkeys(speeds, speed_unit))
     ds = ds if title is None else ds.assign_attrs(title=title)
     ranking = _show(ds)
-    written = _save(ds, outputs, plot, report, decimal_comma)
+    written = _save(ds, outputs, plot, report)
 
     def answer() -> dict[str, Any]:
         from stickslip.fit.report import columns_of
@@ -136,17 +129,9 @@ def _show(ds: xr.Dataset) -> RankTable:
         screen.echo(ranking.answer())
     for remark in ranking.remarks():
         screen.echo(f"note     {remark}")
-    for _, borders, remarks in ranking.variations():
-        _print_table(borders)
-        for remark in remarks:
-            screen.echo(f"note     {remark}")
     for text in ranking.method():
         screen.echo(text)
     return ranking
-
-
-def _single(texts: tuple[str, ...]) -> str | tuple[str, ...]:
-    return texts[0] if len(texts) == 1 else texts
 
 
 def _unit_of(speeds: tuple[str, ...]) -> str | None:
@@ -166,15 +151,13 @@ def _print_table(columns: Iterable[RankColumn]) -> None:
     screen.terminal().print(table)
 
 
-def _save(
-    ds: xr.Dataset, outputs: tuple[Path, ...], plot: Path | None, report: Path | None, decimal_comma: bool
-) -> dict[str, str]:
+def _save(ds: xr.Dataset, outputs: tuple[Path, ...], plot: Path | None, report: Path | None) -> dict[str, str]:
     """Write everything that is asked for; what was written, by kind."""
     from stickslip.files.targets import KINDS
 
     for output in outputs:
         if output.suffix.lower() in KINDS["table"].suffixes:
-            save_table(ds, output, decimal_comma=decimal_comma)
+            save_table(ds, output)
         else:
             save_result(ds, output)
     save_plot(lambda plots: plots.plot_materials(ds), plot)
@@ -199,17 +182,12 @@ def _answer(ds: xr.Dataset, ranking: RankTable) -> dict[str, Any]:
                 {name: value for name, value in at[i].items() if name not in material} | {"belt_speed": speed}
                 for at, speed in zip(rows, ranking.speeds, strict=True)
             ]
-    for name in ranking.varied:
-        borders = ds[f"quiet_above_over_{name}"].values.tolist()
-        for material, values in zip(materials, borders, strict=True):
-            material[f"quiet_above_over_{name}"] = values
     units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
     return {
         "materials": materials,
         "units": units,
         "system": {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")},
         **{name: ds.attrs[name] for name in _ATTRIBUTES if name in ds.attrs},
-        **{name: ds[name].values.tolist() for name in ranking.varied},
         "remarks": ranking.remarks(),
         "written": {},
     }

@@ -89,7 +89,7 @@ def fit(
     table with several columns of friction, one a material, gives a fit of each.
     """
     from stickslip.config.select import seconds
-    from stickslip.config.unit_warnings import friction_question_of_fit
+    from stickslip.config.unit_warnings import question_of_fit
     from stickslip.fit import report
     from stickslip.fit.columns import newtons
 
@@ -103,7 +103,7 @@ def fit(
         fail(f"--same goes with the law stribeck, got --law {law}")
     fits = fit_files(files, column_choice(load), law)
     for each in fits:
-        if each.curve and (question := friction_question_of_fit(float(each.curve.predict(0.0)), each.points.get("mu"))):
+        if each.curve and (question := question_of_fit(each.curve.mu_start, each.points)):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
     ageing = {each.name: each.ageing for each in fits if each.ageing}
     show_columns(fits)
@@ -139,12 +139,12 @@ def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: st
     return lambda: {"fits": plain} | ({"plot": str(plot)} if plot else {})
 
 
-def fit_files(files: Sequence[Path], choice: Wanted, law: str = "stribeck") -> list[MaterialFit]:
+def fit_files(files: Sequence[Path], choice: Wanted, law: str = "stribeck", ageing: bool = True) -> list[MaterialFit]:
     """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
     from stickslip.fit import fit_materials
 
     files, same = [params.points_file(file) for file in files], screen.remembered("same")
-    fits = fit_materials(files, choice, same=same, law=law)
+    fits = fit_materials(files, choice, same=same, law=law, ageing=ageing)
     bare = [each for each in fits if each.points.assumed]
     if not bare or is_for_programs() or not _is_interactive():
         return fits
@@ -154,7 +154,7 @@ def fit_files(files: Sequence[Path], choice: Wanted, law: str = "stribeck") -> l
     screen.echo(f"{names}: the header gives no unit of {column.name}; {span}.")
     usual = units.example(column.units).split(" ", 1)[1]
     unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
-    return fit_materials(files, replace(choice, unit=unit.strip()), same=same, law=law)
+    return fit_materials(files, replace(choice, unit=unit.strip()), same=same, law=law, ageing=ageing)
 
 
 def _is_interactive() -> bool:

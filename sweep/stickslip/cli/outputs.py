@@ -55,25 +55,15 @@ def save_plot(figure: Figure | Callable[[Any], Figure], target: Path | None, not
     screen.row("plot", f"{target}{f' ({note})' if note else ''}")
 
 
-def save_table(
-    ds: xr.Dataset, target: Path | None, variables: tuple[str, ...] = (), decimal_comma: bool = False
-) -> None:
-    """Write a table, if it has a place; a long one with a bar. What is left out is said.
-
-    The workbook of a comparison begins with the table that is printed.
-    """
+def save_table(ds: xr.Dataset, target: Path | None, variables: tuple[str, ...] = ()) -> None:
+    """Write a table, if it has a place; a long one with a bar. What is left out is said."""
     if target is None:
         return
     from stickslip.dataset import export
 
-    front, is_long = None, export.table_of(ds, variables).rows >= _LONG
-    if "quiet_above" in ds and not variables and target.suffix.lower() == ".xlsx":
-        from stickslip.materials.table import RankTable
-
-        front = RankTable(ds).sheet()
+    is_long = export.table_of(ds, variables).rows >= _LONG
     with screen.progress_bar("rows", " written") if is_long else nullcontext() as move:
-        decimal = "," if decimal_comma else "."
-        table = export.write_table(ds, target, variables, decimal=decimal, front=front, progress=move)
+        table = export.write_table(ds, target, variables, progress=move)
     show_file("table", target, f"{table.rows:,} row{'s' * (table.rows != 1)}, {len(table.columns)} columns")
     if table.left_out:
         names = ", ".join(table.left_out)

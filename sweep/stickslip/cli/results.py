@@ -99,7 +99,7 @@ def _list_cells(survey: Survey, file: str) -> None:
 Examples:
   stickslip export quickstart.nc -o quickstart.csv
   stickslip export quickstart.nc --variable regime --variable period -o periods.xlsx
-  stickslip export map.nc --select stiffness="5 N/mm" -o line.csv --decimal-comma"""
+  stickslip export map.nc --select stiffness="5 N/mm" -o line.csv"""
 )
 @click.argument("file", type=params.Place())
 @click.option("-o", "--output", type=params.Target("table"), help="Table to write, .csv or .xlsx.  [default: FILE.csv]")
@@ -107,11 +107,8 @@ Examples:
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Take only cells with this value, or label, of a dimension."
 )
-@click.option("--decimal-comma", is_flag=True, help="Write decimal commas, and semicolons between columns.")
 @reports_errors
-def export(
-    file: Location, output: Path | None, variables: tuple[str, ...], select: tuple[str, ...], decimal_comma: bool
-) -> None:
+def export(file: Location, output: Path | None, variables: tuple[str, ...], select: tuple[str, ...]) -> None:
     """Write a result as a table, CSV or Excel: one row a cell.
 
     Headings carry units, flags are words, what is not defined is empty. FILE may be larger than memory. A sheet of
@@ -130,4 +127,4 @@ def export(
             fail(f"{file}: {error}")
         for point in selection.points_taken(ds, places) if places else ():
             screen.echo(f"taken    {point}")
-        save_table(part, target, variables, decimal_comma)
+        save_table(part, target, variables)

@@ -62,7 +62,7 @@ Examples:
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option()
-@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): plots, shares, meanings.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): plots, shares, meanings.")
 @click.option("--no-plot", is_flag=True, help="Write no plot.")
 @BLOCKS
 @params.DASK

@@ -19,7 +19,7 @@ from stickslip.errors import ConfigError, FitWarning, Path, Place, QuantityError
 from stickslip.vocabulary.models import CURVE, PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import MEASURED
+from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
 from stickslip.vocabulary.settings import CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
 from stickslip.vocabulary.units import each_with_unit

@@ -40,7 +40,7 @@ REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")
 REMOTE_SUFFIX = ".zarr"  # what may be behind a URL
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
-PAGE_SUFFIXES = (".html", ".pdf")
+PAGE_SUFFIXES = (".html",)
 HERE, LOCAL = "none", "local"  # where blocks are computed: by threads of this process; by processes of this machine
 ADDRESS = f"an address such as tcp://host:8786, a scheduler file (.json), {LOCAL} or {HERE}"
 _ADDRESS = rf"^({HERE}|{LOCAL}|[a-z]{{2,10}}://[^\s/]+:\d{{1,5}}|[^\0]+\.json)$"
@@ -390,7 +390,7 @@ class Output(Section):
         None, description="plot of the map, .png, .svg or .pdf"
     )
     report: Annotated[str | None, file_name(*PAGE_SUFFIXES)] = Field(
-        None, description="page of the result, .html or .pdf: plots and meanings"
+        None, description="page of the result, .html: plots and meanings"
     )
     variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
         Field(None, description="variables of a map that are kept, regime among them; what none needs is not computed")

@@ -96,6 +96,16 @@ class Table(NamedTuple):
     numbers: Sequence[str]
     rows: Iterable[Sequence[str]]
 
+    def text(self) -> str:
+        """The table in lines, words at the left and numbers at the right."""
+        columns = [*zip((*self.words, *self.numbers), *self.rows, strict=True)]
+        widths = [max(map(len, column)) for column in columns]
+        padded = [
+            [cell.ljust(width) if i < len(self.words) else cell.rjust(width) for cell in column]
+            for i, (column, width) in enumerate(zip(columns, widths, strict=True))
+        ]
+        return "\n".join("  ".join(row).rstrip() for row in zip(*padded, strict=True))
+
 
 class Study(ABC):
     """Items in a row, any range of which can be computed by itself, anywhere, any number of times, to the same bits.

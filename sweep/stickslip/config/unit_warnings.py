@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import add, getitem
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,8 +25,11 @@ from stickslip.errors import Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
-from stickslip.vocabulary.parameter import FRICTION
+from stickslip.vocabulary.parameter import FRICTION, SPEED
 from stickslip.vocabulary.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    from stickslip.fit.points import Columns
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
 _FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit ...
@@ -92,9 +95,11 @@ def friction_question_of_cells(cells: Mapping[str, NDArray[np.float64]]) -> str 
     return _friction_question(float(odd.max()), what) if odd.size else None
 
 
-def friction_question_of_fit(breakaway: float, measured: ArrayLike | None) -> str | None:
-    """The question about a fitted curve whose friction is implausible, at its points or at break-away."""
-    most = 0.0 if measured is None else float(np.max(measured))
+def question_of_fit(breakaway: float, points: Columns) -> str | None:
+    """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
+    fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
+    if fastest > SPEED["speed" in points.units]:
+        return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
     if most > _FRICTION:
         return _friction_question(most, "measured friction")
     follows = " It follows from the fit, not from a point."

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, log10, prod
@@ -71,17 +70,6 @@ class Table:
         return [visible(f"{name} [{unit.name}]" if unit.name else name) for name, unit in self.units.items()]
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A sheet of a workbook that is read by people. heading, rows : its table, numbers and words. below : lines under
-    it, each of a few cells; a line of one cell that ends in a colon is a heading."""
-
-    name: str
-    heading: Sequence[str]
-    rows: Sequence[Sequence[str | float]]
-    below: Sequence[Sequence[str]] = ()
-
-
 def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     """The table of a result: all its variables that share the dimensions of the largest, or those that are named.
 
@@ -106,14 +94,12 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
 
 
 def write_table(
-    ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, decimal: str = ".",
-    progress: Progress | None = None, front: Sheet | None = None,
+    ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, progress: Progress | None = None,
 ) -> Table:  # fmt: skip
     """Write a result as CSV or Excel, by the suffix of the path, replacing the file only once the new one is whole.
 
-    decimal : "," writes decimal commas and semicolons into CSV, for programs that expect these. progress : called with
-    (rows done, rows in all) from time to time. front : of a workbook, the sheet before all others. Returns the table,
-    which knows what was left out. Raises StoreError.
+    progress : called with (rows done, rows in all) from time to time. Returns the table, which knows what was left out.
+    Raises StoreError.
     """
     target = Path(path)
     check_target(target, "table")
@@ -126,29 +112,26 @@ def write_table(
         )
     with replaced(target) as temporary:
         if is_workbook:
-            _write_excel(ds, table, temporary, progress, front)
+            _write_excel(ds, table, temporary, progress)
         else:
-            _write_csv(table, temporary, decimal, progress)
+            _write_csv(table, temporary, progress)
     return table
 
 
-def _write_csv(table: Table, path: Path, decimal: str, progress: Progress | None) -> None:
+def _write_csv(table: Table, path: Path, progress: Progress | None) -> None:
     import pandas as pd
 
-    separator = ";" if decimal == "," else ","
     with path.open("w", encoding="utf-8-sig", newline="") as file:  # without the mark Excel reads Windows-1252
         for number, frame in enumerate(_frames(table, progress)):
-            if decimal == "," and "fit_quality" in frame:  # sentences with numbers
-                frame["fit_quality"] = frame["fit_quality"].str.replace(r"(?<=\d)\.(?=\d)", ",", regex=True)
             for place in (i for i, kind in enumerate(frame.dtypes) if kind.kind not in "biuf"):
                 codes, texts = pd.factorize(frame.iloc[:, place])
                 frame.isetitem(place, np.array([*map(inert, map(str, texts)), ""], object)[codes])
             frame.columns = [inert(name) for name in frame.columns]
-            frame.to_csv(file, header=number == 0, index=False, sep=separator, decimal=decimal, lineterminator="\n")
+            frame.to_csv(file, header=number == 0, index=False, lineterminator="\n")
 
 
-def _write_excel(ds: xr.Dataset, table: Table, path: Path, progress: Progress | None, front: Sheet | None) -> None:
-    """The table in one sheet, and where it comes from in another; before both the one for people."""
+def _write_excel(ds: xr.Dataset, table: Table, path: Path, progress: Progress | None) -> None:
+    """The table in one sheet, and where it comes from in another."""
     import pandas as pd
 
     about = [(name, visible(str(ds.attrs[name]))[:_LONGEST_CELL]) for name in _ABOUT if name in ds.attrs]
@@ -156,8 +139,6 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, progress: Progress | 
               for name, c in ds.coords.items() if not c.ndim]  # fmt: skip
     whole = pd.concat(list(_frames(table, progress)), ignore_index=True)
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
-        if front is not None:
-            _write_front(writer.book.create_sheet(front.name), front)
         whole.to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0))
         pd.DataFrame(about, columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
         widths = {"data": [min(max(len(str(name)) + 2, 10), 40) for name in whole.columns], "about": [30, 100]}
@@ -165,23 +146,6 @@ def _write_excel(ds: xr.Dataset, table: Table, path: Path, progress: Progress | 
             for number, width in enumerate(widths.get(name, ()), 1):
                 sheet.column_dimensions[sheet.cell(1, number).column_letter].width = width
             _write_texts_as_texts(sheet)
-
-
-def _write_front(sheet: Any, front: Sheet) -> None:
-    """A sheet for people: headings bold, they and the first column stay in sight."""
-    for row in (front.heading, *front.rows, *front.below):
-        sheet.append([visible(cell) if isinstance(cell, str) else cell for cell in row])
-    for cell in sheet[1]:
-        _embolden(cell)
-        alignment = copy(cell.alignment)
-        alignment.wrap_text, alignment.vertical = True, "top"
-        cell.alignment = alignment
-        values = [str(row[cell.column - 1]) for row in front.rows]
-        sheet.column_dimensions[cell.column_letter].width = 2 + max(12, *map(len, values))
-    for number, row in enumerate(front.below, 2 + len(front.rows)):
-        if len(row) == 1 and row[0].endswith(":"):
-            _embolden(sheet.cell(number, 1))
-    sheet.freeze_panes = "B2"
 
 
 def _write_texts_as_texts(sheet: Any) -> None:
@@ -192,12 +156,6 @@ def _write_texts_as_texts(sheet: Any) -> None:
                 cell.data_type = "s"
                 if is_live(cell.value):
                     cell.quotePrefix = True  # stays a text where somebody edits it
-
-
-def _embolden(cell: Any) -> None:
-    font = copy(cell.font)
-    font.bold = True
-    cell.font = font
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------

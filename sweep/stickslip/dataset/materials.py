@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from stickslip.dataset.build import NO_FILL, parameter_variable, shown_in, variable_of
 from stickslip.fit import CurveFit, MaterialFit
 from stickslip.vocabulary.models import FITTED
-from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 Floats = NDArray[np.float64]
@@ -20,15 +19,13 @@ _NONE = np.zeros(0)
 
 def material_dataset(
     fits: Sequence[MaterialFit], results: Mapping[str, Floats], reasons: Sequence[str], attributes: Mapping[str, Any],
-    speeds: Sequence[float] = (), over: Mapping[str, Sequence[float]] | None = None,
+    speeds: Sequence[float] = (),
 ) -> xr.Dataset:  # fmt: skip
     """Numbers and words over `material`, curves over `slip_speed`, measured points over `point`.
 
     fits : of curves, the best material first. results : by names of MATERIAL_VARIABLES, over materials, and over the
-    belt speeds if there are several, or the quantity that varies. reasons : why each is not ranked, beyond what the fit
-    says of itself. speeds : the belt speeds. over : the values of the quantities that vary.
+    belt speeds if there are several. reasons : why each is not ranked, beyond what the fit says of itself.
     """
-    over = over or {}
     curves = [fit.curve for fit in fits if fit.curve is not None]
     names = np.array([fit.name for fit in fits], str)
     results = {**results, **_of_fits(curves)}
@@ -37,18 +34,17 @@ def material_dataset(
     variables: dict[str, xr.Variable] = {}
     for name, declared in MATERIAL_VARIABLES.items():
         if name in results:
-            along = name.removeprefix("quiet_above_over_")
-            dims = ("material", along if along in over else "belt_speed")[: results[name].ndim]
-            variables[name] = variable_of(declared, dims, results[name])
+            variables[name] = variable_of(declared, ("material", "belt_speed")[: results[name].ndim], results[name])
     if np.isnan(results["rank"]).any():  # an integer cannot be absent
         variables["rank"] = xr.Variable("material", results["rank"], variables["rank"].attrs)
-    for name in FITTED:
-        ends = np.array([curve.interval[name] for curve in curves]).T
+    fitted = (*FITTED, *(["mu_stop"] if "mu_stop" in results else []))
+    for name in fitted:
+        ends = np.array([curve.interval.get(name, (np.nan, np.nan)) for curve in curves]).T
         for (which, adjective), values in zip((("low", "lower"), ("high", "upper")), ends, strict=True):
             long_name = f"{adjective} end of the 95 % interval of {name}"
             about = {"units": variables[name].attrs["units"], "long_name": long_name}
             variables[f"{name}_{which}"] = xr.Variable("material", values, about)
-    for name in (*FITTED, "quiet_above"):
+    for name in (*fitted, "quiet_above"):
         if f"{name}_low" in variables:
             variables[name].attrs["ancillary_variables"] = f"{name}_low {name}_high"
     qualities = (f"{reason} {curve.quality}".strip() for reason, curve in zip(reasons, curves, strict=True))
@@ -66,9 +62,6 @@ def material_dataset(
     }
     if any(variable.dims[-1:] == ("belt_speed",) for variable in variables.values()):
         coordinates["belt_speed"] = parameter_variable("belt_speed", ("belt_speed",), speeds)
-    for name, values in over.items():
-        scale = xr.Variable(name, np.array(values), {"units": "1", "long_name": "scale of friction"}, NO_FILL)
-        coordinates[name] = parameter_variable(name, (name,), values) if name in PARAMETERS else scale
     ds = xr.Dataset(variables | drawn | points, coordinates, dict(attributes))
     unit = next((fit.points.units["speed"] for fit in fits if "speed" in fit.points.units), None)
     for variable in ds.variables.values():
@@ -90,6 +83,8 @@ def _of_fits(curves: Sequence[CurveFit]) -> dict[str, Floats]:
     slowest, fastest = zip(*(curve.speeds for curve in curves), strict=True)
     good = [curve.good for curve in curves]
     columns |= {"slowest_point": [*slowest], "fastest_point": [*fastest], "fit_good": good}
+    if any("mu_stop" in curve.coefficients() for curve in curves):
+        columns["mu_stop"] = [curve.coefficients().get("mu_stop", np.nan) for curve in curves]
     return {name: np.array(values, np.float64) for name, values in columns.items()}
 
 

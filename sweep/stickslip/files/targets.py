@@ -59,7 +59,7 @@ KINDS = {
     "table": Kind("tables", (".csv", ".xlsx"), {".xlsx": ("openpyxl", "excel")}, folder=True),
     "points": Kind("tables of points", (".csv",), folder=True),
     "plot": Kind("plots", (".png", ".svg", ".pdf")),
-    "page": Kind("pages", (".html", ".htm", ".pdf"), {".pdf": ("plutoprint", "pdf")}),
+    "page": Kind("pages", (".html", ".htm")),
 }
 
 

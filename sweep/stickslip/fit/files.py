@@ -24,6 +24,7 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 
 Fit = TypeVar("Fit", CurveFit, AgeingFit)
+NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,7 @@ def fit_materials(
     columns: Sequence[Parameter] | None = None,
     same: Sequence[str] = (),
     law: str = "stribeck",
+    ageing: bool = True,
 ) -> list[MaterialFit]:
     """A fit for each material, in their order: a wide table has several.
 
@@ -90,6 +92,7 @@ def fit_materials(
     columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has
     same : as for `join_repeats`
     law : of curves, as for `fit_curve`; repeats are fitted by the Stribeck curve
+    ageing : False refuses friction over waiting time
 
     Returns
     -------
@@ -99,7 +102,7 @@ def fit_materials(
     Raises
     ------
     ConfigError
-        For files that will not do.
+        For files that will not do, all of them.
     ValueError
         For points that will not do.
     """
@@ -107,18 +110,30 @@ def fit_materials(
         return join_repeats([_named(name, points, law) for name, points in materials.items()], same)
     wanted = wanted or Wanted()
     rows: list[tuple[str, str, Path, Columns]] = []
+    errors: list[ConfigError] = []
     for file, path in zip(names_of(materials), materials, strict=True):
-        read = read_materials(path, columns or kind_of(path, wanted), wanted)
-        rows += [(label, file, path, points) for label, points in read.items()]
+        try:
+            read = read_materials(path, columns or kind_of(path, wanted), wanted)
+        except ConfigError as error:
+            errors.append(error)
+        else:
+            rows += [(label, file, path, points) for label, points in read.items()]
     labels = Counter(label or file for label, file, *_ in rows)
     names = _numbered([f"{file}: {label}" if label and labels[label] > 1 else label or file
                        for label, file, *_ in rows])  # fmt: skip
-    fits = [
-        MaterialFit(name, path, points, ageing=_fitted(path, label, points, fit_ageing))
-        if "time" in points
-        else MaterialFit(name, path, points, _curve(path, label, points, law))
-        for name, (label, _, path, points) in zip(names, rows, strict=True)
-    ]
+    fits = []
+    for name, (label, _, path, points) in zip(names, rows, strict=True):
+        try:
+            if "time" not in points:
+                fits.append(MaterialFit(name, path, points, _curve(path, label, points, law)))
+            elif ageing:
+                fits.append(MaterialFit(name, path, points, ageing=_fitted(path, label, points, fit_ageing)))
+            else:
+                raise ConfigError.of(path, *NO_CURVE)
+        except ConfigError as error:
+            errors.append(error)
+    if errors:
+        raise ConfigError.of_files(errors)
     return join_repeats(fits, same)
 
 

@@ -1,5 +1,6 @@
 """Materials compared in one system: `stickslip.compare`."""
 
+import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -13,37 +14,38 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.config.examples import points_path
 from stickslip.config.reader import make_config
 from stickslip.config.studies import section_of_call
-from stickslip.config.unit_warnings import friction_question_of_fit, unit_question
+from stickslip.config.unit_warnings import question_of_fit, unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.materials import material_dataset
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress
-from stickslip.errors import ConfigError, Problem, UnitWarning
+from stickslip.errors import ConfigError, UnitWarning
 from stickslip.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
+from stickslip.fit.files import NO_CURVE
 from stickslip.materials.stick_slip_end import (
     CHANCES,
+    DRAWN_TO,
     NOT_DETERMINED,
     QUIET,
     VIBRATES,
     VIBRATING_CODES,
     QuietSpeeds,
     below,
-    cells_of,
     drawn_of,
+    friction_of,
     names_of_scatter,
     quiet_above,
     regimes,
     scatter_of,
-    watcher,
 )
 from stickslip.materials.system import (
     Amount,
     Amounts,
     Request,
     alike,
-    in_percent,
     is_plain,
     quantity,
+    share_of_critical,
     speeds_of,
     system_of,
 )
@@ -51,6 +53,7 @@ from stickslip.progress import Watch, watched
 from stickslip.studies.borders import Border, Scan, fine_enough
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import VIBRATING
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.quantities import PARAMETERS
@@ -68,11 +71,10 @@ def compare(
     *,
     mass: Amount,
     stiffness: Amount,
-    normal_load: Amounts,
-    damping: Amounts | None = None,
+    normal_load: Amount,
+    damping: Amount | None = None,
     belt_speed: Amounts | None = None,
     speed_range: tuple[Amount, Amount] | None = None,
-    friction_scale: Amounts = 1.0,
     between: tuple[Amount, Amount] | None = None,
     unit: str | None = None,
     columns: Wanted | None = None,
@@ -99,10 +101,6 @@ def compare(
     speed_range : instead of it, the ends of a range in which a contact is to be quiet throughout: margin and
         probability are those of its slowest speed, the regime is that at the speed where it vibrates most
         (worst_speed). A text such as "5..60 mm/s" as belt_speed says the same.
-    friction_scale : by which all friction is multiplied, where a part has another than the rig that measured it.
-        Of normal_load, damping and friction_scale several values may be given, or a range ("0.5..5 %": five values):
-        ranks are those with the largest load and scale and the least damping, and quiet_above_over_damping and so on
-        have the border at each value.
     between : belt speeds searched; None takes a tenth of the slowest measured speed to four times the fastest, or to
         four times where theory sees the end of vibration, if that is more.
     unit : of speeds whose heading names none.
@@ -119,9 +117,9 @@ def compare(
     -------
     xarray.Dataset
         Over `material`, best first: quiet_above and the interval quiet_above_low to quiet_above_high, what kind of
-        number it is (quiet_state), the coefficients, the two speeds at which more points would narrow the interval
-        most, and over `slip_speed` the curves with their 95 % bands, over `point` what was measured. Materials whose
-        points do not tell where vibration ends, or have implausible friction, come last, without a rank (NaN).
+        number it is (quiet_state), the coefficients, and over `slip_speed` the curves with their 95 % bands, over
+        `point` what was measured. Materials whose points do not tell where vibration ends, whose friction or speeds are
+        implausible, or whose curve says other than most of the curves drawn, come last, without a rank (NaN).
 
     Raises
     ------
@@ -130,14 +128,8 @@ def compare(
     TypeError, ValueError
         For other wrong input.
     """
-    wanted = columns or Wanted()
-    load = wanted.load  # by which friction forces are divided
-    if load is None and isinstance(normal_load, float | int | str) and ".." not in str(normal_load):
-        load = normal_load
-    fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
-    fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     given = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load,
-             "damping": 0.0 if damping is None else damping, "friction_scale": friction_scale}  # fmt: skip
+             "damping": 0.0 if damping is None else damping}  # fmt: skip
     if not 0 < level < 1:
         raise ValueError(f"level: got {level!r}, expected a share above 0 and below 1, such as 0.95")
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
@@ -145,59 +137,74 @@ def compare(
     search, options = fine_enough(
         section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance), Options(threads=threads)
     )
-    low, high = (
-        (None, None)
-        if between is None
-        else (quantity("belt_speed", end, "between") for end in alike("between", between, "belt_speed"))
-    )
-    system, over = system_of(given)
-    request = Request(
-        system, over, speeds_of(belt_speed, speed_range), None if low is None or high is None else (low, high),
-        level, draws, seed, search, options,
+    low, high = (None, None) if between is None else alike("between", between)
+    searched = None if low is None or high is None else (
+        quantity("belt_speed", low, "between"), quantity("belt_speed", high, "between")
     )  # fmt: skip
+    request = Request(
+        system_of(given), speeds_of(belt_speed, speed_range), searched, level, draws, seed, search, options
+    )
+    wanted = columns or Wanted()
+    load = normal_load if wanted.load is None else wanted.load  # by which friction forces are divided
+    fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
+    fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     if question := _question(fits, given | {"belt_speed": belt_speed}, request):
         warnings.warn(question, UnitWarning, stacklevel=2)
     with watched(progress, "curves", request.options.law) as move:
         ds = compare_fits(fits, request, move)
     attributes: dict[str, Any] = {f"written_{name}": value for name, value in given.items()
-                                  if isinstance(value, str) and name not in over and not is_plain(value)}  # fmt: skip
+                                  if isinstance(value, str) and not is_plain(value)}  # fmt: skip
     attributes |= {"damping_assumed": 1} if damping is None else {}
-    return ds.assign_attrs(attributes | ({"damping_in_percent": 1} if in_percent(damping) else {}))
+    return ds.assign_attrs(attributes | ({} if share_of_critical(damping) is None else {"damping_in_percent": 1}))
 
 
 def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progress | None = None) -> xr.Dataset:
-    """As `compare`, of fitted curves. progress : called with curves done, in part too, and in all."""
+    """As `compare`, of fitted curves. progress : called with curves done, and in all."""
     curves = _curves(fits)
     doubts = [_doubt(fit) for fit in fits]
     drawn = {i: drawn_of(curve, request) for i, curve in enumerate(curves) if curve.determined and not doubts[i]}
-    known = [i for i, some in drawn.items() if some or not curves[i].has_intervals]
+    known = [i for i, allowed in drawn.items() if allowed or not curves[i].has_intervals]
+    for i in drawn.keys() - {*known}:
+        doubts[i] = _NO_CURVES
     scan = _scan([curves[i] for i in known], curves, request)
     table, quiet = _blank(len(fits), request), dict[int, QuietSpeeds | None]()
-    total = max(len(known), 1) * (1 + request.draws)
-    watch = watcher(request.search, total, progress)
+    total = len(known) * (1 + request.draws)
     if known:
-        coefficients = {name: np.array([getattr(curves[i], name) for i in known]) for name in CURVE}
-        borders = quiet_above(
-            coefficients, request.system, scan, request.search.tolerance, request.options, watch(0, len(known))
-        )
-        values = _at_speeds([curves[i] for i in known], coefficients, borders, request, scan)
-        values |= {f"quiet_above_over_{name}": _over(name, coefficients, request, scan) for name in request.over}
-        for name, of_known in values.items():
+        friction = friction_of([curves[i] for i in known])
+        borders = quiet_above(friction, request.system, scan, request.search.tolerance, request.options)
+        for name, of_known in _at_speeds([curves[i] for i in known], friction, borders, request, scan).items():
             table[name][known] = of_known
-        for i, border in zip(known, borders.speed.tolist(), strict=True):
-            moved = watch(len(quiet) + 1, request.draws)
-            scatter, quiet[i] = scatter_of(curves[i], drawn[i], request, scan, border, moved)
+        for place, (i, ends) in enumerate(zip(known, zip(*borders.between(), strict=True), strict=True)):
+            scatter, of_drawn = scatter_of(drawn[i], request, scan)
+            doubts[i] = _contradiction(scatter, ends)
+            if doubts[i]:
+                scatter = {name: values[0] for name, values in _blank(1, request).items()}
+            else:
+                quiet[i] = of_drawn
             for name, value in scatter.items():
                 table[name][i] = value
-    if progress:
-        progress(total, total)
+            if progress:
+                progress(len(known) + (place + 1) * request.draws, total)
     order = _rank(table, quiet, [fit.name for fit in fits])
-    reasons = [doubts[i] or (_NO_CURVES if curves[i].determined and i not in known else "") for i in order]
-    fits = [fits[i] for i in order]
     ordered = {name: values[order] for name, values in table.items()}
-    return material_dataset(
-        fits, ordered, reasons, _attributes(fits, request, scan), request.speeds.values, request.over
-    )
+    fits, doubts = [fits[i] for i in order], [doubts[i] for i in order]
+    return material_dataset(fits, ordered, doubts, _attributes(fits, request, scan), request.speeds.values)
+
+
+def _contradiction(scatter: dict[str, float | Floats], ends: tuple[float, float]) -> str:
+    """Why a border, whose ends these are, cannot stand beside what the curves drawn say; empty where it can.
+
+    An interval that misses the border by no more than the tolerance of the borders of drawn curves is widened to it.
+    """
+    if not scatter:
+        return ""
+    (least, most), (low, high) = ends, (float(scatter[f"quiet_above_{end}"]) for end in ("low", "high"))
+    if most == 0.0 and np.ravel(scatter.get("quiet_probability", 1.0))[0] < 0.5:  # at the slowest belt speed
+        return "The fitted curve vibrates at no speed; most of the curves that the points allow do at the belt speed."
+    if not (least <= high * (1.0 + DRAWN_TO) and most * (1.0 + DRAWN_TO) >= low):
+        return "The border of the fitted curve lies outside of the interval that the points leave."
+    scatter |= {"quiet_above_low": min(low, most), "quiet_above_high": max(high, least)}
+    return ""
 
 
 # --- materials, doubts, speeds ----------------------------------------------------------------------------------------
@@ -210,14 +217,11 @@ def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
         several = [materials] if isinstance(materials, str | os.PathLike) else [*materials]
         fits = [one for one in several if isinstance(one, MaterialFit)]
         paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
-        fits += fit_materials(paths, wanted)
+        fits += fit_materials(paths, wanted, ageing=False)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
-    for fit in fits:
-        if fit.curve is None:
-            hint = "stickslip fit ranks lubricants by their ageing"
-            problem = Problem((), "friction over waiting time, expected it over speed", hint=hint)
-            raise ConfigError(str(fit.path), [problem])
+    if errors := [ConfigError.of(fit.path, *NO_CURVE) for fit in fits if fit.curve is None]:
+        raise ConfigError.of_files(errors)
     return fits
 
 
@@ -227,23 +231,22 @@ def _curves(fits: Sequence[MaterialFit]) -> list[CurveFit]:
 
 def _slopes(curve: CurveFit) -> list[float]:
     """The coefficients of a curve but its level."""
-    return [*curve.coefficients().values()][1:]
+    return [getattr(curve, name) for name in CURVE[1:]]
 
 
-def _doubt(fit: MaterialFit) -> str | None:
+def _doubt(fit: MaterialFit) -> str:
     (curve,) = _curves([fit])
-    return friction_question_of_fit(float(curve.predict(0.0)), fit.points.get("mu"))
+    return question_of_fit(curve.mu_start, fit.points) or ""
 
 
 def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
     """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
-    implausible friction."""
+    implausible friction and speeds."""
     doubts = {fit.name: doubt for fit in fits if (doubt := _doubt(fit))}
     curves = _curves([fit for fit in fits if len(doubts) == len(fits) or fit.name not in doubts])
     zipped = {name: [getattr(curve, name) for curve in curves] for name in CURVE}
     speeds = request.speeds.values
     system = {**request.system, "belt_speed": speeds[-1] if speeds else float(min(one.searched[0] for one in curves))}
-    del system["friction_scale"]
     config = make_config({"system": system, "axes": {"material": {"zip": zipped}}})
     written = {  # what was given with a unit needs no question about it
         name: value if is_plain(given.get(name)) else f"{value!r} {units.spelled(PARAMETERS[name].units)}"
@@ -271,7 +274,7 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Reques
         if known and curve.declines:
             slope, drop, decay = _slopes(curve)
             for end in (loss_of_stability, stick_slip_limit):
-                speed = float(end(slope, drop, decay, system["damping"], request.load))
+                speed = float(end(slope, drop, decay, system["damping"], system["normal_load"]))
                 fastest = max(fastest, speed) if np.isfinite(speed) else fastest
     if speeds:
         slowest, fastest = min(slowest, min(speeds) / _SLOWER), max(fastest, *speeds)
@@ -287,16 +290,15 @@ def _blank(count: int, request: Request) -> dict[str, Floats]:
     at_speeds, others = {"tendency"}, {"rank", "quiet_above", "quiet_state", *names_of_scatter(request)}
     if request.speeds.values:
         at_speeds |= {"regime", "frequency", "stick_fraction", "margin"} | (others & {*CHANCES})
-        others |= {"worst_speed", "vibrating_share"} if request.speeds.is_range else set()
+        others |= {"worst_speed"} if request.speeds.is_range else set()
     shape = (count, len(request.speeds.values)) if request.several_speeds else (count,)
     table = {name: np.full(shape if name in at_speeds else count, np.nan) for name in at_speeds | others}
-    table |= {f"quiet_above_over_{name}": np.full((count, len(v)), np.nan) for name, v in request.over.items()}
     table["quiet_state"][:] = NOT_DETERMINED
     return table | ({"draws_used": np.zeros(count)} if request.draws else {})
 
 
 def _at_speeds(
-    curves: Sequence[CurveFit], coefficients: Mapping[str, Floats], borders: QuietSpeeds, request: Request, scan: Scan
+    curves: Sequence[CurveFit], friction: Mapping[str, Floats], borders: QuietSpeeds, request: Request, scan: Scan
 ) -> dict[str, Floats]:
     """The borders of curves, and their motion at the belt speeds of the request; of a range at the speed where one
     vibrates most, its slowest if it is quiet throughout; without any the tendency at the slowest speed searched."""
@@ -304,8 +306,8 @@ def _at_speeds(
     if request.speeds.is_range:
         low, high = places
         places = np.array([low, *scan.places[(scan.places > low) & (scan.places < high)], high])
-    column = {name: values[:, None] for name, values in coefficients.items()}
-    results = regimes(cells_of(column, request.system, places), request.options)
+    column = {name: values[:, None] for name, values in friction.items()}
+    results = regimes(as_cells({**request.system, **column, "belt_speed": places}), request.options)
     names = ("regime", "frequency", "stick_fraction", "slip_speed_max", "velocity_amplitude")
     motion = {name: np.asarray(results[name], np.float64).reshape(-1, places.size) for name in names}
     amplitude = motion.pop("velocity_amplitude")
@@ -313,9 +315,9 @@ def _at_speeds(
         vibrates = np.isin(motion["regime"], VIBRATING_CODES)
         worst = np.argmax(np.where(vibrates, 1.0 + np.nan_to_num(amplitude), 0.0), axis=1)[:, None]
         motion = {name: np.take_along_axis(values, worst, 1) for name, values in motion.items()}
-        motion |= {"worst_speed": places[worst], "vibrating_share": vibrates.mean(axis=1, keepdims=True)}
-    rows = zip(curves, motion.pop("slip_speed_max"), strict=True)
-    tendencies = np.array([_tendency(curve, fastest, request.system["friction_scale"]) for curve, fastest in rows])
+        motion |= {"worst_speed": places[worst]}
+    rows = zip(curves, friction["mu_stop"], motion.pop("slip_speed_max"), strict=True)
+    tendencies = np.array([_tendency(curve, stop, fastest) for curve, stop, fastest in rows])
     if request.speeds.values:
         margin = np.array(request.speeds.values) / borders.speed[:, None]
         motion["margin"] = np.where(borders.state[:, None] == QUIET, np.inf, margin)
@@ -345,31 +347,22 @@ def _rank(table: dict[str, Floats], quiet: Mapping[int, QuietSpeeds | None], nam
     return order
 
 
-def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:
-    """Eq. (3) of motions that reached a slip speed (m/s), on a curve without hysteresis.
+def _tendency(curve: CurveFit, mu_stop: float, slip_speed_max: Floats) -> Floats:
+    """Eq. (3) of motions that reached a slip speed (m/s).
 
-    Its reversal point lies at that speed or at the minimum of the curve, and friction at standstill is where it starts.
+    The reversal point lies at that speed or at the minimum of the curve. Friction at standstill is that at break-away
+    where the curve holds on the way down too (mu_stop is NaN).
     """
     reversal = np.fmin(slip_speed_max, reversal_speed(*_slopes(curve)))
-    return scale * tendency(curve.predict(0.0), curve.predict(reversal), curve.predict(0.0))
-
-
-def _over(name: str, curves: Mapping[str, Floats], request: Request, scan: Scan) -> Floats:
-    """The borders of curves (n, values) at the values of a quantity that varies: 0 where a curve is quiet throughout,
-    inf where it vibrates up to the fastest speed searched."""
-    values, size = np.array(request.over[name]), curves[CURVE.level].size
-    repeated = {key: np.repeat(coefficients, values.size) for key, coefficients in curves.items()}
-    system: dict[str, ArrayLike] = {**request.system, name: np.tile(values, size)}
-    borders = quiet_above(repeated, system, scan, request.search.tolerance, request.options)
-    return borders.between()[1].reshape(size, values.size)
+    start = curve.predict(0.0)
+    return tendency(start, curve.predict(reversal), start if math.isnan(mu_stop) else mu_stop)
 
 
 def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> dict[str, Any]:
     """Provenance, the request, and a configuration that finds the same borders, all of them."""
-    system, speeds = {**request.system}, request.speeds.values
-    scale = system.pop("friction_scale")
-    zipped = {name: [getattr(fit.curve, name) * (1.0 if name == CURVE.decay else scale) for fit in fits]
-              for name in CURVE}  # fmt: skip
+    system, speeds, friction = request.system, request.speeds.values, friction_of(_curves(fits))
+    zipped = {name: ["none" if math.isnan(value) else value for value in values.tolist()]
+              for name, values in friction.items() if not np.isnan(values).all()}  # fmt: skip
     speed = speeds[0] if speeds else scan.low
     title = f"{len(fits)} materials compared"
     data = {
@@ -389,8 +382,6 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
     }  # fmt: skip
     if len(speeds) > 1:
         del attributes["tendency_at"]
-    if scale != 1.0 or "friction_scale" in request.over:
-        attributes["friction_scale"] = scale
     if request.speeds.is_range:
         return attributes | {"speed_range_from": speeds[0], "speed_range_to": speeds[1]}
     return attributes | ({"belt_speed": speed} if len(speeds) == 1 else {})

@@ -1,7 +1,6 @@
-"""The report of a comparison, to read, to send and to print: the decision, what limits it, table and
-picture on the first sheet, and on the second what they rest on."""
+"""The report of a comparison, to read, to send and to print: verdict, table, picture and notes on the first sheet, and
+on the second what they rest on."""
 
-import re
 from collections.abc import Iterable, Sequence
 from itertools import starmap
 
@@ -17,7 +16,6 @@ from stickslip.vocabulary.models import BREAKAWAY, FITTED, FORMULA
 from stickslip.vocabulary.results import MATERIAL_VARIABLES
 
 _MOST_DIGITS = 6
-_ONLY_SCATTER = "Other specimens, another temperature and what is not known of the system are in no number here."
 _AGAIN = "Saved as a file, this configuration finds all borders of these curves (stickslip run):"
 _SMALL_PRINT = ("tendency", BREAKAWAY)  # columns of ranks that decide nothing; the latter is among the fits
 
@@ -30,32 +28,25 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     ranking = RankTable(ds, unit)
     alt = f"Friction over slip speed of {', '.join(ranking.names)}, and the belt speeds above which they are quiet"
     ranks, fits = [column for column in ranking.columns() if column.name not in _SMALL_PRINT], _fits(ds, ranking)
-    first = next((text for text in ranking.limits() if _is_about_the_best(text, ranking.names)), _ONLY_SCATTER)
-    conditions = ", ".join(f"{name} {value}" for name, value in ranking.conditions())
+    system = f"The system: {', '.join(f'{name} {value}' for name, value in ranking.conditions())}."
+    notes = [(name or "all", text) for name, text in ranking.notes()]
     qualities = pages.terms(zip(ranking.names, map(str, ds["fit_quality"].values), strict=True), "names")
     files = pages.terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
-    origin = [pages.provenance(ds.attrs), files, _paragraphs([_AGAIN]), pages.configuration(ds.attrs["configuration"])]
+    origin = pages.provenance(ds.attrs) + files + pages.paragraph(_AGAIN)
     formula = f"Friction coefficient over slip speed w: {FORMULA}; in brackets the 95 % intervals."
     small = [
         ("The fitted curves", pages.paragraph(formula) + _table(fits) + qualities),
         ("What the numbers mean", _paragraphs(ranking.method()) + pages.terms(_meanings([*ranks, *fits]), "short")),
-        ("Where this comes from", "".join(origin)),
+        ("Where this comes from", origin + pages.configuration(ds.attrs["configuration"])),
     ]
-    remarks = (text for text in ranking.remarks() if text != first)
-    picture = pages.embedded(plot_materials(ds, title=""), alt)
     sections = [
-        Section("Which is quiet", _paragraphs([f"The system: {conditions}."]) + _table(ranks) + _paragraphs(remarks)),
-        *(Section(f"Over {name}", _table(table) + _paragraphs(texts)) for name, table, texts in ranking.variations()),
-        Section("Friction, and where vibration ends", picture + pages.details(small)),
+        Section("Which is quiet", _table(ranks) + pages.paragraph(system)),
+        Section("Friction, and where vibration ends", pages.embedded(plot_materials(ds, title=""), alt)),
+        *([Section("Notes", pages.terms(notes, "short"))] if notes else []),
     ]
     heading = str(ds.attrs["title"]) if title is None else title
-    return pages.page(heading, ranking.answer(), sections, warnings=[pages.warning(first, "What limits this")])
-
-
-def _is_about_the_best(text: str, names: Sequence[str]) -> bool:
-    """True for a remark that limits the decision most: about the best material, or about all."""
-    about = [name for name in names if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text)]
-    return not about or names[0] in about
+    sections[-1] = sections[-1]._replace(html=sections[-1].html + pages.details(small))
+    return pages.page(heading, ranking.answer(), sections)
 
 
 def _paragraphs(texts: Iterable[str]) -> str:
@@ -70,7 +61,7 @@ def _table(columns: list[RankColumn]) -> str:
 
 def _fits(ds: xr.Dataset, ranking: RankTable) -> list[RankColumn]:
     columns = [RankColumn("material", "", True, tuple(ranking.names))]
-    for name in FITTED:
+    for name in (*FITTED, *(["mu_stop"] if "mu_stop" in ds else [])):
         declared = str(ds[name].attrs["units"])
         is_speed = declared == "m s-1"
         unit, factor = (ranking.unit, ranking.factor) if is_speed else (units.spelled(declared), 1.0)

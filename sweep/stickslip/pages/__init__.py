@@ -20,11 +20,6 @@ from stickslip.plots.palette import VERMILLION
 
 _DOTS = 200  # per inch
 _MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset
-_FONTS = (
-    ("page", 400, "DejaVuSans.ttf"),
-    ("page", 700, "DejaVuSans-Bold.ttf"),
-    ("page mono", 400, "DejaVuSansMono.ttf"),
-)
 _TEMPLATE = Environment(
     loader=PackageLoader("stickslip", "pages"), autoescape=True, trim_blocks=True, keep_trailing_newline=True
 ).get_template("page.html")
@@ -63,30 +58,11 @@ def page(
 
 
 def write_page(path: str | os.PathLike[str], text: str) -> Path:
-    """Write a page, as PDF where the name ends so, replacing `path` only once it is whole. Raises StoreError."""
+    """Write a page, replacing `path` only once it is whole. Raises StoreError."""
     check_target(path, "page")
     with replaced(path) as temporary:
-        is_pdf = os.fspath(path).lower().endswith(".pdf")
-        temporary.write_bytes(_printed(text) if is_pdf else text.encode(errors="backslashreplace"))
+        temporary.write_bytes(text.encode(errors="backslashreplace"))
     return Path(path)
-
-
-def _printed(text: str) -> bytes:
-    """A page as PDF, on A4, as the rules for print have it, in the letters that matplotlib brings."""
-    import plutoprint
-    from matplotlib import get_data_path
-
-    fonts = Path(get_data_path(), "fonts", "ttf")
-    faces = "".join(
-        f"@font-face {{ font-family: '{name}'; font-weight: {weight}; src: url('{(fonts / file).as_uri()}'); }}\n"
-        for name, weight, file in _FONTS
-    )
-    book, out = plutoprint.Book(plutoprint.PAGE_SIZE_A4), BytesIO()
-    book.load_html(
-        text, user_style=faces + "* { font-family: 'page' !important } pre { font-family: 'page mono' !important }"
-    )
-    book.write_to_pdf_stream(out)
-    return out.getvalue()
 
 
 # --- parts ------------------------------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ Examples:
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option("Plot: signals of up to six tests, else a heat map.")
-@click.option("--report", type=params.Target("page"), help="Page to write (.html, .pdf): maps, traces, table.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
 @sounds.sound_option("test")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
@@ -117,9 +117,11 @@ class _Outputs(Outputs):
         if self.sound is not None:
             sounds.save_sounds(self.sound, self._sounds())
         if self.report is not None:
-            from stickslip_rig.report import write_report
+            from stickslip.pages import write_page
+            from stickslip_rig.report import report
 
-            write_report(self.report, ds, self._records(drawn or range(min(size, _MOST_TRACES))), self.tests.config)
+            records = self._records(drawn or range(min(size, _MOST_TRACES)))
+            write_page(self.report, report(ds, records, self.tests.config))
             show_file("report", self.report)
         if table := params.requested_table():
             from stickslip_rig.evaluation import as_columns

@@ -18,9 +18,10 @@ from stickslip.dataset import build
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import CellsOrConfig, fine_enough, search_options
+from stickslip.studies.margins import words
 from stickslip.studies.margins.joint import MOST_STEPS, Cheapest, cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
-from stickslip.studies.margins.section import ON_SIDES, SIDES, VARIABLES, Margins
+from stickslip.studies.margins.section import ON_SIDES, OPPOSITE, SIDES, VARIABLES, Margins
 from stickslip.studies.margins.single import Borders, Floats, Labels, Search, decided, nearest
 from stickslip.studies.report import attributes
 from stickslip.studies.study import joined
@@ -82,7 +83,10 @@ class MarginStudy(Study):
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
-        """Of how many cells which parameter leads to a border, and how far it has to go."""
+        """Of one cell which changes take it over a border; of several, how many each parameter leads there, how far."""
+        if ds["regime"].size == 1:
+            yield from words.advice(ds)
+            return
         rows = [_distances(ds, name.removeprefix("margin_")) for name in cls.mapped(ds)]
         yield Table("", ("parameter",), ("cells with a border", "nearest", "median", "farthest"), rows)
         yield from attributes(ds, found="margin_found", within="margin_within", scan="margin_scan")
@@ -159,7 +163,8 @@ def _margins(search: Search, section: Margins) -> Results:
     """The columns of some cells. Raises StoppedError."""
     cells, size = search.cells, search.steps.size
     home = search.regimes(np.arange(size), {})
-    into = None if section.into is None else [REGIMES.index(name) for name in section.into]
+    into = None if section.into is None else [REGIMES.index(name) for name in section.into if name != OPPOSITE]
+    search = replace(search, home=home) if OPPOSITE in (section.into or ()) else search
     reaches = [reach_of(name, cells, within) for name, within in section.reaches.items()]
     table: Results = {"regime": home}
     cheapest_single = np.full(size, np.inf)

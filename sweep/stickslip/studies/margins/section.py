@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -28,13 +28,15 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import PARAMETER, limits
 from stickslip.studies.margins.reach import Floats, parameters_of
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.flags import DECIDED
+from stickslip.vocabulary.flags import DECIDED, VIBRATING
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
 from stickslip.vocabulary.suggest import listed
 
 SIDES = ("below", "above")
+OPPOSITE = "opposite"  # regimes, in a list of those to be entered: quiet ones of what vibrates, else vibrating ones
+_QUIET = tuple(name for name in DECIDED if name not in VIBRATING)
 _SIDE = ("side",)
 # Of cells, most of them once per parameter: `margin_stiffness`.
 VARIABLES = table(
@@ -65,6 +67,14 @@ _REACHES: Schema = {
 _COSTS: Schema = {"type": "object", "propertyNames": _CHANGED, "additionalProperties": number_schema(COST)}
 _SPEED = replace(PARAMETERS["belt_speed"], above=0)
 _SPEEDS = 9  # looked at in a range of belt speeds
+
+
+def entered(into: Sequence[str] | None, home: str) -> tuple[str, ...]:
+    """The regimes, by name, that a cell is to enter. home : its own. into : as in the section."""
+    if into is None:
+        return tuple(name for name in DECIDED if name != home)
+    other_kind = _QUIET if home in VIBRATING else VIBRATING
+    return tuple(dict.fromkeys(name for one in into for name in (other_kind if one == OPPOSITE else (one,))))
 
 
 def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
@@ -101,9 +111,10 @@ class Margins(StudySection):
         description="how far to look: a factor, or by parameter a factor or both ends of a range",
         json_schema_extra={"anyOf": [_FACTOR, _REACHES]},
     )
-    into: Annotated[tuple[Annotated[str, one_of(DECIDED, "a regime")], ...] | None,
-                    list_of(DECIDED, "a list of regimes")] = Field(
-        None, description="regimes that count; any other unless given"
+    into: Annotated[tuple[Annotated[str, one_of((*DECIDED, OPPOSITE), "a regime")], ...] | None,
+                    list_of((*DECIDED, OPPOSITE), "a list of regimes")] = Field(
+        None, description="regimes that count, opposite for quiet ones of what vibrates and the reverse; any other "
+        "unless given"
     )  # fmt: skip
     speed_range: Annotated[tuple[float, float] | None, Read(lambda value: interval(_SPEED, value), RANGE)] = Field(
         None,

@@ -19,6 +19,7 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int8]
 NOT_COMPUTED = REGIMES.index("not_computed")
+_VIBRATING = [REGIMES.index(name) for name in VIBRATING]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,8 @@ class Search:
     """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
 
     speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
-    moved : as of a study. steps : of integration that each cell took so far (n,).
+    moved : as of a study. home : regimes of the cells, where those of the other kind are looked for: quiet ones of what
+    vibrates, else vibrating ones. steps : of integration that each cell took so far (n,).
     """
 
     cells: Parameters
@@ -34,6 +36,7 @@ class Search:
     stop: StopFlag
     speeds: tuple[float, ...] = ()
     moved: Callable[[int], None] | None = None
+    home: Labels | None = field(default=None, kw_only=True)
     steps: Floats = field(init=False)
 
     def __post_init__(self) -> None:
@@ -48,8 +51,12 @@ class Search:
         """The same as a search takes it: labels (with `into`, whether it is one of these regimes), and the guide to
         where stick-slip ends by grazing."""
         regimes, guide = self._computed(which, changed)
-        labels = regimes if into is None else np.isin(regimes, into).astype(np.int8)
-        return Looked(labels, decided(regimes), guide)
+        if into is None:
+            return Looked(regimes, decided(regimes), guide)
+        entered = np.isin(regimes, into)
+        if self.home is not None:
+            entered |= np.isin(regimes, _VIBRATING) != np.isin(self.home[which], _VIBRATING)
+        return Looked(entered.astype(np.int8), decided(regimes), guide)
 
     def guide_at(self, cells_at: Callable[[Integers, Floats], tuple[Integers, Parameters]]) -> GuideAt | None:
         """The guide by theory, where it knows one. cells_at : which cells, and what is changed, by line and place."""
