@@ -133,7 +133,7 @@ def test_a_border_amid_undecided_places_is_where_the_guide_vanishes(zero):
 
 
 def test_one_undecided_place_does_not_hand_a_border_to_theory():
-    """Nor do two with decided ones between: labels change at 0.6, the guide at 0.5, and nothing is decided at either."""
+    """Nor do two with decided ones between: labels change at 0.6, the guide at 0.5; neither is decided."""
 
     def labels(line, place):
         undecided = (np.abs(place - 0.5) < 1e-3) | (np.abs(place - 0.6) < 1e-4)
