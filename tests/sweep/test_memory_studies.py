@@ -132,6 +132,43 @@ def test_a_border_amid_undecided_places_is_where_the_guide_vanishes(zero):
     assert found["high"][0] - found["low"][0] == pytest.approx(0.4, rel=1e-4)
 
 
+def test_one_undecided_place_does_not_hand_a_border_to_theory():
+    """Nor do two with decided ones between: labels change at 0.6, the guide at 0.5; neither is decided."""
+
+    def labels(line, place):
+        undecided = (np.abs(place - 0.5) < 1e-3) | (np.abs(place - 0.6) < 1e-4)
+        quiet = place > 0.6
+        guide = np.where(undecided | (quiet == (place > 0.5)), place - 0.5, np.nan)
+        return Looked(quiet.astype(np.int8), ~undecided, guide)
+
+    for points in (2, 3, 5, 9, 11):
+        (one,), _ = search_lines(1, Scan(0.0, 1.0, points, "linear"), 1e-5, labels, lambda line, place: place - 0.5)
+        assert one["low"] <= 0.6 - 1e-4 and 0.6 + 1e-4 <= one["high"] and not one["guided"]
+        assert one["high"] - one["low"] < 2e-4 + 4e-5 and one["place"] == pytest.approx(0.6, abs=2e-5)
+
+
+BESIDE_STABLE = PAIR | {"belt_speed": 1e-4}  # a vibration persists beside stable sliding: 88,000 to 88,116 N/m
+
+
+@pytest.mark.parametrize("ends", [(2e4, 4e6), (8e4, 9e4), (8.80e4, 8.83e4), (3e4, 1.7e5)])
+def test_a_border_does_not_depend_on_the_range_that_is_searched(ends):
+    """Both ends of the last bracket are cells, whose regimes are computed once more on their own."""
+    ds = stickslip.border(BESIDE_STABLE, "stiffness", ends, law="rate_state_ageing").squeeze("cell")
+    quiet = np.isin(ds["regime_above"].values, [*QUIET]) & np.isin(ds["regime_below"].values, [*VIBRATING])
+    (border,), (width,) = ds["border"].values[quiet], ds["border_width"].values[quiet]
+    assert width < 2e-4 * border and abs(border - 88116) < width
+    beside = border + np.array([-3.0, -2.0, 2.0, 3.0]) * width
+    regimes = stickslip.evaluate(BESIDE_STABLE | {"stiffness": beside}, law="rate_state_ageing")["regime"].values
+    assert {*regimes[:2].tolist()} <= VIBRATING and {*regimes[2:].tolist()} <= QUIET
+
+
+def test_contours_lie_where_borders_do():
+    """Also where grid points beside them are undecided: at 88,010 N/m."""
+    around = {"stiffness": (8.7e4, 2 * 88010.0 - 8.7e4), "damping": (0.0, 1e-3)}
+    ds = stickslip.contours(BESIDE_STABLE, ("stiffness", "damping"), around, points=3, scan=3, law="rate_state_ageing")
+    np.testing.assert_allclose(ds["stiffness"].values, 88116, rtol=2e-4)
+
+
 @pytest.mark.parametrize(("spacing", "middle"), [("log", 2e4 * 5**0.5), ("linear", 6e4)])
 def test_a_ramp_has_the_spacing_of_its_axis(spacing, middle):
     """Vibration ends by the critical stiffness, 88 N/mm."""

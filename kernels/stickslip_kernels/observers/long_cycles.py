@@ -13,6 +13,7 @@ from .loops import AFTER, FAST, HARD, HIGH, LOW, MOST_LOOPS, RANGE, SLOW, SPIRAL
 from .return_map import ALIKE, GENERIC
 
 FIRST_LOOPS, MOST = 8.0, 256.0  # loops after which the maximum that others are compared with moves on
+NEARLY = 1000.0  # tolerances, of the range: SPIRAL, of a shorter cycle
 TIMES = 2.0  # in a row, that a cycle must have come back once it has been seen
 
 # State at the last maximum, and by how much it had changed. State and time at the maximum that others are compared
@@ -69,7 +70,8 @@ def extend(s, i):
 def comes_back(s, i, rtol, y, dw, tau, heat):
     """Return whether the loops up to this maximum of u, since the one that it is compared with, are a cycle.
 
-    It must have come back twice more after it was first seen, closer each time, or as close as steps can tell.
+    It must have come back twice more after it was first seen, closer each time, or as close as steps can tell; and not
+    nearly so after a half of them, a third ...: a shorter cycle that closes slowly.
     """
     if s[FROM_Y + i] != s[FROM_Y + i]:
         start_from(s, i, y, dw, tau, heat)
@@ -80,6 +82,8 @@ def comes_back(s, i, rtol, y, dw, tau, heat):
     tolerance = rtol * (s[ALL_HIGH + i] - s[ALL_LOW + i])
     off = max(abs(y - s[FROM_Y + i]), abs(dw - s[FROM_DW + i]))
     if not off <= SPIRAL * tolerance:
+        if off <= NEARLY * tolerance and s[LENGTH + i] % s[LOOPS + i] == 0.0:
+            s[CLOSED + i] = -inf
         if s[LOOPS + i] >= (s[LENGTH + i] if seen else s[LIMIT + i]):
             s[LIMIT + i] = s[LIMIT + i] if seen else min(2.0 * s[LIMIT + i], MOST)
             s[LENGTH + i], s[CLOSED + i] = 0.0, 0.0

@@ -18,8 +18,8 @@ from ..jit import compiled
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
 from ..machine import DONE
 from ..roots import FOR_A_VALUE, extreme_speed, passage
-from . import long_cycles, peaks, return_map
-from .long_cycles import AFTER_LONG, ALL_FAST, ALL_HARD, ALL_HIGH, ALL_LOW, ALL_SLOW, FROM_HEAT, FROM_TAU
+from . import irregular, long_cycles, peaks, return_map
+from .long_cycles import ALL_FAST, ALL_HARD, ALL_HIGH, ALL_LOW, ALL_SLOW, FROM_HEAT, FROM_TAU
 from .loops import (
     FAST,
     HARD,
@@ -41,15 +41,13 @@ from .return_map import BAND, STICK_BELOW
 CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
 STAYS = 0.03  # by what a deviation has fallen, over that at which the motion came into the band, once it stays there
 HALVINGS = 40
-IRREGULAR = 200.0  # loops that all stick, after which a motion that cannot settle counts as stick-slip in any case
-MOST_IRREGULAR = 1000.0  # as many after which one that may yet settle is given up
 SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops that are none, unless so many in a row
 
-# Extremes while the motion sticks in every loop; those before the loop under way; in the settling band, the deviation
+# Extremes before the loop under way; in the settling band, the deviation
 # at which it came there, and how often w has passed b since; FASTEST when the lane was first put ahead, NaN before.
 (
-    TOP, BOTTOM, FASTEST, SLOWEST, HARDEST, WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
-) = range(AFTER_LONG, AFTER_LONG + 11 * at.WIDTH, at.WIDTH)  # fmt: skip
+    WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
+) = range(irregular.AFTER, irregular.AFTER + 6 * at.WIDTH, at.WIDTH)  # fmt: skip
 
 
 class Recurrence(NamedTuple):
@@ -318,28 +316,20 @@ def tell_attractor(m, i, high, low, fast, slow):
 
 @compiled
 def count_sticking(m, i):
-    """Count loops that stick, each or those before it; so many of them are stick-slip where nothing settles."""
-    s, least = m.s, inf
-    for row in range(0, MOST_LOOPS * at.WIDTH, at.WIDTH):
-        slow = least_slip(s, i, row)
-        least = min(least, slow) if slow == slow else least
-    if not least < STICK_BELOW * abs(s[at.B + i]) or s[at.LOOP_STEPS + i] == 0.0:
-        s[at.LOOP_STEPS + i] = 1.0 if least < STICK_BELOW * abs(s[at.B + i]) else 0.0
-        s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i], s[HARDEST + i] = -inf, inf, -inf, inf, 0.0
+    """Stick-slip that nothing will end is irregular; motions that may yet settle, or change for good, are given up."""
+    s = m.s
+    verdict = irregular.count(s, i, m.rtol, STICK_BELOW * abs(s[at.B + i]))
+    if s[at.DECIDED + i] > 0.0:
         return
-    s[at.LOOP_STEPS + i] += 1.0
-    s[TOP + i], s[BOTTOM + i] = max(s[TOP + i], s[HIGH + i]), min(s[BOTTOM + i], s[LOW + i])
-    s[FASTEST + i], s[SLOWEST + i] = max(s[FASTEST + i], s[FAST + i]), min(s[SLOWEST + i], s[SLOW + i])
-    s[HARDEST + i] = max(s[HARDEST + i], s[HARD + i])
-    if not s[at.LOOP_STEPS + i] > IRREGULAR or s[at.DECIDED + i] > 0.0:
-        return
-    if s[at.ATTRACTS + i] > 0.0:
-        if s[at.LOOP_STEPS + i] > MOST_IRREGULAR and m.observer.until != at.UNTIL_HORIZON:
-            decide_by_whole(m, i, at.UNRESOLVED, at.IRREGULAR)
-    else:
-        high, low, fast, slow = s[TOP + i], s[BOTTOM + i], s[FASTEST + i], s[SLOWEST + i]
+    attracts, many = s[at.ATTRACTS + i] > 0.0, s[at.LOOP_STEPS + i]
+    if verdict == irregular.STAYS_SO and not attracts:
+        high, low = s[irregular.TOP + i], s[irregular.BOTTOM + i]
+        fast, slow = s[irregular.FAST + i], s[irregular.SLOW + i]
         tell_attractor(m, i, high, low, fast, slow)
-        decide(m, i, at.STICK_SLIP, at.IRREGULAR, high, low, max(fast, -slow), s[HARDEST + i])
+        decide(m, i, at.STICK_SLIP, at.IRREGULAR, high, low, max(fast, -slow), s[irregular.HARD + i])
+    elif verdict != irregular.GO_ON and m.observer.until != at.UNTIL_HORIZON:
+        if many >= (irregular.MOST if attracts else irregular.MOST_CHANGING):
+            decide_by_whole(m, i, at.UNRESOLVED, at.IRREGULAR if attracts else at.TOO_SLOW_TO_TELL)
 
 
 @compiled

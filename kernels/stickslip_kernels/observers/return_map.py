@@ -93,7 +93,7 @@ def look_ahead(m, i, t, y, span, loop, least, least_before):
 def leap(m, i, y, z, by, tolerance, loop, least, least_before):
     """Pass over many loops, y having changed `by` in the last; or CLOSED, where the limit is near enough.
 
-    The inner state follows y. A leap that brings the mass to stick would miss how softly it does.
+    The inner state follows y. A leap that brings the mass to rest would miss how softly it does.
     """
     s, off, bend, reach = m.s, abs(y - m.s[at.Y_STAR + i]), 0.0, FIRST
     if not isnan(s[NODE_Y + i]):
@@ -108,7 +108,7 @@ def leap(m, i, y, z, by, tolerance, loop, least, least_before):
             return CLOSED
     if by * (y - s[at.Y_STAR + i]) < 0.0:
         reach = min(reach, most_of_settling(m, i, off, by) / abs(by))
-    if least < least_before:
+    if 0.0 < least < least_before:
         reach = min(reach, HALF_WAY * least / (least_before - least))
     loops = log1p(bend * reach) / log1p(bend) if abs(bend * reach) > 1e-6 else reach
     tau = s[at.LOOP_TAU + i] + loops * loop

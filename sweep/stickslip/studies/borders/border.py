@@ -25,6 +25,7 @@ from stickslip.studies.borders.lines import (
     check_line,
     fine_enough,
     growth_of,
+    guide_of,
     limits,
     line_along,
     lines_along,
@@ -157,7 +158,6 @@ class BorderStudy(Study):
         the regime of the first that was decided. Raises StoppedError.
         """
         scanned: list[Looked] = []
-        model = model_of(self.options.law)
 
         def cells(line: Integers, place: Floats) -> Parameters:
             return self._cells.take(line + items.start, **{self._side.name: place})
@@ -165,7 +165,7 @@ class BorderStudy(Study):
         def regimes(line: Integers, place: Floats) -> Looked:
             results = solve(cells(line, place), self.options, stop, moved)
             regime = results["regime"]
-            answer = Looked(regime, ~np.isin(regime, UNDECIDED), results[model.guide])
+            answer = Looked(regime, ~np.isin(regime, UNDECIDED), guide_of(results, self.options))
             if not scanned:
                 scanned.append(answer)
             return answer

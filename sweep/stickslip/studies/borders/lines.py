@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
 from stickslip.config.checks import add_finding
@@ -16,10 +17,11 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.rules import Finding, Space, findings
 from stickslip.config.sections import StudySection, interval, one_of
 from stickslip.dataset.build import given_cells
-from stickslip.engine import Options, by_theory
+from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.search import Floats, GuideAt, Integers, Scan
 from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import STRIBECK, model_of
 from stickslip.vocabulary.models.memory import BORDER_TOLERANCE
 from stickslip.vocabulary.parameter import NAN, Parameter, table
@@ -78,6 +80,19 @@ def search_options(options: Options) -> Options:
     return replace(options, early_stop=True, variables=("regime", model_of(options.law).guide, "steps"))
 
 
+def guide_of(results: Results, options: Options) -> Floats:
+    """The guide of computed cells; NaN where linear theory has it and is not what comes of the start."""
+    model = model_of(options.law)
+    guide = results[model.guide]
+    return guide if model.growth is None else uncontradicted(guide, results["regime"])
+
+
+def uncontradicted(growth: Floats, regimes: NDArray[Any]) -> Floats:
+    """Rates of growth about steady sliding; NaN where a vibration lasts beside stable sliding, or the reverse."""
+    vibrates = np.isin(regimes, [REGIMES.index(name) for name in VIBRATING])
+    return np.where(np.isin(regimes, UNDECIDED) | (vibrates == (growth > 0)), growth, np.nan)
+
+
 def growth_of(cells: Callable[[Integers, Floats], Parameters], options: Options) -> GuideAt | None:
     """The guide where linear theory knows it, from cells by line and place; None where it does not."""
     name = model_of(options.law).growth
@@ -100,6 +115,12 @@ class Side(Scan):
         if self.spacing == "log":
             return np.asarray(here * (there / here) ** share)
         return np.asarray(here + share * (there - here))
+
+    def near(self, point: Integers, steps: Floats) -> Floats:
+        """Values so many steps of the grid away from grid points, inside the range."""
+        place = np.clip(point + steps, 0.0, self.points - 1.0)
+        first = np.minimum(place.astype(np.int64), self.points - 2)
+        return self.at(first, place - first)
 
 
 # --- of a configuration -----------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.studies import Moved
 from stickslip.engine import Options, Results, StopFlag, by_theory, solve
-from stickslip.studies.borders.lines import Side, growth_of
+from stickslip.studies.borders.lines import Side, growth_of, guide_of, uncontradicted
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells, corner_labels
@@ -21,8 +21,8 @@ _ALONG_X, _ALONG_Y, JUNCTION = range(3)
 _SMALLEST = 1e-15  # of the share of a side
 _CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
 _NEUTRAL = 2e-3  # damping ratio below which a cell may be undecided because motions grow or decay too slowly
-_FURTHER = (1, 2, 4)  # grid points
-_AROUND = np.array([(-1, 0), (0, 1), (1, 0), (0, -1)])  # row and column
+_STEPS = 4.0 ** np.arange(-5, 2)  # of the grid, to places about such a cell
+_AROUND = np.array([(-1, 0), (0, 1), (1, 0), (0, -1)])  # along y and x
 _ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
 # Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
 _SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
@@ -79,31 +79,34 @@ class PlaneSearch:
         return model_of(self.options.law).growth
 
     def labels_of_points(self, panel: Integers, row: Integers, column: Integers) -> Labels:
-        """Regimes of grid points. Where one is undecided as small motions hardly grow or decay, it is that of the next
-        point further from where they do neither."""
+        """Regimes of grid points. Where one is undecided as small motions hardly grow or decay, it is that of the
+        nearest decided place on its side of where they do neither."""
         labels = self.labels(panel, self.x.places[column], self.y.places[row])
         if (growth := self.growth) is None:
             return labels
 
-        def theory(name: str, which: Integers, r: Integers, c: Integers) -> Floats:
-            return by_theory(name, self.at(panel[which], self.x.places[c], self.y.places[r]), self.options)
+        def theory(name: str, which: Integers, x: Floats, y: Floats) -> Floats:
+            return by_theory(name, self.at(panel[which], x, y), self.options)
+
+        def places(which: Integers, around: Integers, step: float) -> tuple[Floats, Floats]:
+            y, x = step * around.T.astype(np.float64)
+            return self.x.near(column[which], x), self.y.near(row[which], y)
 
         here = np.flatnonzero(labels == OPEN)
-        here = here[np.abs(theory("damping_ratio", here, row[here], column[here])) < _NEUTRAL]
-        side = np.sign(theory(growth, here, row[here], column[here]))
-        for step in _FURTHER:
+        here = here[np.abs(theory("damping_ratio", here, *places(here, _AROUND[:1], 0.0))) < _NEUTRAL]
+        side = np.sign(theory(growth, here, *places(here, _AROUND[:1], 0.0)))
+        for step in _STEPS:
             if not here.size:
                 break
-            rows = np.clip(row[here, np.newaxis] + step * _AROUND[:, 0], 0, self.y.points - 1)
-            columns = np.clip(column[here, np.newaxis] + step * _AROUND[:, 1], 0, self.x.points - 1)
-            which = np.repeat(here, len(_AROUND))
-            rates = theory(growth, which, rows.ravel(), columns.ravel()).reshape(rows.shape) * side[:, np.newaxis]
-            best = np.arange(here.size), np.argmax(rates, axis=1)
-            found = self.labels(panel[here], self.x.places[columns[best]], self.y.places[rows[best]])
-            found[rates[best] <= 0] = OPEN
-            labels[here] = found
-            self.undecided += int(np.count_nonzero(found != OPEN))
-            here, side = here[found == OPEN], side[found == OPEN]
+            which, around = np.repeat(here, len(_AROUND)), np.tile(_AROUND, (here.size, 1))
+            x, y = places(which, around, step)
+            found = np.full(which.size, OPEN, np.int8)
+            same = theory(growth, which, x, y) * np.repeat(side, len(_AROUND)) > 0
+            found[same] = self.labels(panel[which[same]], x[same], y[same])
+            of_each = found.reshape(here.size, len(_AROUND))
+            labels[here] = of_each[np.arange(here.size), np.argmax(of_each != OPEN, axis=1)]
+            self.undecided += int(np.count_nonzero(labels[here] != OPEN))
+            here, side = here[labels[here] == OPEN], side[labels[here] == OPEN]
         return labels
 
     def labels(self, panel: Integers, x: Floats, y: Floats) -> Labels:
@@ -120,7 +123,7 @@ class PlaneSearch:
         self.computed += panel.size
         regime = results["regime"]
         labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
-        return labels, np.asarray(results[model_of(self.options.law).guide], np.float64)
+        return labels, np.asarray(guide_of(results, self.options), np.float64)
 
     def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
         """Regimes at shares of grid cells (n, 3) along both sides."""
@@ -163,7 +166,7 @@ class PlaneSearch:
             some = inside if guide_at else np.ones(place.size, np.bool_)
             found, guide = self.looked(*there(line[some], place[some]))
             labels[inside] = found[inside[some]]
-            guide = guide_at(line, place) if guide_at else guide
+            guide = uncontradicted(guide_at(line, place), labels) if guide_at else guide
             return Looked(labels, (labels != OPEN) | open_ended[line], guide)
 
         shares = [share_of(side, self.tolerance) for side in (self.x, self.y)]

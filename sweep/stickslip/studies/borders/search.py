@@ -7,7 +7,8 @@ Beside its label a place may have a number, the guide, whose zero is where the l
 signs at the ends of a bracket, a secant of it says where to look next (`guess`), else the middle is. Which
 part is kept the labels alone decide; so a guide that contradicts them has the same sign at both ends from then on.
 
-Where theory knows the guide of any place (`guide_at`), a border with undecided places is where the guide vanishes.
+Where theory knows the guide of any place (`guide_at`), a border is where the guide vanishes if all places about it, up
+to the tolerance from decided ones, turn out to be undecided; `labels_at` gives no guide where a label contradicts it.
 
 The secant is that of the ITP method (I. F. D. Oliveira, R. H. C. Takahashi, An enhancement of the bisection method
 average performance preserving minmax optimality, ACM TOMS 47 (2021) 5): moved a little to the middle, and never so far
@@ -28,9 +29,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Labels = NDArray[np.int8]
 Flags = NDArray[np.bool_]
-# Undecided places around a known zero of the guide: how much of a bracket they are, and how many tolerances wide
-# that is, when it is narrowed no further.
-_WIDE_GAP, _NARROW_ENOUGH = 0.5, 200.0
+_PROBES = np.arange(1, 8) / 8  # of a gap between undecided places, before all of it counts as undecided
 _MORE_ROUNDS = 1  # than halving takes at most: n_0 of the article
 _MOVED = 0.2  # kappa_1, over the first width; kappa_2 is 2
 
@@ -70,12 +69,13 @@ LabelsAt = Callable[[Integers, Floats], Looked]
 GuideAt = Callable[[Integers, Floats], Floats]
 # gap_low, gap_high: the outermost undecided places between low and high; NaN where there are none. at_low, at_high: the
 # guide. first, change, reach: width of the bracket and change of the guide when it began to lead, 0 before, and what
-# `first_reach` says of it. guided: whether it led to the end. place: of the border.
+# `first_reach` says of it. guided: whether it led to the end. probed: whether all places between those undecided ones
+# are undecided, as far as a few of them say. place: of the border.
 BRACKET = np.dtype(
     [("line", np.int64), ("low", np.float64), ("high", np.float64), ("below", np.int8), ("above", np.int8),
      ("gap_low", np.float64), ("gap_high", np.float64), ("at_low", np.float64), ("at_high", np.float64),
      ("first", np.float64), ("change", np.float64), ("reach", np.float64), ("guided", np.bool_),
-     ("place", np.float64)]
+     ("probed", np.bool_), ("place", np.float64)]
 )  # fmt: skip
 Brackets = NDArray[Any]  # of dtype BRACKET
 _NEAR_ZERO = 1e-3  # of the larger end of a range: places closer to 0 have no scale of their own
@@ -124,7 +124,7 @@ def search_lines(
     line, place = np.repeat(np.arange(lines), places.size), np.tile(places, lines)
     looked = labels_at(line, place)
     undecided = np.count_nonzero(~looked.decided.reshape(lines, places.size), axis=1)
-    found = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at, guide_at is not None)
+    found = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at)
     found = _without_slivers(found, scan, tolerance)
     found["place"] = found["low"] + (found["high"] - found["low"]) / 2
     if guide_at is not None:
@@ -149,22 +149,26 @@ def _brackets(line: Integers, place: Floats, looked: Looked) -> Brackets:
     return found
 
 
-def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt, zero_is_known: bool) -> Brackets:
+def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt) -> Brackets:
     """Narrow all brackets until they are narrow enough; a third label on the way splits one into two.
 
-    A bracket with undecided places is narrowed from both sides towards them.
+    A bracket with undecided places is narrowed from both sides towards them; then it is looked at between them, once.
     """
-    done = []
+    done = [found[:0]]
     while found.size:
         width, gap = scan.width(tolerance, found["low"], found["high"]), ~np.isnan(found["gap_low"])
         left = _middle(found["low"], np.where(gap, found["gap_low"], found["high"]), width)
         right = np.where(gap, _middle(found["gap_high"], found["high"], width), np.nan)
-        _follow_guide(found, left, right, width, zero_is_known)
+        _follow_guide(found, left, right, width)
         narrow = np.isnan(left) & np.isnan(right)
-        done.append(found[narrow])
-        found, left, right = found[~narrow], left[~narrow], right[~narrow]
-        found = _looked_at(found, left, right, labels_at) if found.size else found
-    return np.concatenate(done) if done else found
+        between = narrow & (found["gap_high"] - found["gap_low"] > width) & ~found["probed"]
+        done.append(found[narrow & ~between])
+        found["probed"][between] = True
+        start, end = found["gap_low"][between], found["gap_high"][between]
+        probed = _looked_at(found[between], start[:, np.newaxis] + np.outer(end - start, _PROBES), labels_at)
+        found = _looked_at(found[~narrow], np.stack([left, right], axis=1)[~narrow], labels_at)
+        found = np.concatenate([found, probed])
+    return np.concatenate(done)
 
 
 def _middle(low: Floats, high: Floats, width: Floats) -> Floats:
@@ -178,7 +182,7 @@ def _far_apart(low: Floats, high: Floats) -> Flags:
     return np.asarray((low > 0) & (high >= _FAR * low))
 
 
-def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats, zero_is_known: bool) -> None:
+def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats) -> None:
     """Let the guide, where there is one, say which places inside each bracket are looked at next, in place of middles.
 
     It may have led right to the border, where places tend to be undecided: then both sides of these are next.
@@ -193,11 +197,7 @@ def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats, z
     leads &= found["first"] > 0
     found["guided"] = leads & (np.abs(at_high - at_low) <= _JUMP * found["change"])
     gap = ~np.isnan(found["gap_low"])
-    if zero_is_known:
-        done = found["gap_high"] - found["gap_low"] >= _WIDE_GAP * (high - low)
-        done = leads & gap & (done | (high - low <= _NARROW_ENOUGH * width))
-        left[done] = right[done] = np.nan
-    at = np.flatnonzero(leads & gap & ~zero_is_known)
+    at = np.flatnonzero(leads & gap)
     aside = np.maximum(width[at] / 4, found["gap_high"][at] - found["gap_low"][at])
     left[at] = np.maximum(left[at], found["gap_low"][at] - aside)  # NaN stays NaN
     right[at] = np.minimum(right[at], found["gap_high"][at] + aside)
@@ -209,26 +209,33 @@ def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats, z
     found["reach"] /= 2
 
 
-def _looked_at(found: Brackets, left: Floats, right: Floats, labels_at: LabelsAt) -> Brackets:
-    """The brackets within these once the places `left` and `right` (NaN: none) have labels."""
-    places = np.stack([found["low"], left, found["gap_low"], found["gap_high"], right, found["high"]], axis=1)
+def _looked_at(found: Brackets, new: Floats, labels_at: LabelsAt) -> Brackets:
+    """The brackets within these once the places `new` (n, k; NaN: none) have labels."""
+    if not found.size:
+        return found
+    known = np.stack([found[name] for name in ("low", "high", "gap_low", "gap_high")], axis=1)
+    places = np.concatenate([known, new], axis=1)
     labels, decided = np.zeros(places.shape, np.int8), np.zeros(places.shape, np.bool_)
     guide = np.full(places.shape, np.nan)
-    labels[:, 0], labels[:, -1] = found["below"], found["above"]
-    guide[:, 0], guide[:, -1] = found["at_low"], found["at_high"]
-    decided[:, [0, -1]] = True
-    new = np.zeros(places.shape, np.bool_)
-    new[:, [1, 4]] = ~np.isnan(places[:, [1, 4]])
+    labels[:, 0], labels[:, 1] = found["below"], found["above"]
+    guide[:, 0], guide[:, 1] = found["at_low"], found["at_high"]
+    decided[:, :2] = True
     bracket = np.broadcast_to(np.arange(found.size)[:, np.newaxis], places.shape)
-    looked = labels_at(found["line"][bracket[new]], places[new])
-    labels[new], decided[new] = looked.labels, looked.decided
-    if looked.guide is not None:
-        guide[new] = looked.guide
     there = ~np.isnan(places)
-    inner = _brackets(bracket[there], places[there], Looked(labels[there], decided[there], guide[there]))
+    unknown = there & (np.arange(places.shape[1]) >= known.shape[1])
+    looked = labels_at(found["line"][bracket[unknown]], places[unknown])
+    labels[unknown], decided[unknown] = looked.labels, looked.decided
+    if looked.guide is not None:
+        guide[unknown] = looked.guide
+    order = np.lexsort((places[there], bracket[there]))
+    inner = _brackets(
+        bracket[there][order], places[there][order],
+        Looked(labels[there][order], decided[there][order], guide[there][order]),
+    )  # fmt: skip
     outer = found[inner["line"]]
     for name in ("line", "first", "change", "reach"):
         inner[name] = outer[name]
+    inner["probed"] = outer["probed"] & (inner["low"] == outer["low"]) & (inner["high"] == outer["high"])
     return inner
 
 

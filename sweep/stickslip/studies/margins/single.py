@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine import Options, StopFlag, solve
-from stickslip.studies.borders.lines import growth_of
+from stickslip.studies.borders.lines import growth_of, guide_of
 from stickslip.studies.borders.search import Brackets, GuideAt, Looked, Scan, search_lines
 from stickslip.studies.margins.reach import Reach
 from stickslip.vocabulary.cell_values import impossible
@@ -84,7 +84,7 @@ class Search:
             np.add.at(self.steps, which[possible], results["steps"].reshape(-1, each).sum(axis=1))
             found[possible] = worst(results["regime"].reshape(-1, each))
             if not self.speeds:  # of several speeds none leads to where all are quiet
-                guide[possible] = results[model.guide]
+                guide[possible] = guide_of(results, self.options)
         return found, guide
 
 
