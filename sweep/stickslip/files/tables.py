@@ -21,7 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
-from stickslip.files.texts import as_written, blocks, check_columns, check_points, plain_numbers, read_text
+from stickslip.files.texts import (
+    as_written, blocks, check_columns, check_points, is_workbook, plain_numbers, read_sheets, read_text, separated,
+)  # fmt: skip
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
@@ -30,6 +32,13 @@ _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _MOST_ABOVE = 300  # lines above the heading
 _OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
+_LETTERS = re.compile(r"[^\W\d_]{2}|[Øø]")
+_SUMMARY = re.compile(  # rows of spreadsheets and instruments that are no measurements
+    r"(?:arithm\w*\.? )?(?:mean|mittel(?:wert)?|mw|average|avg|durchschnitt|moyenne|moy|median|m[ée]diane?|ø|max(?:imum|imal"
+    r"wert)?|min(?:imum|imalwert)?|std|stdev(?:\.[sp])?|std\.? ?dev\.?|st\.? ?dev\.?|sd|stabw\w*|std\.?-?abw\w*\.?"
+    r"|standard ?abw\w*\.?|standard deviation|[ée]cart[- ]type|sum|summe|somme|total|count|anzahl|nombre|range|spannweite"
+    r"|varian[cz]e?|rsd|cv|rms)(?: ?(?:value|wert|valeur|%|\(.*\)|\[.*\]))?\s*[:=]?", re.IGNORECASE,
+)  # fmt: skip
 _MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
@@ -48,6 +57,7 @@ class Table:
     remarks : the text after the # of comment lines. heading : the cells of the first other line.
     lines : the rest, each with its number. separator : one of comma, semicolon and tab. above : lines before the
     heading that are no remarks, cell by cell.
+    left_out : rows of means, extremes and the like, by label and line. title : of the sheet of a workbook.
     rest, begins : of a long file, what follows `lines` as bytes, and the number of its first line.
     """
 
@@ -59,18 +69,41 @@ class Table:
     above: tuple[tuple[Cell, ...], ...] = ()
     rest: bytes = b""
     begins: int = 0
+    left_out: tuple[Cell, ...] = ()
+
+
+def sheets_with_tables(path: Path, is_heading: Callable[[Sequence[str]], bool]) -> list[str]:
+    """The visible sheets of a workbook in which such a line stands over numbers; all, where there is none."""
+    texts = read_sheets(path)
+    good = [title for title, text in texts.items() if _holds_table(text, is_heading)]
+    return good or [*texts]
+
+
+def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool:
+    lines = [line for line in text.splitlines() if line.strip(" ;") and not _is_remark(line)]
+    at, mark = _heading_at(lines[:_MOST_ABOVE], ";", is_heading) if lines else (0, ";")
+    return bool(lines) and is_heading(_plain_cells(lines[at], mark))
 
 
 def read_table(
-    path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None
-) -> Table:
+    path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None,
+    sheet: str | None = None,
+) -> Table:  # fmt: skip
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
     example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading :
     whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
+    sheet : of a workbook; without it the only one that holds a table.
     """
     name = str(path)
-    text, below = read_text(path)
+    if is_workbook(path):
+        titles = sheets_with_tables(path, is_heading or (lambda texts: len(texts) > 1)) if sheet is None else [sheet]
+        if len(titles) > 1:
+            raise ConfigError.of(name, f"got tables in the sheets {', '.join(map(repr, titles))}, expected one",
+                                 "save the sheet that is meant as CSV")  # fmt: skip
+        text, below = read_sheets(path)[titles[0]], b""
+    else:
+        text, below = separated(*read_text(path))
     numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
     declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if declared else numbered
@@ -81,10 +114,19 @@ def read_table(
         raise ConfigError.of(name, "no line names the columns", hint)
     at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
+    if all(map(_is_number, _plain_cells(line, separator))):  # NumPy writes the names as a remark
+        named = [cell for cell in remarks if cell.place.line < number
+                 and len(_plain_cells(cell.text, separator)) == len(_plain_cells(line, separator)) > 1]  # fmt: skip
+        if named:
+            (line, (number, *_)), rest = named[-1], rows[at:]
+            remarks = tuple(cell for cell in remarks if cell is not named[-1])
     heading = _cells(name, number, line, separator)
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
+    summaries = [(number, label) for number, line in lines if (label := _summary(line, separator))]
+    lines = tuple(row for row in lines if row[0] not in dict(summaries))
+    _check_blocks(name, lines, line)
     if not lines and not below:
         raise ConfigError.of(name, f"no {rows_are}, only the names of columns", place=Place(number, 1))
     check_columns(path, number, len(heading))
@@ -93,7 +135,23 @@ def read_table(
     above = tuple(  # need not be proper CSV
         tuple(Cell(text, Place(number, 1)) for text in _plain_cells(line, separator)) for number, line in rows[:at]
     )
-    return Table(name, remarks, heading, lines, separator, above, below, begins)
+    left_out = tuple(Cell(label, Place(number, 1)) for number, label in summaries)
+    return Table(name, remarks, heading, lines, separator, above, below, begins, left_out)
+
+
+def _summary(line: str, separator: str) -> str:
+    """The label of a row of means, extremes or the like; nothing for a row of measurements."""
+    if not _LETTERS.search(line):
+        return ""
+    return next((cell for cell in _plain_cells(line, separator) if _SUMMARY.fullmatch(cell)), "")
+
+
+def _check_blocks(name: str, lines: Sequence[tuple[int, str]], heading: str) -> None:
+    """Raises ConfigError where the line that names the columns comes again."""
+    again = next((number for number, line in lines if line.strip() == heading.strip()), 0)
+    if again:
+        message = "the names of the columns come again: one table behind another, as of a step each"
+        raise ConfigError.of(name, message, "save each as a file, or leave one heading", place=Place(again, 1))
 
 
 def _whole_lines(text: str) -> Iterator[tuple[int, str]]:

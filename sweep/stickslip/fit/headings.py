@@ -7,6 +7,7 @@ behind the name of a physical quantity and is no known qualifier (`set`, `soll`)
 nobody understands is refused rather than left out.
 """
 
+import math
 import re
 import unicodedata
 from collections.abc import Collection, Iterator
@@ -42,14 +43,25 @@ _KINDS = {
     "acceleration": ("m s-2", "acceleration, accel, acc, a, beschl|eunigung, accélération"),
     "displacement": ("m", "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement"),
     "stick": ("", "stick"),
+    "rotation": ("s-1", "rotation, rotational speed, rotation speed, speed of rotation, rotary speed, spindle speed, rpm, "
+        "upm, drehz|ahl, umdrehungen, drehgeschw|indigkeit, vitesse de rotation, n"),
+    "radius": ("m", "radius, track radius, wear track radius, friction radius, sliding radius, reib|ungs+radius, "
+        "lauf+radius, spur+radius, laufbahn+radius, bahn+radius, rayon, rayon de piste, rayon de frottement"),
+    "begin": ("s", "begin, start, from, beginn, von"),
+    "end": ("s", "end, stop, to, ende, bis"),
     "sigma": ("", "sigma, σ"),
     "material": ("", "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, "
         "schmierfett, probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette"),
 }  # fmt: skip
 _PHYSICAL = {kind: unit for kind, (unit, _) in _KINDS.items() if unit}
-POINTS = ("speed", "time", "mu", "friction_force", "load", "sigma", "material")  # kinds in tables of points
+POINTS = ("speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "material")  # kinds in tables of points
+STEPS = ("time", "speed", "mu", "friction_force", "force", "load", "rotation", "displacement")  # in records in steps
+PLAN = ("begin", "end", "speed", "rotation", "load")  # in tables of when they begin and end
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
-_FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
+_TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
+    **dict.fromkeys(("rpm", "upm", "u/min", "1/min", "/min", "min-1", "min^-1", "rev/min", "r/min", "tr/min"), math.pi / 30),
+    **dict.fromkeys(("hz", "1/s", "s-1", "s^-1", "rev/s", "u/s", "rps", "tr/s"), 2 * math.pi), "rad/s": 1.0,
+}  # fmt: skip
 _LONG_SPEED = re.compile(  # Motor speed
     r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw[^\W_]*|vitesse)(?![^\W_])[.)]?)(.*)", re.IGNORECASE
 )
@@ -96,19 +108,28 @@ _COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, m
     r"|\s[-+]\s*\d*[.,]\d|\^",
     re.IGNORECASE,
 )
+_SET = frozenset("set setpoint nominal nom target consigne command commanded demand programmed vorgabe".split())
+_WAITING = re.compile(r"wait|hold|dwell|contact|rest|stationary|wart|halt|kontakt|stand|ruhe|attente|repos|age?ing")
 _NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
-_OTHER = frozenset(
+_OTHER = frozenset(  # quantities that are no friction coefficient, whatever stands beside them
     plain(word)
-    for word in "temp temperature temperatur température t° pressure humidity humidite rh cycle cycles zyklus zyklen "
-    "stroke strokes hub distance position number no nr n° # anzahl index point points punkt step line row zeile date "
-    "datum uhrzeit comment kommentar remark remarks bemerkung operator bediener ratio srr viscosity wear usure "
-    "torque couple moment acceleration load last force kraft charge speed time zeit fx fy fz ft r2 count id "
-    "channel kanal ecr resistance voltage effort".split()
+    for word in "temp température t° rh cycle cycles zyklus zyklen stroke strokes hub no nr n° # anzahl index point "
+    "points punkt step line row zeile date datum uhrzeit comment kommentar remark remarks bemerkung operator bediener "
+    "ratio srr wear usure couple last charge fx fy fz ft r2 count id channel kanal ecr effort work heat radius rayon "
+    "travail chaleur travel stress film length width depth area path track lap laps nm ncm mnm kw mw mj kj mpa gpa kpa "
+    "bar mv kv loss angle winkel duration durée index humidité fréquence tension courant".split()
 )
-_OTHER_ENDS = (
-    "temperatur", "feuchte", "feuchtigkeit", "moment", "kraft", "druck", "nummer", "geschwindigkeit", "verschleiss",
-    "beschleunigung", "strecke", "zeit", "viskositat", "frequenz", "drehzahl", "zahler", "weg",
-)  # fmt: skip
+_OTHER_ENDS = tuple(  # of words, which German and instruments join
+    plain(word)
+    for word in "temperatur temperature feuchte feuchtigkeit humidity moment torque kraft force druck pressure pression "
+    "nummer number geschwindigkeit speed velocity vitesse verschleiß beschleunigung acceleration strecke distance position "
+    "zeit time viskosität viscosity frequenz frequency drehzahl zähler counter weg leistung power puissance energie "
+    "energy énergie arbeit wärme radius durchmesser diameter diamètre dauer spannung voltage strom current widerstand "
+    "resistance load spur".split()
+)
+_COEFFICIENT = re.compile(r"c$|coe|cof|mu\w{0,3}$|μ|.*(?:koe|zahl|(?<!mittel)wert)|reib\w*[wz]$")  # no word for a force
+_FRICTION_OF = re.compile(r"(?:anti |non )?(?:fric|slid|slip|reib|gleit|haft|frott|gliss|tract|adher)")
+_LUBRICANTS = re.compile(r"lack|fett|o[el]l?$|paste|wachs|spray|coating|schicht|additi")
 PURE = ("", "1", "-", "–", "—")  # how people write "no unit"
 PERCENT = ("%", "percent", "prozent", "pct", "pour cent", "v h")
 _GROUP = re.compile(r"\s*/?\s*(?:\[([^\[\]]*)\]|(?<!\^)\(((?:[^()]|\^\([^()]*\))*)\))")
@@ -135,7 +156,21 @@ class Heading:
 
     def may_be_force(self) -> bool:
         """True where the word for this friction is also that for the force."""
-        return self.kind == "friction_force" or self.kind == "mu" and bool(_FORCE_TOO & set(_tokens(self.name)))
+        words = set(_tokens(self.name)) - set(_tokens(self.label))
+        is_open = self.kind in ("mu", "static", "kinetic") and not any(map(_COEFFICIENT.match, words))
+        return is_open or self.kind == "friction_force"
+
+    def has_own_unit(self) -> bool:
+        """True without a unit, and with one of its kind."""
+        return not self.unit or is_column_unit(self.unit, _PHYSICAL.get(self.kind, ""))
+
+    def is_set(self) -> bool:
+        """True for what was set, of which another column may hold the actual values."""
+        return any(word in _SET or word.startswith("soll") for word in _tokens(self.text))
+
+    def is_waiting(self) -> bool:
+        """True where the name says that this is a time at rest, and not that of a record."""
+        return bool(_WAITING.search(plain(self.name)))
 
     def is_force(self) -> bool:
         """True for friction as a force: called so, or friction with a unit of force."""
@@ -149,7 +184,41 @@ def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] =
     kinds : of columns there may be. names : further names of columns, which are kinds of their own.
     """
     parts = _heading(text, kinds, names)
-    return replace(parts, kind="other") if _COMPUTED.search(parts.name) and parts.kind not in names else parts
+    if parts.kind in names:
+        return parts
+    if parts.kind in ("speed", "rotation", "other") and turns(parts.unit or parts.name):
+        return replace(parts, kind="rotation", unit=parts.unit or parts.name)
+    for kind, qualifiers in (("static", _STATIC), ("kinetic", _KINETIC)):
+        if parts.kind == "mu" and plain(parts.label.strip("()")) in qualifiers and len(parts.label) > 3:
+            return replace(parts, kind=kind, label="")
+    is_letter = parts.kind == "rotation" and len(parts.name) == 1
+    is_other = is_letter or _COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
+    return replace(parts, kind="other", label="") if is_other else parts
+
+
+def _is_other(parts: Heading) -> bool:
+    """True where what stands beside a word of friction makes it another quantity, or leaves it open which it is."""
+    is_friction, behind = parts.kind in ("mu", "static", "kinetic"), set(_tokens(parts.label))
+    words = behind if is_friction else {*_tokens(parts.name)} if parts.kind in ("", "material") else set()
+    if any(word in _OTHER or word.endswith(_OTHER_ENDS) for word in words):
+        return True
+    if is_friction and parts.may_be_force():
+        is_number = parts.unit in PURE or plain(parts.unit) in PERCENT or is_column_unit(parts.unit, "N")
+        return bool(behind) or not is_number
+    is_compound = any(map(_FRICTION_OF.match, words)) and not is_friction
+    return is_compound and not any(map(_LUBRICANTS.search, words))
+
+
+def are_units(texts: Collection[str]) -> bool:
+    """True for cells that hold units and nothing else, as a line of them below the names does."""
+    bare = [text.strip("[]() ") for text in texts]
+    return all(text in PURE or plain(text) in PERCENT or text.startswith("°") or turns(text) is not None
+               or is_column_unit(text) for text in bare)  # fmt: skip
+
+
+def turns(unit: str) -> float | None:
+    """rad/s of a unit of rotation; None for what is none."""
+    return _TURNS.get(unit.lower().replace(" ", ""))
 
 
 def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
@@ -173,8 +242,6 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
             return Heading(text, longer[1], unit or behind, "speed", longer[1])
     if rest and not unit and (kind in _PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest)):
         return Heading(text, _END.sub("", name[: -len(rest)]), rest, kind)
-    if not kind and "mu" in kinds and any(word in _OTHER or word.endswith(_OTHER_ENDS) for word in _tokens(name)):
-        kind = "other"
     if not kind and not unit and (bare := _UNIT_BEHIND.fullmatch(name)):
         word = bare[2] or bare[3]
         if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
@@ -207,7 +274,8 @@ def with_units_below(
     if len(texts) != len(headings) or len(table.lines) < 2 or any(NUMBER.fullmatch(t.replace(",", ".")) for t in texts):
         return headings, False
     pairs = [*zip(headings, texts, strict=True)]
-    if not any(not h.unit and is_column_unit(text, _PHYSICAL[h.kind]) for h, text in pairs if h.kind in _PHYSICAL):
+    if not any(not h.unit and (turns(text) or is_column_unit(text, _PHYSICAL[h.kind]))
+               for h, text in pairs if h.kind in _PHYSICAL):  # fmt: skip
         return headings, False
     return [above if not below or above.unit else _continued(above, below, kinds) for above, below in pairs], True
 
@@ -279,7 +347,7 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
         return exact
     parts = word.split()
     for kind, words in (("static", _STATIC), ("kinetic", _KINETIC)):
-        if word in words and len(word) > 3:
+        if word in words and len(word) > 3 and not _FRICTION_OF.match(word):
             return kind
         for i, part in enumerate(parts):
             if part in words and "".join([*parts[:i], *parts[i + 1 :]]) in index["mu"]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from stickslip.errors import ConfigError, QuantityError
 from stickslip.files.tables import DECIMAL_COMMA, NUMBER, Cell
-from stickslip.fit.columns import HeadedTable, example, load_above, newtons
+from stickslip.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
 from stickslip.fit.headings import PERCENT, PURE, Heading, heading, plain, trailing_unit, words_for
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
@@ -19,7 +19,6 @@ from stickslip.vocabulary.suggest import listed, nearest
 MU, SIGMA = "mu", "sigma"
 WHOLE = re.compile(r"([-+]?\d+)(?:[.,]0*)?")  # workbooks write 1.0
 GAPS = ("", "nan", "na", "n/a", "-", "--", "#n/a", "#nv")  # what people write where nothing was measured
-MOST_FRICTION = 2.0  # of a column whose heading says nothing; more is rather a percentage, or something else
 _ALIKE = 3.0  # ratio of the largest numbers of two columns of one name; a standard deviation is less
 _NAME_ONE = "remove one of the two columns, or name the one to take, such as --friction-column 'mu_k'"
 
@@ -130,21 +129,14 @@ class Search:
             text = one.heading.text
             unit = one.heading.unit or trailing_unit(text, si) or "".join(re.findall(r"[(\[].*[)\]]", text))
             return self._in_unit(one, "" if self._wanted.unit and not is_column_unit(unit, si) else unit)
-        of_kind = [one for one in self._columns if one.heading.kind == name]
-        for labelled in (False, True):
-            among = [one for one in of_kind if bool(one.heading.label) == labelled]
-            sure = [one for one in among if one.heading.unit and is_column_unit(one.heading.unit, si)]
-            without_unit = [one for one in among if not one.heading.unit]
-            chosen = sure or without_unit or ([] if labelled else among)
-            if len(chosen) > 1 or sure and without_unit:
-                hint = f"remove one of the two columns, or name the one to take: --{name}-column"
-                raise self._refused(among[1], "it once", f"{hint} '{among[0].heading.text}'")
-            if chosen:
-                return self._in_unit(chosen[0], chosen[0].heading.unit)
-        return None
+        i = self._table.pick(name)
+        return None if i is None else self._in_unit(self._columns[i], self._columns[i].heading.unit)
 
     def _in_unit(self, one: _Column, unit: str) -> Role:
-        unit = unit or self._wanted.unit
+        given = self._wanted.unit
+        if unit and given and unit != given:
+            self._notes.append(f"--unit {given} is not used, since {one.heading.text!r} has a unit")
+        unit = unit or given
         try:
             return Role(one.position, self._along, column_unit(unit, self._along.units) if unit else "")
         except QuantityError as error:
@@ -156,7 +148,7 @@ class Search:
         """The columns of friction: those named, else those of friction, else all that may be. Raises ConfigError."""
         if self._wanted.friction:
             chosen = [self._called(word) for word in self._wanted.friction]
-            return [self._friction(one, len(chosen) > 1 or not one.heading.kind) for one in chosen]
+            return [self._friction(one, len(chosen) > 1 or one.heading.kind in ("", "other")) for one in chosen]
         if (single := self._unlabelled(others)) is not None:
             return [self._friction(single, False)]
         others = [one for one in others if one.has_numbers]
@@ -212,6 +204,7 @@ class Search:
     def _friction(self, one: _Column, is_material: bool) -> Role:
         head, column = one.heading, self._known[MU]
         label = head.text if is_material else ""
+        self._table.check_friction(one.position, 0.0)
         if head.is_force() or head.unit and head.kind in ("", "other") and is_column_unit(head.unit, "N"):
             return Role(one.position, column, self._newtons(one), label, 0.0)
         if head.unit in PURE or plain(head.unit) in PERCENT:
