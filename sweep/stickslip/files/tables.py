@@ -141,9 +141,8 @@ def read_table(
 
 def _summary(line: str, separator: str) -> str:
     """The label of a row of means, extremes or the like; nothing for a row of measurements."""
-    if not _LETTERS.search(line):
-        return ""
-    return next((cell for cell in _plain_cells(line, separator) if _SUMMARY.fullmatch(cell)), "")
+    texts = _plain_cells(line, separator) if _LETTERS.search(line) else []
+    return next((text for text in texts if _SUMMARY.fullmatch(text) and any(map(_is_number, texts))), "")
 
 
 def _check_blocks(name: str, lines: Sequence[tuple[int, str]], heading: str) -> None:

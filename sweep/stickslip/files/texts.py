@@ -101,6 +101,7 @@ def _decoded(data: bytes) -> str:
     return data.decode("latin-1")  # which knows every byte
 
 
+_NUMBER = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?")
 _UNIT_APART = re.compile(r"[ \t]+(?=[\[(])")
 
 
@@ -108,7 +109,7 @@ def separated(text: str, below: bytes) -> tuple[str, bytes]:
     """A text whose columns are separated by blanks with tabs in their place; any other as it is."""
     lines = text.splitlines()
     rows = [line.split() for line in lines if line[:1] not in ("#", "") and line.strip()]
-    numbers = [row for row in rows[-20:] if all(map(_is_number, row))]
+    numbers = [row for row in rows[-20:] if all(map(_NUMBER.fullmatch, row))]
     if "\t" in text or ";" in text or len(numbers) < min(2, len(rows)) or {len(row) for row in numbers} <= {1}:
         return text, below
     width = len(numbers[-1]) if numbers else 0

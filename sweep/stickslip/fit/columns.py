@@ -185,7 +185,7 @@ def stated(
             name, value = words[0], " ".join(words[1:]).strip()
         else:
             name, _, value = (part.strip() for part in "".join(words).replace("=", ":").partition(":"))
-        title = heading(name.strip(" :="))
+        title = heading(name.strip(" :="), (kind,))
         if title.kind != kind or title.label and only_numbers or not value or only_numbers and not value[0].isdigit():
             continue
         try:

@@ -55,7 +55,7 @@ _KINDS = {
 }  # fmt: skip
 _PHYSICAL = {kind: unit for kind, (unit, _) in _KINDS.items() if unit}
 POINTS = ("speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "material")  # kinds in tables of points
-STEPS = ("time", "speed", "mu", "friction_force", "force", "load", "rotation", "displacement")  # in records in steps
+STEPS = ("time", "speed", "mu", "friction_force", "force", "load", "rotation", "displacement", "sigma")  # in records in steps
 PLAN = ("begin", "end", "speed", "rotation", "load")  # in tables of when they begin and end
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
@@ -149,6 +149,11 @@ class Heading:
     unit: str = ""
     kind: str = ""
     label: str = ""
+
+    @property
+    def shown(self) -> str:
+        """The heading in quotation marks, with its unit where that stands below."""
+        return repr(self.text) if self.unit in ("", "-") or self.unit in self.text else f"{self.text!r} in {self.unit}"
 
     def is_called(self, word: str) -> bool:
         """True for a word that is all of the heading, or its name."""

@@ -190,11 +190,14 @@ def _tables(
         frictions = (one for one in headings if any(map(one.is_called, wanted.friction)))
         return not are_units(texts) and bool(steps) and bool([*others, *frictions])
 
+    def are_words(texts: Sequence[str]) -> bool:
+        return not any(are_units([text]) for text in texts if text)
+
     def read(sheet: str | None = None) -> Table:
         table = tables.read_table(path, example(columns), "points", may_be_headings, sheet)
         if may_be_headings([cell.text for cell in table.heading]):
             return table
-        return tables.read_table(path, example(columns), "points", lambda texts: not are_units(texts), sheet)
+        return tables.read_table(path, example(columns), "points", are_words, sheet)
 
     if not is_workbook(path):
         return [("", read())]

@@ -76,7 +76,8 @@ def describe_columns(materials: Sequence[MaterialFit]) -> str:
 
 def describe_steps(points: StepPoints) -> str:
     """Points of a record at steps, what is doubtful among them, and what was left out."""
-    lines = [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
+    lines = [points.columns] if points.columns else []
+    lines += [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
     wild = points.speed[points.scatter > 0.2 * points.mu]
     if wild.size:
         speeds = listed([f"{1000 * speed:.4g} mm/s" for speed in wild[:8]], "and")

@@ -14,18 +14,21 @@ are integrated autocorrelation times in the step (Sokal's window, in: Functional
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.tables import read_table
 from stickslip.files.targets import replaced
-from stickslip.fit.columns import HeadedTable, factor
-from stickslip.fit.headings import Heading, heading, plain
+from stickslip.fit.columns import HeadedTable, factor, stated
+from stickslip.fit.headings import PLAN, STEPS, turns
 from stickslip.fit.uncertainty import Floats
+from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
@@ -33,22 +36,19 @@ _TREND = 0.02  # of its value, by which it changes from the begin of a step to i
 _LEAST = 0.5  # share of a record in steps: less is a ramp of which pieces look like steps
 _SURE = 6.0  # standard errors of the mean of a block of a noisy one, of whose median it is five
 _MOST_BLOCKS = 5_000  # in which a record is cut to look for steps
-_NOISY_BLOCK = 16  # samples, if speed or load are measured and not set
+_NOISY_BLOCK = 16  # samples, where speed or load are so noisy
+_OF_NOISE = 0.6745 * math.sqrt(6.0)  # median magnitude of the second differences of white noise, over its deviation
 _FEWEST = 20  # samples of a step
 _INDEPENDENT = 15  # values that differ on their own: of fewer, the error of a mean is not known
 _WINDOW = 3.0  # autocorrelation times over which the autocorrelation is summed: six of Sokal's, who has half of them
 _BATCH = 5  # samples, of MSER-5
 _LEFT_OUT = 0.2  # of a step at least: what MSER-5 keeps of running-in shifts the mean by a third of its error
-_WORDS = {  # of columns that only records in steps and plans have
-    "rotation": ("rpm", "upm", "n", "rotation", "rotational speed", "speed of rotation", "drehzahl"),
-    "begin": ("begin", "start", "from", "beginn", "von"), "end": ("end", "stop", "to", "ende", "bis"),
+_UNITS = {
+    "time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1", "friction_force": "N",
+    "kinetic": "1",
 }  # fmt: skip
-_KINDS = ("time", "speed", "mu", "friction_force", "force", "load")
-_UNITS = {"time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1"}
-_TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
-    **dict.fromkeys(("rpm", "upm", "u/min", "1/min", "/min", "min-1", "min^-1", "rev/min", "r/min"), math.pi / 30),
-    **dict.fromkeys(("hz", "1/s", "s-1", "s^-1", "rev/s", "u/s", "rps"), 2 * math.pi), "rad/s": 1.0,
-}  # fmt: skip
+RADIUS = Parameter("radius", "m", "radius of the track", "points", above=0)
+_SAME = 0.01  # by which two loads or radii that are the same may differ
 _RECORD = "time [s], speed [mm/s], force [N], load [N]"
 _PLAN = "begin [s], end [s], speed [mm/s], load [N]"
 
@@ -59,7 +59,7 @@ class StepPoints:
 
     speed : m/s. mu : mean friction coefficient. sigma : standard deviation of that mean. scatter : that of the samples.
     load : N, NaN where it is not known. begin, end : of the samples used, s. independent : how many independent values
-    they are worth. left_out : what is no point, and why.
+    they are worth. left_out : what is no point, and why. columns : what those of a file were taken for.
     """
 
     speed: Floats
@@ -71,6 +71,7 @@ class StepPoints:
     end: Floats
     independent: Floats
     left_out: tuple[str, ...]
+    columns: str = ""
 
 
 def step_points(
@@ -194,8 +195,9 @@ def _autocorrelation_time(y: Floats) -> float:
 
 def _plateaus(controls: Floats) -> list[tuple[int, int]]:
     """First and last sample + 1 of each stretch in which all signals of (signals, samples) stay."""
-    noisy = any(np.median(np.abs(np.diff(signal, 2))) > 0 for signal in controls)
-    width = max(_NOISY_BLOCK if noisy else 1, controls.shape[1] // _MOST_BLOCKS)
+    share = max(float(np.median(np.abs(np.diff(signal, 2)))) / float(np.median(np.abs(signal)) or 1.0) for signal in controls)
+    needed = math.ceil((_SURE * share / _OF_NOISE / _ALIKE) ** 2)  # samples whose mean stays within the tolerance
+    width = max(min(max(needed, 1), _NOISY_BLOCK), controls.shape[1] // _MOST_BLOCKS)
     count = controls.shape[1] // width
     blocks = controls[:, : count * width].reshape(len(controls), count, width)
     middles, errors = np.median(blocks, axis=2).T, (blocks.std(axis=2) / math.sqrt(width)).T
@@ -234,7 +236,7 @@ def _stays(run: Floats, level: Floats, errors: Floats) -> bool:
 
 def read_steps(
     path: Path, plan: Path | None = None, *, radius: float | None = None, load: float | None = None,
-    settle: float | None = None,
+    settle: float | None = None, speed_column: str = "", friction_column: str = "",
 ) -> StepPoints:  # fmt: skip
     """The points of a record at steps of speed and load; see `step_points`.
 
@@ -242,42 +244,44 @@ def read_steps(
     ----------
     path : CSV or .xlsx with a column of time, one of friction or of its force, and, without a plan, one of speed
     plan : a table of steps with columns of begin, end and speed, and of the load if it changes
-    radius : of the track, m, where speeds are those of rotation
-    load : N, where no column tells it
+    radius : of the track, m, where speeds are those of rotation, and no line above the heading gives it
+    load : N, where neither a column nor a line above the heading tells it
     settle : as for `step_points`
+    speed_column, friction_column : headings of the columns to take, where they are none of the usual
 
     Raises
     ------
     ConfigError
         For files that cannot be understood, by line and column.
     """
-    record = _Signals(path, ("time", "speed", "rotation", "mu", "force", "load"), _RECORD)
-    time, steps = record["time"], None
-    speed = record.speed(radius) if plan is None else np.full(time.shape, np.nan)
-    loads = record.get("load", np.full(time.shape, np.nan if load is None else load))
-    if plan is not None:
-        planned = _Signals(plan, ("begin", "end", "speed", "rotation", "load"), _PLAN)
-        begins, ends, speeds = planned["begin"], planned["end"], planned.speed(radius)
+    record = _Signals(path, _RECORD, STEPS)
+    time, steps = record.read("time"), None
+    loads = record.read("load") if "load" in record else np.full(time.shape, record.given("load", load))
+    if plan is None:
+        speed = record.speed(radius, speed_column)
+    else:
+        speed = np.full(time.shape, np.nan)
+        planned = _Signals(plan, _PLAN, PLAN)
+        begins, ends, speeds = planned.read("begin"), planned.read("end"), planned.speed(radius)
         if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
             raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
         steps = [*zip(begins.tolist(), ends.tolist(), strict=True)]
+        planned_loads = planned.read("load") if "load" in planned else None
         for i, (begin, end) in enumerate(steps):
             inside = (time >= begin) & (time < end)
             speed[inside] = speeds[i]
-            if "load" in planned:
-                loads = np.where(inside, planned["load"][i], loads)
-    if "mu" in record:
-        friction = record["mu"]
-    else:
-        force = record["force"]
-        if not (loads[np.isfinite(speed)] > 0).all():
-            hint = "give --load, or a column of the load, with all values above 0"
-            raise record.error("friction is a force, and the load is not known or not above 0", hint)
-        friction = np.divide(force, loads, out=np.zeros_like(force), where=loads > 0)
+            if planned_loads is not None:
+                loads = np.where(inside, planned_loads[i], loads)
+    friction = record.friction(loads, np.isfinite(speed), friction_column)
+    if load is not None and "load" in record:
+        record.notes.append("--load is not used, since a column tells the load")
+    if radius is not None and "radius" not in record.taken:
+        record.notes.append("--radius is not used, since no speed is one of rotation")
     try:
-        return step_points(time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps)
+        points = step_points(time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps)
     except ValueError as error:
         raise record.error(str(error)) from None
+    return replace(points, columns=record.describe())
 
 
 def write_points(points: StepPoints, path: Path) -> None:
@@ -290,54 +294,86 @@ def write_points(points: StepPoints, path: Path) -> None:
         )
 
 
-class _Signals(dict[str, Floats]):
-    """The columns of a table by their names, in SI. Raises ConfigError, also for one that is missing."""
+class _Signals:
+    """The columns of a table by their kinds, and what was taken for what. Raises ConfigError for what is missing."""
 
-    def __init__(self, path: Path, known: tuple[str, ...], example: str) -> None:
-        table = read_table(
-            path, example, is_heading=lambda texts: sum(_name(heading(t, _KINDS)) in known for t in texts) > 1
-        )
-        self._table = HeadedTable(table, _KINDS)
-        columns = self._table.find(
-            lambda column: name if (name := _name(column)) in known else None, _factor, "remove one of the two columns"
-        )
-        super().__init__(self._table.values(columns))
+    def __init__(self, path: Path, example: str, kinds: tuple[str, ...]) -> None:
+        self._example = example
+        self._table = HeadedTable.read(path, example, lambda ones: sum(one.kind in kinds for one in ones) > 1, kinds)
+        self.taken: dict[str, str] = {}
+        self.notes: list[str] = []
 
-    def __missing__(self, name: str) -> Floats:
-        headings = listed([repr(column.text) for column in self._table.headings], "and")
-        raise self.error(f"no column of {name} among {headings}", f"for instance '{_RECORD}'")
+    def __contains__(self, kind: str) -> bool:
+        return self._table.pick(kind) is not None
 
-    def speed(self, radius: float | None) -> Floats:
-        """The slip speed, m/s. Raises ConfigError."""
-        if "rotation" not in self or "speed" in self:
-            return self["speed"]
-        if radius is None:
+    def read(self, kind: str, name: str = "") -> Floats:
+        """The column of a kind, or of this name, in SI."""
+        if (i := self._table.pick(kind, name)) is None:
+            headings = listed([repr(one.text) for one in self._table.headings], "and")
+            hint = f"for instance '{self._example}'" + "; --plan names a table of steps" * (kind == "speed")
+            raise self.error(f"no column of {kind} among {headings}", hint)
+        one = self._table.headings[i]
+        try:
+            times = turns(one.unit) if kind == "rotation" else factor(kind, one.unit, _UNITS[kind], percent=True, needed=True)
+        except QuantityError as error:
+            raise self._table.refused(i, error.expected, error.hint) from None
+        if times is None:
+            raise self._table.refused(i, "the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
+        self.taken[kind] = one.shown
+        values = self._table.values({kind: (i, times)})[kind]
+        if kind in ("mu", "kinetic"):
+            self._table.check_friction(i, float(np.abs(values).max()))
+        return values
+
+    def given(self, name: str, option: float | None) -> float:
+        """The load or radius of a line above the heading, or else of an option; NaN for none."""
+        row = {"load": PARAMETERS["normal_load"], "radius": RADIUS}[name]
+        lines = [*((remark,) for remark in self._table.table.remarks), *self._table.table.above]
+        above = stated(self._table.table, name, row, lines)
+        if above and option is not None and not math.isclose(above[0], option, rel_tol=_SAME):
+            raise self.error(f"line {above[1]} gives the {name} {above[0]:g}, and --{name} {option:g} (SI)", "leave one out")
+        value = above[0] if above else option
+        if value is not None:
+            where = f"line {above[1]}" if above else f"--{name}"
+            self.taken[name] = f"{value:g} {units.spelled(row.units)} ({where})"
+        return math.nan if value is None else value
+
+    def speed(self, radius: float | None, name: str = "") -> Floats:
+        """The slip speed, m/s."""
+        is_rotation = name and self._table.headings[self._table.pick("speed", name) or 0].kind == "rotation"
+        if not is_rotation and (name or "speed" in self or "rotation" not in self):
+            return self.read("speed", name)
+        rotation, track = self.read("rotation", name), self.given("radius", radius)
+        if math.isnan(track):
             raise self.error("the speed is one of rotation", "give the radius of the track: --radius '20 mm'")
-        return radius * self["rotation"]
+        return track * rotation
+
+    def friction(self, loads: Floats, inside: NDArray[np.bool_], name: str = "") -> Floats:
+        """The friction coefficient: a column of it, or one of its force over the load, which must be known inside."""
+        kinds = ("mu", "kinetic", "friction_force", "force")
+        i = self._table.pick("friction", name) if name else None
+        kind = next((one for one in kinds if one in self), "mu")
+        if i is None:
+            i = self._table.pick(kind)
+        one = None if i is None else self._table.headings[i]
+        is_force = one is not None and (one.is_force() or one.kind == "force" or name and is_column_unit(one.unit, "N"))
+        if one is None or not is_force:
+            return self.read(kind if not name else "mu", name)
+        force = self.read("friction_force", one.text)
+        if not (loads[inside] > 0).all():
+            hint = "give --load, or a column of the load, with all values above 0"
+            raise self.error("friction is a force, and the load is not known or not above 0", hint)
+        return np.divide(force, loads, out=np.zeros_like(force), where=loads > 0)
+
+    def describe(self) -> str:
+        """What was taken for what, and what was left out."""
+        over = " over the load" if "friction_force" in self.taken else ""
+        parts = [f"{text} is {'friction' + over if kind in ('friction_force', 'mu', 'kinetic') else kind}"
+                 for kind, text in self.taken.items()]  # fmt: skip
+        others = [one.shown for one in self._table.headings if one.shown not in self.taken.values() and one.text]
+        left = [f"not used: {', '.join(others)}"] if others else []
+        return "; ".join([", ".join(parts), *self.notes, *left])
 
     def error(self, message: str, hint: str | None = None) -> ConfigError:
         """That the table as a whole will not do."""
         return self._table.error(message, hint, at_heading=False)
-
-
-def _name(column: Heading) -> str:
-    """The name of a column, a key of `_UNITS` or `rotation`; another where it is none."""
-    if own := next((name for name, words in _WORDS.items() if plain(column.name) in words), ""):
-        return own
-    if column.kind == "speed" and column.unit and _turns(column):
-        return "rotation"
-    return "force" if column.is_force() else "mu" if column.kind == "kinetic" else column.kind
-
-
-def _turns(column: Heading) -> float | None:
-    """rad/s of the unit of rotation in a heading, which may be all of it."""
-    return _TURNS.get((column.unit or column.name).lower().replace(" ", ""))
-
-
-def _factor(name: str, column: Heading) -> float:
-    """The factor from the unit of a column to SI. Raises QuantityError."""
-    if name != "rotation":
-        return factor(name, column.unit, _UNITS[name], percent=True, needed=True)
-    if (turns := _turns(column)) is None:
-        raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
-    return turns
