@@ -79,6 +79,11 @@ def sheets_with_tables(path: Path, is_heading: Callable[[Sequence[str]], bool]) 
     return good or [*texts]
 
 
+def sheets_without(path: Path, titles: Sequence[str]) -> list[str]:
+    """The other visible sheets of a workbook that hold something; none of any other file."""
+    return [title for title in read_sheets(path) if title not in titles] if is_workbook(path) else []
+
+
 def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool:
     lines = [line for line in text.splitlines() if line.strip(" ;") and not _is_remark(line)]
     at, mark = _heading_at(lines[:_MOST_ABOVE], ";", is_heading) if lines else (0, ";")

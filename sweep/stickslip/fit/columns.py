@@ -63,7 +63,9 @@ class HeadedTable:
             columns = [i for i in columns if is_nearer(self.headings[i])] or columns
         if len(columns) > 1:
             option = f"--{kind if kind in ('speed', 'time') else 'friction'}-column"
-            hint = f"remove one of the two columns, or name the one to take: {option} '{self.headings[columns[0]].text}'"
+            hint = (
+                f"remove one of the two columns, or name the one to take: {option} '{self.headings[columns[0]].text}'"
+            )
             raise self.refused(columns[1], "it once", hint)
         return columns[0] if columns else None
 
@@ -74,7 +76,12 @@ class HeadedTable:
         """
         one = self.headings[i]
         loads = [other.text for other in self.headings if other.kind == "load"]
-        if not one.unit and one.may_be_force() and one.kind != "friction_force" and (loads or is_load_stated(self.table)):
+        if (
+            not one.unit
+            and one.may_be_force()
+            and one.kind != "friction_force"
+            and (loads or is_load_stated(self.table))
+        ):
             expected = "a unit: force or coefficient? There is a load to divide a force by"
             raise self.refused(i, expected, f"write '{one.name} [N]' for a force, '{one.name} [-]' for a coefficient")
         if largest > (MOST_EVER if one.unit in PURE[1:] else MOST_FRICTION):
@@ -96,9 +103,11 @@ class HeadedTable:
         for i, column in enumerate(self.headings):
             try:
                 if (name := name_of(column)) is not None:
-                    if name in columns:
+                    other = self.headings[columns[name][0]] if name in columns else None
+                    if other and other.is_set() == column.is_set():
                         raise QuantityError("it once", twice)
-                    columns[name] = i, factor_of(name, column)
+                    if other is None or other.is_set():  # actual values before set ones
+                        columns[name] = i, factor_of(name, column)
             except QuantityError as error:
                 problems.append(self._problem(i, error.expected, error.hint))
         if problems:

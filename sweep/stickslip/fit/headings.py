@@ -33,7 +33,7 @@ _KINDS = {
     "mu": ("", "mu, mue, μ, cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
         "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, "
         "reib|ungs+z|ahl, reib|ungs+koef|fizient, frottement, coef|ficient de frot|tement, coef|ficient frot|tement"),
-    "friction_force": ("N", "fric|tion force, frictional force, force of fric|tion, f friction, f r, f reib, "
+    "friction_force": ("N", "fric|tion force, frictional force, force of fric|tion, f friction, f r, f f, f t, f reib, "
         "reib|ungs+kr|aft, tang|ential force, tang|ential+kr|aft, traction force, force de frot|tement, "
         "force tangentielle"),
     "load": ("N", "load, norm|al load, norm|al force, applied load, test load, f n, last, norm|al+kr|aft, "
@@ -55,7 +55,17 @@ _KINDS = {
 }  # fmt: skip
 _PHYSICAL = {kind: unit for kind, (unit, _) in _KINDS.items() if unit}
 POINTS = ("speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "material")  # kinds in tables of points
-STEPS = ("time", "speed", "mu", "friction_force", "force", "load", "rotation", "displacement", "sigma")  # in records in steps
+STEPS = (
+    "time",
+    "speed",
+    "mu",
+    "friction_force",
+    "force",
+    "load",
+    "rotation",
+    "displacement",
+    "sigma",
+)  # in records in steps
 PLAN = ("begin", "end", "speed", "rotation", "load")  # in tables of when they begin and end
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _TURNS = {  # rad/s of one; people mean turns by 1/min and Hz

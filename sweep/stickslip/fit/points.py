@@ -29,7 +29,7 @@ from stickslip.fit.columns import HeadedTable, example, load_above, newtons, tit
 from stickslip.fit.headings import are_units, heading
 from stickslip.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
@@ -132,9 +132,12 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
     """
     wanted = wanted or Wanted()
     read: dict[str, Columns] = {}
-    for title, table in _tables(Path(path), columns, (columns[0].name,), wanted):
+    sheets = _tables(Path(path), columns, (columns[0].name,), wanted)
+    for title, table in sheets:
         for name, points in _materials(HeadedTable(table), columns, wanted).items():
-            read[" ".join(filter(None, (title, name)))] = points
+            read[" ".join(filter(None, (title if len(sheets) > 1 else "", name)))] = points
+            if others := tables.sheets_without(Path(path), [title for title, _ in sheets]):
+                points.notes += (f"sheets not read: {', '.join(map(repr, others))}",)
     return read
 
 
@@ -145,10 +148,12 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
         _check_record(headed, rows)
     roles, group, notes = Search(headed, rows, columns, wanted).roles()
     materials = _Reader(table, rows, roles, group).materials()
-    _ask_about_load(table, wanted)
+    _ask_about_load(headed, rows, wanted)
     for role in roles:
         if role.column.name == MU:
-            largest = max((float(p[MU].max()) for name, p in materials.items() if role.label in ("", name)), default=0.0)
+            largest = max(
+                (float(p[MU].max()) for name, p in materials.items() if role.label in ("", name)), default=0.0
+            )
             headed.check_friction(role.position, largest if role.load is None else 0.0)
     if columns is AGEING_COLUMNS and not wanted.time:
         _check_waiting(headed, roles, materials)
@@ -184,7 +189,7 @@ def _tables(
     def may_be_headings(texts: Sequence[str]) -> bool:
         headings = [heading(text) for text in texts]
         named = [word for word in (wanted.speed, wanted.time) if word]
-        steps = {i for i, one in enumerate(headings) if one.kind in along or any(map(one.is_called, named))}
+        steps = {i for i, one in enumerate(headings) if one.kind in (*along, "rotation") or any(map(one.is_called, named))}
         kinds = ("", MU, "kinetic", "static", "friction_force")
         others = (one for i, one in enumerate(headings) if i not in steps and one.text and one.kind in kinds)
         frictions = (one for one in headings if any(map(one.is_called, wanted.friction)))
@@ -202,7 +207,7 @@ def _tables(
     if not is_workbook(path):
         return [("", read())]
     titles = tables.sheets_with_tables(path, may_be_headings)
-    return [(title if len(titles) > 1 else "", read(title)) for title in titles]
+    return [(title, read(title)) for title in titles]
 
 
 def _check_record(headed: HeadedTable, rows: Sequence[Sequence[Cell]]) -> None:
@@ -227,7 +232,9 @@ def _check_waiting(headed: HeadedTable, roles: Sequence[Role], materials: dict[s
         steps = np.diff(points["time"])
         usual = float(np.median(steps)) if steps.size >= _RECORD else np.nan
         if points["time"].min() <= 0 or np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7:
-            hint = "a record becomes points by `stickslip points RECORD --plan PLAN`; call times at rest 'hold time [s]'"
+            hint = (
+                "a record becomes points by `stickslip points RECORD --plan PLAN`; call times at rest 'hold time [s]'"
+            )
             raise headed.refused(roles[0].position, "hold times; this looks like a record over time", hint)
 
 
@@ -259,13 +266,22 @@ def _check_units_above(table: Table, column: Parameter) -> None:
         raise ConfigError.of(table.name, message, hint, place=cell.place)
 
 
-def _ask_about_load(table: Table, wanted: Wanted) -> None:
-    with suppress(ConfigError):  # several loads, of which this may be one
-        if wanted.load is not None and (above := load_above(table)) is not None:
-            own, given = above[0], newtons(wanted.load)
-            if abs(own - given) > _SAME_LOAD * given:
-                question = f"measured with {own:g} N, and the load given is {given:g} N: is that meant?"
-                warnings.warn(f"{table.name}:{above[1]}: {question}", UnitWarning, stacklevel=2)
+def _ask_about_load(headed: HeadedTable, rows: Sequence[Sequence[Cell]], wanted: Wanted) -> None:
+    """Warn of a load that a column, or a line above the heading, tells otherwise than whoever gives one."""
+    if wanted.load is None:
+        return
+    given, place = newtons(wanted.load), "the file"
+    with suppress(ConfigError, QuantityError):  # several loads, of which this may be one
+        if (i := headed.pick("load")) is not None:
+            unit, place = column_unit(headed.headings[i].unit, "N"), repr(headed.headings[i].text)
+            own = float(np.median([units.si_value(f"{row[i].text.replace(',', '.')} {unit}", "N") for row in rows]))
+        elif (above := load_above(headed.table)) is not None:
+            own, place = above[0], f"line {above[1]}"
+        else:
+            return
+        if abs(own - given) > _SAME_LOAD * given:
+            text = f"measured with {own:g} N ({place}), which counts, and the load given is {given:g} N: is that meant?"
+            warnings.warn(f"{headed.table.name}: {text}", UnitWarning, stacklevel=2)
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------

@@ -18,18 +18,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stickslip.errors import ConfigError, QuantityError
 from stickslip.files.targets import replaced
-from stickslip.fit.columns import HeadedTable, factor, stated
-from stickslip.fit.headings import PLAN, STEPS, turns
+from stickslip.fit.headings import PLAN, STEPS
+from stickslip.fit.signals import Signals
 from stickslip.fit.uncertainty import Floats
-from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
-from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
 _TREND = 0.02  # of its value, by which it changes from the begin of a step to its end
@@ -37,18 +31,13 @@ _LEAST = 0.5  # share of a record in steps: less is a ramp of which pieces look 
 _SURE = 6.0  # standard errors of the mean of a block of a noisy one, of whose median it is five
 _MOST_BLOCKS = 5_000  # in which a record is cut to look for steps
 _NOISY_BLOCK = 16  # samples, where speed or load are so noisy
+_PARTS = 20  # of a record, in each of which the noise of speed and load is estimated
 _OF_NOISE = 0.6745 * math.sqrt(6.0)  # median magnitude of the second differences of white noise, over its deviation
 _FEWEST = 20  # samples of a step
 _INDEPENDENT = 15  # values that differ on their own: of fewer, the error of a mean is not known
 _WINDOW = 3.0  # autocorrelation times over which the autocorrelation is summed: six of Sokal's, who has half of them
 _BATCH = 5  # samples, of MSER-5
 _LEFT_OUT = 0.2  # of a step at least: what MSER-5 keeps of running-in shifts the mean by a third of its error
-_UNITS = {
-    "time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1", "friction_force": "N",
-    "kinetic": "1",
-}  # fmt: skip
-RADIUS = Parameter("radius", "m", "radius of the track", "points", above=0)
-_SAME = 0.01  # by which two loads or radii that are the same may differ
 _RECORD = "time [s], speed [mm/s], force [N], load [N]"
 _PLAN = "begin [s], end [s], speed [mm/s], load [N]"
 
@@ -195,8 +184,8 @@ def _autocorrelation_time(y: Floats) -> float:
 
 def _plateaus(controls: Floats) -> list[tuple[int, int]]:
     """First and last sample + 1 of each stretch in which all signals of (signals, samples) stay."""
-    share = max(float(np.median(np.abs(np.diff(signal, 2)))) / float(np.median(np.abs(signal)) or 1.0) for signal in controls)
-    needed = math.ceil((_SURE * share / _OF_NOISE / _ALIKE) ** 2)  # samples whose mean stays within the tolerance
+    controls = controls[[_changes(signal) for signal in controls]] if any(map(_changes, controls)) else controls
+    needed = math.ceil((_SURE * max(map(_noise, controls)) / _ALIKE) ** 2)  # samples whose mean stays within it
     width = max(min(max(needed, 1), _NOISY_BLOCK), controls.shape[1] // _MOST_BLOCKS)
     count = controls.shape[1] // width
     blocks = controls[:, : count * width].reshape(len(controls), count, width)
@@ -216,6 +205,21 @@ def _plateaus(controls: Floats) -> list[tuple[int, int]]:
         if i < count:
             start, level, reach = i, middles[i], _reach(middles[i], errors[i])
     return stretches
+
+
+def _changes(signal: Floats) -> bool:
+    """True for a signal that is more than a constant with noise, by the medians of its blocks."""
+    blocks = signal[: signal.size // _NOISY_BLOCK * _NOISY_BLOCK].reshape(-1, _NOISY_BLOCK)
+    middles, error = np.median(blocks, axis=1), np.median(blocks.std(axis=1)) / math.sqrt(_NOISY_BLOCK)
+    level = np.median(middles)
+    return bool((np.abs(middles - level) > _reach(level, error)).any())
+
+
+def _noise(signal: Floats) -> float:
+    """Standard deviation of the noise of a signal over its level, where that share is largest."""
+    parts = [part for part in np.array_split(signal, _PARTS) if part.size > 2 and np.median(np.abs(part)) > 0]
+    shares = [np.median(np.abs(np.diff(part, 2))) / np.median(np.abs(part)) for part in parts]
+    return float(max(shares, default=0.0)) / _OF_NOISE
 
 
 def _reach(level: Floats, errors: Floats) -> Floats:
@@ -254,14 +258,14 @@ def read_steps(
     ConfigError
         For files that cannot be understood, by line and column.
     """
-    record = _Signals(path, _RECORD, STEPS)
+    record = Signals(path, _RECORD, STEPS)
     time, steps = record.read("time"), None
     loads = record.read("load") if "load" in record else np.full(time.shape, record.given("load", load))
     if plan is None:
         speed = record.speed(radius, speed_column)
     else:
         speed = np.full(time.shape, np.nan)
-        planned = _Signals(plan, _PLAN, PLAN)
+        planned = Signals(plan, _PLAN, PLAN)
         begins, ends, speeds = planned.read("begin"), planned.read("end"), planned.speed(radius)
         if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
             raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
@@ -273,15 +277,13 @@ def read_steps(
             if planned_loads is not None:
                 loads = np.where(inside, planned_loads[i], loads)
     friction = record.friction(loads, np.isfinite(speed), friction_column)
-    if load is not None and "load" in record:
-        record.notes.append("--load is not used, since a column tells the load")
-    if radius is not None and "radius" not in record.taken:
-        record.notes.append("--radius is not used, since no speed is one of rotation")
     try:
-        points = step_points(time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps)
+        points = step_points(
+            time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps
+        )
     except ValueError as error:
         raise record.error(str(error)) from None
-    return replace(points, columns=record.describe())
+    return replace(points, columns=record.describe(load, radius))
 
 
 def write_points(points: StepPoints, path: Path) -> None:
@@ -292,88 +294,3 @@ def write_points(points: StepPoints, path: Path) -> None:
         np.savetxt(
             temporary, np.column_stack(columns), "%.7g", delimiter=", ", header=head, comments="", encoding="utf-8"
         )
-
-
-class _Signals:
-    """The columns of a table by their kinds, and what was taken for what. Raises ConfigError for what is missing."""
-
-    def __init__(self, path: Path, example: str, kinds: tuple[str, ...]) -> None:
-        self._example = example
-        self._table = HeadedTable.read(path, example, lambda ones: sum(one.kind in kinds for one in ones) > 1, kinds)
-        self.taken: dict[str, str] = {}
-        self.notes: list[str] = []
-
-    def __contains__(self, kind: str) -> bool:
-        return self._table.pick(kind) is not None
-
-    def read(self, kind: str, name: str = "") -> Floats:
-        """The column of a kind, or of this name, in SI."""
-        if (i := self._table.pick(kind, name)) is None:
-            headings = listed([repr(one.text) for one in self._table.headings], "and")
-            hint = f"for instance '{self._example}'" + "; --plan names a table of steps" * (kind == "speed")
-            raise self.error(f"no column of {kind} among {headings}", hint)
-        one = self._table.headings[i]
-        try:
-            times = turns(one.unit) if kind == "rotation" else factor(kind, one.unit, _UNITS[kind], percent=True, needed=True)
-        except QuantityError as error:
-            raise self._table.refused(i, error.expected, error.hint) from None
-        if times is None:
-            raise self._table.refused(i, "the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
-        self.taken[kind] = one.shown
-        values = self._table.values({kind: (i, times)})[kind]
-        if kind in ("mu", "kinetic"):
-            self._table.check_friction(i, float(np.abs(values).max()))
-        return values
-
-    def given(self, name: str, option: float | None) -> float:
-        """The load or radius of a line above the heading, or else of an option; NaN for none."""
-        row = {"load": PARAMETERS["normal_load"], "radius": RADIUS}[name]
-        lines = [*((remark,) for remark in self._table.table.remarks), *self._table.table.above]
-        above = stated(self._table.table, name, row, lines)
-        if above and option is not None and not math.isclose(above[0], option, rel_tol=_SAME):
-            raise self.error(f"line {above[1]} gives the {name} {above[0]:g}, and --{name} {option:g} (SI)", "leave one out")
-        value = above[0] if above else option
-        if value is not None:
-            where = f"line {above[1]}" if above else f"--{name}"
-            self.taken[name] = f"{value:g} {units.spelled(row.units)} ({where})"
-        return math.nan if value is None else value
-
-    def speed(self, radius: float | None, name: str = "") -> Floats:
-        """The slip speed, m/s."""
-        is_rotation = name and self._table.headings[self._table.pick("speed", name) or 0].kind == "rotation"
-        if not is_rotation and (name or "speed" in self or "rotation" not in self):
-            return self.read("speed", name)
-        rotation, track = self.read("rotation", name), self.given("radius", radius)
-        if math.isnan(track):
-            raise self.error("the speed is one of rotation", "give the radius of the track: --radius '20 mm'")
-        return track * rotation
-
-    def friction(self, loads: Floats, inside: NDArray[np.bool_], name: str = "") -> Floats:
-        """The friction coefficient: a column of it, or one of its force over the load, which must be known inside."""
-        kinds = ("mu", "kinetic", "friction_force", "force")
-        i = self._table.pick("friction", name) if name else None
-        kind = next((one for one in kinds if one in self), "mu")
-        if i is None:
-            i = self._table.pick(kind)
-        one = None if i is None else self._table.headings[i]
-        is_force = one is not None and (one.is_force() or one.kind == "force" or name and is_column_unit(one.unit, "N"))
-        if one is None or not is_force:
-            return self.read(kind if not name else "mu", name)
-        force = self.read("friction_force", one.text)
-        if not (loads[inside] > 0).all():
-            hint = "give --load, or a column of the load, with all values above 0"
-            raise self.error("friction is a force, and the load is not known or not above 0", hint)
-        return np.divide(force, loads, out=np.zeros_like(force), where=loads > 0)
-
-    def describe(self) -> str:
-        """What was taken for what, and what was left out."""
-        over = " over the load" if "friction_force" in self.taken else ""
-        parts = [f"{text} is {'friction' + over if kind in ('friction_force', 'mu', 'kinetic') else kind}"
-                 for kind, text in self.taken.items()]  # fmt: skip
-        others = [one.shown for one in self._table.headings if one.shown not in self.taken.values() and one.text]
-        left = [f"not used: {', '.join(others)}"] if others else []
-        return "; ".join([", ".join(parts), *self.notes, *left])
-
-    def error(self, message: str, hint: str | None = None) -> ConfigError:
-        """That the table as a whole will not do."""
-        return self._table.error(message, hint, at_heading=False)
