@@ -326,7 +326,7 @@ def line_of(table: Table, row: int) -> int:
 
 
 def _is_remark(line: str) -> bool:
-    return line.lstrip().startswith("#")
+    return line.lstrip().startswith(("#", "% "))
 
 
 def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
@@ -342,7 +342,7 @@ def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
 
 
 def _remark(number: int, line: str) -> Cell:
-    text = line.lstrip().lstrip("#")
+    text = line.lstrip().lstrip("#%")
     return Cell(text.strip(), Place(number, len(line) - len(text.lstrip()) + 1))
 
 

@@ -27,10 +27,10 @@ _KINDS = {
         "slid|ing vel|ocity, slip speed, slip vel|ocity, rel|ative speed, rel|ative vel|ocity, drive speed, "
         "drive vel|ocity, geschw|indigkeit, gl|eit+geschw|indigkeit, rel|ativ+geschw|indigkeit, vit|esse, "
         "vit|esse de gliss|ement, vit|esse gliss|ement, vit|esse rel|ative"),
-    "time": ("s", "time, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, "
+    "time": ("s", "time, timestamp, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, "
         "wartezeit, haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, "
         "temps d'attente"),
-    "mu": ("", "mu, mue, μ, cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
+    "mu": ("", "mu, mue, μ, cof, daq cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
         "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, "
         "reib|ungs+z|ahl, reib|ungs+koef|fizient, frottement, coef|ficient de frot|tement, coef|ficient frot|tement"),
     "friction_force": ("N", "fric|tion force, frictional force, force of fric|tion, f friction, f r, f f, f t, f reib, "
@@ -118,7 +118,7 @@ _COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, m
     r"|\s[-+]\s*\d*[.,]\d|\^",
     re.IGNORECASE,
 )
-_SET = frozenset("set setpoint nominal nom target consigne command commanded demand programmed vorgabe".split())
+_SET = frozenset("set setpoint sp nominal nom target consigne cmd command commanded demand programmed vorgabe ref reference".split())
 _WAITING = re.compile(r"wait|hold|dwell|contact|rest|stationary|wart|halt|kontakt|stand|ruhe|attente|repos|age?ing")
 _NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
 _OTHER = frozenset(  # quantities that are no friction coefficient, whatever stands beside them
@@ -285,8 +285,11 @@ def with_units_below(
     kinds : of columns there may be. Such a line holds no number, and the unit of a column whose heading has none; other
     words in it belong to the headings.
     """
-    texts = [cell.text.strip("[]() ") for cell in first_cells(table)]
-    if len(texts) != len(headings) or len(table.lines) < 2 or any(NUMBER.fullmatch(t.replace(",", ".")) for t in texts):
+    written = [cell.text for cell in first_cells(table)]
+    texts = [text.strip("[]() ") for text in written]
+    if len(texts) != len(headings) or len(table.lines) < 2 or any(
+        NUMBER.fullmatch(text.replace(",", ".")) for text in written
+    ):
         return headings, False
     pairs = [*zip(headings, texts, strict=True)]
     if not any(not h.unit and (turns(text) or is_column_unit(text, _PHYSICAL[h.kind]))

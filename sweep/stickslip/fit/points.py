@@ -12,6 +12,7 @@ its heading, and may have gaps. A column called material, lubricant or sample te
 """
 
 import itertools
+import re
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
@@ -26,7 +27,7 @@ from stickslip.files import tables
 from stickslip.files.tables import NUMBER, Cell, Table
 from stickslip.files.texts import is_workbook
 from stickslip.fit.columns import HeadedTable, example, load_above, newtons, titled
-from stickslip.fit.headings import are_units, heading
+from stickslip.fit.headings import are_units, heading, plain
 from stickslip.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
@@ -38,6 +39,7 @@ _FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0
 _LOAD = Parameter("load", "N", "normal load", "points", above=0)
 _MOST_SAMPLES = 10  # of a speed that follow each other, in a table of points
 _RECORD = 8  # steps of time, of which most are alike in a record
+_COURSE = re.compile(r"cycl|zykl|loop|schleife|run|lauf|repe|wiederh|pass|sweep|ramp|direct|richtung|step|schritt|\bn[or]\b|index")
 _CONDITION = 1.25  # ratio of friction by which two conditions are told from scatter
 _SAME_LOAD = 0.01  # share by which two loads that are the same may differ
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
@@ -246,12 +248,14 @@ def _check_conditions(
     for i, one in enumerate(headed.headings):
         texts = np.array([row[i].text if i < len(row) else "" for row in rows])
         values = list(dict.fromkeys(texts.tolist()))
-        if i in used or one.kind in ("sigma", "spread", "time", "direction") or not 1 < len(values) <= mu.size / 3:
+        is_course = one.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(one.name))
+        if i in used or is_course or not 1 < len(values) <= mu.size / 3:
             continue
-        first, *others = (
-            dict(zip(along[texts == value].tolist(), mu[texts == value].tolist(), strict=True)) for value in values
-        )
-        ratios = np.array([first[x] / part[x] for part in others for x in part if x in first and part[x] > 0])
+        order = np.argsort(along, kind="stable")
+        x, y, parts = along[order], mu[order], texts[order]
+        first, others = parts == values[0], (parts != values[0]) & (y > 0)
+        shared = others & (x >= x[first].min()) & (x <= x[first].max())
+        ratios = np.interp(x[shared], x[first], y[first]) / y[shared]
         if ratios.size > 2 and (ratios.min() > _CONDITION or ratios.max() < 1 / _CONDITION):
             times = float(np.median(np.maximum(ratios, 1 / ratios)))
             expected = f"one of {listed(values, 'and')}: friction at one speed differs by a factor of {times:.2g}"

@@ -62,10 +62,10 @@ def describe_columns(materials: Sequence[MaterialFit]) -> str:
     """The columns of the table of these materials, what they were taken for, and what was left out."""
     points = materials[0].points
     several = len(materials) > 1
-    parts = [f"{text!r} is {name} in {points.units[name]}" if name in points.units else f"{text!r} is {name}"
-             for name, text in points.read.items() if not several or name not in ("mu", "sigma")]  # fmt: skip
+    parts = [f"{text!r} is {name}" + (f" in {points.units[name]}" if name in points.units else "")
+             for name, text in points.read.items() if name != "mu" and (not several or name != "sigma")]  # fmt: skip
     columns = dict.fromkeys(repr(one.points.read["mu"]) for one in materials)
-    parts = [", ".join([*parts, *([f"{', '.join(columns)} friction"] if several else [])])]
+    parts = [", ".join([*parts, f"{', '.join(columns)} friction"])]
     parts += points.notes
     parts += [f"not used: {', '.join(map(repr, points.ignored))}"] if points.ignored else []
     if points.above:

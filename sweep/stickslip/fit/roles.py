@@ -213,8 +213,8 @@ class Search:
 
     def _divided(self, role: Role) -> Role:
         """A column of friction forces with the load they are divided by. Raises ConfigError."""
-        loads = [one for one in self._columns if one.heading.kind == "load" and not one.heading.label
-                 and one.position != role.position and one.has_numbers]  # fmt: skip
+        column = self._table.pick("load")
+        loads = [] if column is None else [self._columns[column]]
         force = self._columns[role.position]
         load: tuple[int, str] | float
         if len(loads) == 1:
@@ -225,7 +225,7 @@ class Search:
             load = newtons(self._wanted.load)
             shown = f"{load:g} N (--load)"
         else:
-            expected = "one column of loads" if loads else "a friction coefficient, or a load to divide this force by"
+            expected = "a friction coefficient, or a load to divide this force by"
             hint = "give the load: a column 'Load [N]', a line 'Load;15;N' above the heading, or --load '15 N'"
             raise self._refused(force, expected, hint)
         self._notes.append(f"{force.heading.text!r} is divided by {shown}")
@@ -295,7 +295,7 @@ class Search:
         if misspelt or len(missing) > 1 and others and _may_be_number(others[0].heading.text):
             one = (misspelt or others)[0]
             near = nearest(one.heading.name, self._known)
-            hint = "the first line names the columns; remarks start with #; columns of other names are taken by "
+            hint = "the first line names the columns, separated as the numbers are; columns of other names are taken by "
             hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"
             return self._refused(one, f"{listed([*self._known])}, with the unit in brackets", hint)
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")
