@@ -22,7 +22,15 @@ from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
 from stickslip.files.texts import (
-    as_written, blocks, check_columns, check_points, is_workbook, plain_numbers, read_sheets, read_text, separated,
+    as_written,
+    blocks,
+    check_columns,
+    check_points,
+    is_workbook,
+    plain_numbers,
+    read_sheets,
+    read_text,
+    separated,
 )  # fmt: skip
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
@@ -34,10 +42,10 @@ _MOST_ABOVE = 300  # lines above the heading
 _OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
 _LETTERS = re.compile(r"[^\W\d_]{2}|[Øø]")
 _SUMMARY = re.compile(  # rows of spreadsheets and instruments that are no measurements
-    r"(?:arithm\w*\.? )?(?:mean|mittel(?:wert)?|mw|average|avg|durchschnitt|moyenne|moy|median|m[ée]diane?|ø|max(?:imum|imal"
-    r"wert)?|min(?:imum|imalwert)?|std|stdev(?:\.[sp])?|std\.? ?dev\.?|st\.? ?dev\.?|sd|stabw\w*|std\.?-?abw\w*\.?"
-    r"|standard ?abw\w*\.?|standard deviation|[ée]cart[- ]type|sum|summe|somme|total|count|anzahl|nombre|range|spannweite"
-    r"|varian[cz]e?|rsd|cv|rms)(?: ?(?:value|wert|valeur|%|\(.*\)|\[.*\]))?\s*[:=]?", re.IGNORECASE,
+    r"(?:arithm\w*\.? )?(?:mean|mittel(?:wert)?|mw|average|avg|durchschnitt|moyenne|moy|median|m[ée]diane?|ø"
+    r"|max(?:imum|imalwert)?|min(?:imum|imalwert)?|std|stdev(?:\.[sp])?|std\.? ?dev\.?|st\.? ?dev\.?|sd|stabw\w*|std\.?-?abw\w*\.?"
+    r"|standard ?abw\w*\.?|standard deviation|[ée]cart[- ]type|sum|summe|somme|total|count|anzahl"
+    r"|nombre|range|spannweite|varian[cz]e?|rsd|cv|rms)(?: ?(?:value|wert|valeur|%|\(.*\)|\[.*\]))?\s*[:=]?", re.IGNORECASE,
 )  # fmt: skip
 _MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line

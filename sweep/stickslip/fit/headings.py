@@ -27,8 +27,8 @@ _KINDS = {
         "slid|ing vel|ocity, slip speed, slip vel|ocity, rel|ative speed, rel|ative vel|ocity, drive speed, "
         "drive vel|ocity, geschw|indigkeit, gl|eit+geschw|indigkeit, rel|ativ+geschw|indigkeit, vit|esse, "
         "vit|esse de gliss|ement, vit|esse gliss|ement, vit|esse rel|ative"),
-    "time": ("s", "time, timestamp, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, zeit, "
-        "wartezeit, haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, "
+    "time": ("s", "time, timestamp, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, "
+        "zeit, wartezeit, haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, "
         "temps d'attente"),
     "mu": ("", "mu, mue, μ, cof, daq cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
         "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, "
@@ -43,8 +43,8 @@ _KINDS = {
     "acceleration": ("m s-2", "acceleration, accel, acc, a, beschl|eunigung, accélération"),
     "displacement": ("m", "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement"),
     "stick": ("", "stick"),
-    "rotation": ("s-1", "rotation, rotational speed, rotation speed, speed of rotation, rotary speed, spindle speed, rpm, "
-        "upm, drehz|ahl, umdrehungen, drehgeschw|indigkeit, vitesse de rotation, n"),
+    "rotation": ("s-1", "rotation, rotational speed, rotation speed, speed of rotation, rotary speed, spindle speed, "
+        "rpm, upm, drehz|ahl, umdrehungen, drehgeschw|indigkeit, vitesse de rotation, n"),
     "radius": ("m", "radius, track radius, wear track radius, friction radius, sliding radius, reib|ungs+radius, "
         "lauf+radius, spur+radius, laufbahn+radius, bahn+radius, rayon, rayon de piste, rayon de frottement"),
     "begin": ("s", "begin, start, from, beginn, von"),
@@ -69,8 +69,8 @@ STEPS = (
 PLAN = ("begin", "end", "speed", "rotation", "load")  # in tables of when they begin and end
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
-    **dict.fromkeys(("rpm", "upm", "u/min", "1/min", "/min", "min-1", "min^-1", "rev/min", "r/min", "tr/min"), math.pi / 30),
-    **dict.fromkeys(("hz", "1/s", "s-1", "s^-1", "rev/s", "u/s", "rps", "tr/s"), 2 * math.pi), "rad/s": 1.0,
+    **dict.fromkeys("rpm upm u/min 1/min /min min-1 min^-1 rev/min r/min tr/min".split(), math.pi / 30),
+    **dict.fromkeys("hz 1/s s-1 s^-1 rev/s u/s rps tr/s".split(), 2 * math.pi), "rad/s": 1.0,
 }  # fmt: skip
 _LONG_SPEED = re.compile(  # Motor speed
     r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw[^\W_]*|vitesse)(?![^\W_])[.)]?)(.*)", re.IGNORECASE
@@ -118,7 +118,9 @@ _COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, m
     r"|\s[-+]\s*\d*[.,]\d|\^",
     re.IGNORECASE,
 )
-_SET = frozenset("set setpoint sp nominal nom target consigne cmd command commanded demand programmed vorgabe ref reference".split())
+_SET = frozenset(
+    "set setpoint sp nominal nom target consigne cmd command commanded demand vorgabe ref reference".split()
+)
 _WAITING = re.compile(r"wait|hold|dwell|contact|rest|stationary|wart|halt|kontakt|stand|ruhe|attente|repos|age?ing")
 _NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
 _OTHER = frozenset(  # quantities that are no friction coefficient, whatever stands beside them
@@ -131,9 +133,9 @@ _OTHER = frozenset(  # quantities that are no friction coefficient, whatever sta
 )
 _OTHER_ENDS = tuple(  # of words, which German and instruments join
     plain(word)
-    for word in "temperatur temperature feuchte feuchtigkeit humidity moment torque kraft force druck pressure pression "
-    "nummer number geschwindigkeit speed velocity vitesse verschleiß beschleunigung acceleration strecke distance position "
-    "zeit time viskosität viscosity frequenz frequency drehzahl zähler counter weg leistung power puissance energie "
+    for word in "temperatur temperature feuchte feuchtigkeit humidity moment torque kraft force druck pressure "
+    "pression nummer number geschwindigkeit speed velocity vitesse verschleiß beschleunigung acceleration strecke "
+    "distance position zeit time viskosität viscosity frequenz frequency drehzahl zähler counter weg leistung power puissance energie "
     "energy énergie arbeit wärme radius durchmesser diameter diamètre dauer spannung voltage strom current widerstand "
     "resistance load spur".split()
 )
@@ -287,8 +289,10 @@ def with_units_below(
     """
     written = [cell.text for cell in first_cells(table)]
     texts = [text.strip("[]() ") for text in written]
-    if len(texts) != len(headings) or len(table.lines) < 2 or any(
-        NUMBER.fullmatch(text.replace(",", ".")) for text in written
+    if (
+        len(texts) != len(headings)
+        or len(table.lines) < 2
+        or any(NUMBER.fullmatch(text.replace(",", ".")) for text in written)
     ):
         return headings, False
     pairs = [*zip(headings, texts, strict=True)]

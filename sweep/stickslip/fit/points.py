@@ -39,7 +39,7 @@ _FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0
 _LOAD = Parameter("load", "N", "normal load", "points", above=0)
 _MOST_SAMPLES = 10  # of a speed that follow each other, in a table of points
 _RECORD = 8  # steps of time, of which most are alike in a record
-_COURSE = re.compile(r"cycl|zykl|loop|schleife|run|lauf|repe|wiederh|pass|sweep|ramp|direct|richtung|step|schritt|\bn[or]\b|index")
+_COURSE = re.compile(r"cycl|zykl|loop|schleife|run|lauf|repe|wiederh|pass|sweep|ramp|step|schritt|\bn[or]\b|index")
 _CONDITION = 1.25  # ratio of friction by which two conditions are told from scatter
 _SAME_LOAD = 0.01  # share by which two loads that are the same may differ
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
@@ -191,7 +191,8 @@ def _tables(
     def may_be_headings(texts: Sequence[str]) -> bool:
         headings = [heading(text) for text in texts]
         named = [word for word in (wanted.speed, wanted.time) if word]
-        steps = {i for i, one in enumerate(headings) if one.kind in (*along, "rotation") or any(map(one.is_called, named))}
+        over = (*along, "rotation")
+        steps = {i for i, one in enumerate(headings) if one.kind in over or any(map(one.is_called, named))}
         kinds = ("", MU, "kinetic", "static", "friction_force")
         others = (one for i, one in enumerate(headings) if i not in steps and one.text and one.kind in kinds)
         frictions = (one for one in headings if any(map(one.is_called, wanted.friction)))

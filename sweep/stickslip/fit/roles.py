@@ -295,7 +295,7 @@ class Search:
         if misspelt or len(missing) > 1 and others and _may_be_number(others[0].heading.text):
             one = (misspelt or others)[0]
             near = nearest(one.heading.name, self._known)
-            hint = "the first line names the columns, separated as the numbers are; columns of other names are taken by "
+            hint = "the first line names the columns, separated as numbers are; columns of other names are taken by "
             hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"
             return self._refused(one, f"{listed([*self._known])}, with the unit in brackets", hint)
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")

@@ -17,8 +17,8 @@ from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
 
 _UNITS = {
-    "time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1", "friction_force": "N",
-    "kinetic": "1", "displacement": "m",
+    "time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1",
+    "friction_force": "N", "kinetic": "1", "displacement": "m",
 }  # fmt: skip
 _RADIUS = Parameter("radius", "m", "radius of the track", "points", above=0)
 _SAME = 0.01  # by which two loads or radii that are the same may differ
