@@ -12,7 +12,8 @@ from click.testing import CliRunner
 from stickslip.cli import main
 from stickslip.errors import ConfigError
 from stickslip.fit import CURVE_COLUMNS, read_materials, read_steps
-from stickslip.fit.headings import POINTS, RECORD, STEPS, heading
+from stickslip.fit.headings import heading
+from stickslip.fit.words import POINTS, RECORD, STEPS
 from stickslip.rig import read_record
 
 SPEED = np.array([1, 3, 10, 30, 100, 200.0])  # mm/s
@@ -20,7 +21,8 @@ MU = 0.2 + 0.12 * np.exp(-SPEED / 20) + 0.2 * SPEED / 1000
 
 ENGLISH = (
     "temperature torque power energy radius time distance work heat moment pressure stress wear length width area "
-    "angle frequency noise loss voltage track path rate index number cycles depth velocity ratio duration acceleration signal"
+    "angle frequency noise loss voltage track path rate index number cycles depth velocity ratio duration acceleration "
+    "signal"
 ).split()
 GERMAN = (
     "temperatur drehmoment moment leistung energie arbeit wärme radius weg strecke zeit dauer spur fläche verschleiß "

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
+from stickslip.files.layout import NUMBER, cells_of, is_number, is_remark, plain_cells, separated, summary
 from stickslip.files.texts import (
     as_written,
     blocks,
@@ -30,23 +31,14 @@ from stickslip.files.texts import (
     plain_numbers,
     read_sheets,
     read_text,
-    separated,
 )  # fmt: skip
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _MOST_ABOVE = 300  # lines above the heading
 _OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
-_LETTERS = re.compile(r"[^\W\d_]{2}|[Øø]")
-_SUMMARY = re.compile(  # rows of spreadsheets and instruments that are no measurements
-    r"(?:arithm\w*\.? )?(?:mean|mittel(?:wert)?|mw|average|avg|durchschnitt|moyenne|moy|median|m[ée]diane?|ø"
-    r"|max(?:imum|imalwert)?|min(?:imum|imalwert)?|std|stdev(?:\.[sp])?|std\.? ?dev\.?|st\.? ?dev\.?|sd|stabw\w*|std\.?-?abw\w*\.?"
-    r"|standard ?abw\w*\.?|standard deviation|[ée]cart[- ]type|sum|summe|somme|total|count|anzahl"
-    r"|nombre|range|spannweite|varian[cz]e?|rsd|cv|rms)(?: ?(?:value|wert|valeur|%|\(.*\)|\[.*\]))?\s*[:=]?", re.IGNORECASE,
-)  # fmt: skip
 _MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
@@ -93,9 +85,9 @@ def sheets_without(path: Path, titles: Sequence[str]) -> list[str]:
 
 
 def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool:
-    lines = [line for line in text.splitlines() if line.strip(" ;") and not _is_remark(line)]
+    lines = [line for line in text.splitlines() if line.strip(" ;") and not is_remark(line)]
     at, mark = _heading_at(lines[:_MOST_ABOVE], ";", is_heading) if lines else (0, ";")
-    return bool(lines) and is_heading(_plain_cells(lines[at], mark))
+    return bool(lines) and is_heading(plain_cells(lines[at], mark))
 
 
 def read_table(
@@ -120,16 +112,16 @@ def read_table(
     numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
     declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if declared else numbered
-    remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
-    rows = [(number, line) for number, line in numbered if not _is_remark(line)]
+    remarks = tuple(_remark(number, line) for number, line in numbered if is_remark(line))
+    rows = [(number, line) for number, line in numbered if not is_remark(line)]
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError.of(name, "no line names the columns", hint)
     at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
-    if all(map(_is_number, _plain_cells(line, separator))):  # NumPy writes the names as a remark
+    if all(map(is_number, plain_cells(line, separator))):  # NumPy writes the names as a remark
         named = [cell for cell in remarks if cell.place.line < number
-                 and len(_plain_cells(cell.text, separator)) == len(_plain_cells(line, separator)) > 1]  # fmt: skip
+                 and len(plain_cells(cell.text, separator)) == len(plain_cells(line, separator)) > 1]  # fmt: skip
         if named:
             (line, (number, *_)), rest = named[-1], rows[at:]
             remarks = tuple(cell for cell in remarks if cell is not named[-1])
@@ -137,7 +129,7 @@ def read_table(
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
-    summaries = [(number, label) for number, line in lines if (label := _summary(line, separator))]
+    summaries = [(number, label) for number, line in lines if (label := summary(line, separator))]
     lines = tuple(row for row in lines if row[0] not in dict(summaries))
     _check_blocks(name, lines, line)
     if not lines and not below:
@@ -146,16 +138,10 @@ def read_table(
     begins = len(text.splitlines()) + 1
     remarks += tuple(_remarks(below, begins))
     above = tuple(  # need not be proper CSV
-        tuple(Cell(text, Place(number, 1)) for text in _plain_cells(line, separator)) for number, line in rows[:at]
+        tuple(Cell(text, Place(number, 1)) for text in plain_cells(line, separator)) for number, line in rows[:at]
     )
     left_out = tuple(Cell(label, Place(number, 1)) for number, label in summaries)
     return Table(name, remarks, heading, lines, separator, above, below, begins, left_out)
-
-
-def _summary(line: str, separator: str) -> str:
-    """The label of a row of means, extremes or the like; nothing for a row of measurements."""
-    texts = _plain_cells(line, separator) if _LETTERS.search(line) else []
-    return next((text for text in texts if _SUMMARY.fullmatch(text) and any(map(_is_number, texts))), "")
 
 
 def _check_blocks(name: str, lines: Sequence[tuple[int, str]], heading: str) -> None:
@@ -190,36 +176,24 @@ def _heading_at(
     marks = [declared] if declared else [*_SEPARATORS]
     for i, line in enumerate(lines):
         for mark in marks:
-            names = _plain_cells(line, mark)
-            if is_heading is None or len(names) < 2 or any(map(_is_number, names)) or not is_heading(names):
+            names = plain_cells(line, mark)
+            if is_heading is None or len(names) < 2 or any(map(is_number, names)) or not is_heading(names):
                 continue
             for row in lines[i + 1 : i + 3]:  # a line of units may stand between names and numbers
-                row_cells = _plain_cells(row, mark)
+                row_cells = plain_cells(row, mark)
                 if is_heading(row_cells):
                     break
-                if 1 < sum(map(_is_number, row_cells)) and len(row_cells) <= len(names):
+                if 1 < sum(map(is_number, row_cells)) and len(row_cells) <= len(names):
                     return i, mark
-    several = [i for i, line in enumerate(lines) if any(len(_plain_cells(line, mark)) > 1 for mark in marks)]
-    named = (i for i in several if is_heading and any(is_heading(_plain_cells(lines[i], mark)) for mark in marks))
+    several = [i for i, line in enumerate(lines) if any(len(plain_cells(line, mark)) > 1 for mark in marks)]
+    named = (i for i in several if is_heading and any(is_heading(plain_cells(lines[i], mark)) for mark in marks))
     at = next(named, several[0] if several else 0)
     return at, declared or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
 
 
-def _plain_cells(line: str, mark: str) -> list[str]:
-    """The cells of a line without quotation marks, and without the empty ones behind the last."""
-    texts = [line[begin:end].strip().strip('"').strip() for begin, end in _parts(line, mark)]
-    while texts and not texts[-1]:
-        texts.pop()
-    return texts
-
-
-def _is_number(text: str) -> bool:
-    return bool(NUMBER.fullmatch(text.strip().replace(",", ".")))
-
-
 def _separator(heading: str, row: str) -> str:
     """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
-    counts = {mark: [len(list(_parts(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
+    counts = {mark: [len(list(cells_of(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
     used = [mark for mark, (cells, _) in counts.items() if cells > 1]
     return next((mark for mark in used if counts[mark][0] == counts[mark][1]), used[0] if used else ",")
 
@@ -314,7 +288,7 @@ def _lines(table: Table) -> Iterator[tuple[int, str]]:
 def _rows(table: Table, block: bytes, begins: int) -> Iterator[tuple[int, str]]:
     """Those of a block."""
     every = enumerate(block.decode().split("\n"), begins)
-    rows = ((number, line) for number, line in every if line.strip() and not _is_remark(line))
+    rows = ((number, line) for number, line in every if line.strip() and not is_remark(line))
     return _within(rows, table.separator, len(table.heading))
 
 
@@ -331,10 +305,6 @@ def line_of(table: Table, row: int) -> int:
 
 
 # --- the text ---------------------------------------------------------------------------------------------------------
-
-
-def _is_remark(line: str) -> bool:
-    return line.lstrip().startswith(("#", "% "))
 
 
 def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
@@ -356,7 +326,7 @@ def _remark(number: int, line: str) -> Cell:
 
 def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...]:
     """The cells of a line, without quotation marks and the spaces around them. Raises ConfigError."""
-    parts = list(_parts(line, separator))
+    parts = list(cells_of(line, separator))
     texts = [line[begin:end].strip() for begin, end in parts]
     if '"' in line:
         try:
@@ -370,17 +340,6 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
     texts = [as_written(text) for text in texts]
     starts = [begin + len(line[begin:end]) - len(line[begin:end].lstrip()) + 1 for begin, end in parts]
     return tuple(Cell(text, Place(number, start)) for text, start in zip(texts, starts, strict=True))
-
-
-def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
-    """Begin and end of each cell of a line; separators in quotation marks are none."""
-    quoted, begin = False, 0
-    for i, character in enumerate(f"{line}{separator}"):
-        if character == '"':
-            quoted = not quoted
-        elif character == separator and not quoted:
-            yield begin, i
-            begin = i + 1
 
 
 # --- what is wrong ----------------------------------------------------------------------------------------------------

@@ -101,31 +101,6 @@ def _decoded(data: bytes) -> str:
     return data.decode("latin-1")  # which knows every byte
 
 
-_NUMBER = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?")
-_LONGEST_HEADING = 2_000  # characters
-_UNIT_APART = re.compile(r"[ \t]+(?=[\[(])")
-
-
-def separated(text: str, below: bytes) -> tuple[str, bytes]:
-    """A text whose numbers are separated by blanks with tabs in their place; any other as it is."""
-    lines = text.splitlines()
-    rows = [line.split() for line in lines[-20:] if "\t" not in line and ";" not in line]
-    numbers = [len(row) for row in rows if row and all(map(_NUMBER.fullmatch, row))]
-    if len(numbers) < 2 or {*numbers} == {1}:
-        return text, below
-    rest = b"\n".join(b"\t".join(line.split()) for line in below.split(b"\n"))
-    return "\n".join(_tabbed(line, numbers[-1]) for line in lines), rest
-
-
-def _tabbed(line: str, width: int) -> str:
-    """The cells of a line apart from each other, whose names may hold single blanks."""
-    mark, bare = ("# ", line.lstrip("#% ")) if line.lstrip().startswith(("#", "%")) else ("", line.strip())
-    if len(bare) > _LONGEST_HEADING:
-        return "\t".join(line.split())
-    ways = (re.split(r"\s{2,}", bare), re.split(r"\s*[,;\t]\s*", bare), _UNIT_APART.sub("", bare).split(), bare.split())
-    return next((mark + "\t".join(cells) for cells in ways if len(cells) == width), line)
-
-
 # --- blocks -----------------------------------------------------------------------------------------------------------
 
 

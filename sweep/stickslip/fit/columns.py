@@ -10,8 +10,9 @@ from pathlib import Path
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.tables import NUMBER, Cell, Table, numbers, read_table
-from stickslip.fit.headings import PERCENT, POINTS, PURE, Heading, are_units, heading, with_units_below
+from stickslip.fit.headings import Heading, are_units, heading, with_units_below
 from stickslip.fit.uncertainty import Floats
+from stickslip.fit.words import PERCENT, POINTS, PURE
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.parameter import Parameter

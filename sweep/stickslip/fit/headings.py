@@ -7,9 +7,7 @@ behind the name of a physical quantity and is no known qualifier (`set`, `soll`)
 nobody understands is refused rather than left out.
 """
 
-import math
 import re
-import unicodedata
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,134 +15,37 @@ from itertools import product
 
 from stickslip.errors import QuantityError
 from stickslip.files.tables import NUMBER, Table, first_cells
+from stickslip.fit.words import (
+    BOUND,
+    COEFFICIENT,
+    COMPUTED,
+    END,
+    FRICTION_OF,
+    GROUP,
+    KINDS,
+    KINETIC,
+    LONG_SPEED,
+    LUBRICANTS,
+    NOT_OF_SLIDING,
+    NUMBERED,
+    OTHER,
+    OTHER_ENDS,
+    PERCENT,
+    PHYSICAL,
+    POINTS,
+    PURE,
+    QUALIFIERS,
+    SET,
+    SIGMA,
+    SPREAD,
+    STATIC,
+    TURNS,
+    UNIT_BEHIND,
+    WAITING,
+    plain,
+)  # fmt: skip
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
-
-# By kind of column its SI units, and its words: what follows a bar may be cut short; parts of a word joined by a plus
-# sign may stand apart.
-_KINDS = {
-    "speed": ("m s-1", "speed, spd, vel|ocity, v, w, v rel, v gleit, v slip, v sliding, slid|ing speed, "
-        "slid|ing vel|ocity, slip speed, slip vel|ocity, rel|ative speed, rel|ative vel|ocity, drive speed, "
-        "drive vel|ocity, geschw|indigkeit, gl|eit+geschw|indigkeit, rel|ativ+geschw|indigkeit, vit|esse, "
-        "vit|esse de gliss|ement, vit|esse gliss|ement, vit|esse rel|ative"),
-    "time": ("s", "time, timestamp, t, waiting time, wait, hold time, dwell time, dwell, contact time, elapsed time, "
-        "zeit, wartezeit, haltezeit, kontaktzeit, messzeit, prüfzeit, versuchszeit, temps, durée, temps de contact, "
-        "temps d'attente"),
-    "mu": ("", "mu, mue, μ, cof, daq cof, friction, fric|tion coef|ficient, coef|ficient of fric|tion, traction, "
-        "traction coef|ficient, coef|ficient of traction, reibung, reib|ungs+wert, reib|ungs+beiwert, "
-        "reib|ungs+z|ahl, reib|ungs+koef|fizient, frottement, coef|ficient de frot|tement, coef|ficient frot|tement"),
-    "friction_force": ("N", "fric|tion force, frictional force, force of fric|tion, f friction, f r, f f, f t, f reib, "
-        "reib|ungs+kr|aft, tang|ential force, tang|ential+kr|aft, traction force, force de frot|tement, "
-        "force tangentielle"),
-    "load": ("N", "load, norm|al load, norm|al force, applied load, test load, f n, last, norm|al+kr|aft, "
-        "norm|al+last, auflast, prüfl|ast, pruefl|ast, prüfkr|aft, pruefkr|aft, belast|ung, anpresskr|aft, "
-        "andruckkr|aft, charge, force norm|ale, charge norm|ale, effort norm|al"),
-    "force": ("N", "f, force, kraft, spring force, federkraft, messkraft, horizontal force, effort"),
-    "acceleration": ("m s-2", "acceleration, accel, acc, a, beschl|eunigung, accélération"),
-    "displacement": ("m", "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement"),
-    "stick": ("", "stick"),
-    "rotation": ("s-1", "rotation, rotational speed, rotation speed, speed of rotation, rotary speed, spindle speed, "
-        "rpm, upm, drehz|ahl, umdrehungen, drehgeschw|indigkeit, vitesse de rotation, n"),
-    "radius": ("m", "radius, track radius, wear track radius, friction radius, sliding radius, reib|ungs+radius, "
-        "lauf+radius, spur+radius, laufbahn+radius, bahn+radius, rayon, rayon de piste, rayon de frottement"),
-    "begin": ("s", "begin, start, from, beginn, von"),
-    "end": ("s", "end, stop, to, ende, bis"),
-    "sigma": ("", "sigma, σ"),
-    "material": ("", "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, "
-        "schmierfett, probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette"),
-}  # fmt: skip
-_PHYSICAL = {kind: unit for kind, (unit, _) in _KINDS.items() if unit}
-POINTS = ("speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "material")  # kinds in tables of points
-STEPS = (
-    "time",
-    "speed",
-    "mu",
-    "friction_force",
-    "force",
-    "load",
-    "rotation",
-    "displacement",
-    "sigma",
-)  # in records in steps
-PLAN = ("begin", "end", "speed", "rotation", "load")  # in tables of when they begin and end
-RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
-_TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
-    **dict.fromkeys("rpm upm u/min 1/min /min min-1 min^-1 rev/min r/min tr/min".split(), math.pi / 30),
-    **dict.fromkeys("hz 1/s s-1 s^-1 rev/s u/s rps tr/s".split(), 2 * math.pi), "rad/s": 1.0,
-}  # fmt: skip
-_LONG_SPEED = re.compile(  # Motor speed
-    r"(.*(?:speed|velocity|(?<![^\W_])vel|geschw[^\W_]*|vitesse)(?![^\W_])[.)]?)(.*)", re.IGNORECASE
-)
-_NOT_OF_SLIDING = re.compile(  # speeds of rotation, rolling, wear, vibration, of one of two bodies: which, nobody knows
-    r"umfang|circumf|periph|(?<!t)roll|roul|walz|entrain|summe|dreh|winkel|rotat|angul|wear|usure|verschlei|abras"
-    r"|abtrag|abtast|vibr|schwing|sound|schall"
-)
-_UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*,\s*|\s+/\s+)([^,]+)|[\s_]*(%))")
-_END = re.compile(r"[\s,_:/]*(?:\bin)?[\s,_:/]*$")  # between a name and its unit
-_QUALIFIERS = frozenset(
-    "mean avg average mittel mittelw mittelwert mittl mittlere mittlerer durchschn durchschnittl mw median "
-    "moyen moyenne moy ø value wert valeur "
-    "measured gemessen set setpoint soll sollwert nominal nom target consigne ist istwert actual act real rel "
-    "relative in en the of der des von".split()
-)
-
-
-@lru_cache(maxsize=4096)
-def plain(word: str) -> str:
-    """A name as it is compared."""
-    bare = "".join(c for c in unicodedata.normalize("NFKD", word.casefold()) if not unicodedata.combining(c))
-    return " ".join(re.sub(r"[_\-.':’]", " ", bare).split())
-
-
-_STATIC = frozenset(map(plain, "static stat s haft statisch statische statique h 0".split()))
-_KINETIC = frozenset(
-    plain(word)
-    for word in "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique "
-    "cinétique".split()
-)
-_SIGMA = re.compile(
-    r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:dev\w*|abw\w*|error|fehler)|sdev"
-    r"|std|sd|sem?|ecart type|erreur (?:type|standard)|sigma|σ)(?!\w)|\b(?:s|sd|std|σ|sigma) ?\( ?(?=[\w ]+\))"
-    r"|^s (?=(?:mu|μ|cof)$)"
-)
-_SPREAD = frozenset(
-    "± err error errors fehler unsicherheit messunsicherheit uncertainty incertitude var variance varianz cv "
-    "rsd ci ki min max minimum maximum lower upper untere obere peak range spannweite streuung scatter dev "
-    "deviation abweichung".split()
-)
-_BOUND = re.compile(r"(?:ci|ki|u|k) ?\d+|[123] ?(?:s|sd|σ|sigma)")  # u95, 2s
-_COMPUTED = re.compile(  # what is no longer the quantity itself: log v, 1/mu, mu x100, mu/mu0
-    r"^\s*(?:-|1\s*/|(?:log|lg|ln|log10|sqrt)\b|[√Δ])|[x×*]\s*1\d|\*|\w\s*/\s*(?:mu|[µμ])"
-    r"|\s[-+]\s*\d*[.,]\d|\^",
-    re.IGNORECASE,
-)
-_SET = frozenset(
-    "set setpoint sp nominal nom target consigne cmd command commanded demand vorgabe ref reference".split()
-)
-_WAITING = re.compile(r"wait|hold|dwell|contact|rest|stationary|wart|halt|kontakt|stand|ruhe|attente|repos|age?ing")
-_NUMBERED = frozenset("no nr n° # id name number nummer nom numéro numero code".split())  # sample no.
-_OTHER = frozenset(  # quantities that are no friction coefficient, whatever stands beside them
-    plain(word)
-    for word in "temp température t° rh cycle cycles zyklus zyklen stroke strokes hub no nr n° # anzahl index point "
-    "points punkt step line row zeile date datum uhrzeit comment kommentar remark remarks bemerkung operator bediener "
-    "ratio srr wear usure couple last charge fx fy fz ft r2 count id channel kanal ecr effort work heat radius rayon "
-    "travail chaleur travel stress film length width depth area path track lap laps nm ncm mnm kw mw mj kj mpa gpa kpa "
-    "bar mv kv loss angle winkel duration durée index humidité fréquence tension courant".split()
-)
-_OTHER_ENDS = tuple(  # of words, which German and instruments join
-    plain(word)
-    for word in "temperatur temperature feuchte feuchtigkeit humidity moment torque kraft force druck pressure "
-    "pression nummer number geschwindigkeit speed velocity vitesse verschleiß beschleunigung acceleration strecke "
-    "distance position zeit time viskosität viscosity frequenz frequency drehzahl zähler counter weg leistung power puissance energie "
-    "energy énergie arbeit wärme radius durchmesser diameter diamètre dauer spannung voltage strom current widerstand "
-    "resistance load spur".split()
-)
-_COEFFICIENT = re.compile(r"c$|coe|cof|mu\w{0,3}$|μ|.*(?:koe|zahl|(?<!mittel)wert)|reib\w*[wz]$")  # no word for a force
-_FRICTION_OF = re.compile(r"(?:anti |non )?(?:fric|slid|slip|reib|gleit|haft|frott|gliss|tract|adher)")
-_LUBRICANTS = re.compile(r"lack|fett|o[el]l?$|paste|wachs|spray|coating|schicht|additi")
-PURE = ("", "1", "-", "–", "—")  # how people write "no unit"
-PERCENT = ("%", "percent", "prozent", "pct", "pour cent", "v h")
-_GROUP = re.compile(r"\s*/?\s*(?:\[([^\[\]]*)\]|(?<!\^)\(((?:[^()]|\^\([^()]*\))*)\))")
 
 
 @dataclass(frozen=True)
@@ -174,20 +75,20 @@ class Heading:
     def may_be_force(self) -> bool:
         """True where the word for this friction is also that for the force."""
         words = set(_tokens(self.name)) - set(_tokens(self.label))
-        is_open = self.kind in ("mu", "static", "kinetic") and not any(map(_COEFFICIENT.match, words))
+        is_open = self.kind in ("mu", "static", "kinetic") and not any(map(COEFFICIENT.match, words))
         return is_open or self.kind == "friction_force"
 
     def has_own_unit(self) -> bool:
         """True without a unit, and with one of its kind."""
-        return not self.unit or is_column_unit(self.unit, _PHYSICAL.get(self.kind, ""))
+        return not self.unit or is_column_unit(self.unit, PHYSICAL.get(self.kind, ""))
 
     def is_set(self) -> bool:
         """True for what was set, of which another column may hold the actual values."""
-        return any(word in _SET or word.startswith("soll") for word in _tokens(self.text))
+        return any(word in SET or word.startswith("soll") for word in _tokens(self.text))
 
     def is_waiting(self) -> bool:
         """True where the name says that this is a time at rest, and not that of a record."""
-        return bool(_WAITING.search(plain(self.name)))
+        return bool(WAITING.search(plain(self.name)))
 
     def is_force(self) -> bool:
         """True for friction as a force: called so, or friction with a unit of force."""
@@ -205,11 +106,11 @@ def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] =
         return parts
     if parts.kind in ("speed", "rotation", "other") and turns(parts.unit or parts.name):
         return replace(parts, kind="rotation", unit=parts.unit or parts.name)
-    for kind, qualifiers in (("static", _STATIC), ("kinetic", _KINETIC)):
+    for kind, qualifiers in (("static", STATIC), ("kinetic", KINETIC)):
         if parts.kind == "mu" and plain(parts.label.strip("()")) in qualifiers and len(parts.label) > 3:
             return replace(parts, kind=kind, label="")
     is_letter = parts.kind == "rotation" and len(parts.name) == 1
-    is_other = is_letter or _COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
+    is_other = is_letter or COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
     return replace(parts, kind="other", label="") if is_other else parts
 
 
@@ -217,13 +118,13 @@ def _is_other(parts: Heading) -> bool:
     """True where what stands beside a word of friction makes it another quantity, or leaves it open which it is."""
     is_friction, behind = parts.kind in ("mu", "static", "kinetic"), set(_tokens(parts.label))
     words = behind if is_friction else {*_tokens(parts.name)} if parts.kind in ("", "material") else set()
-    if any(word in _OTHER or word.endswith(_OTHER_ENDS) for word in words):
+    if any(word in OTHER or word.endswith(OTHER_ENDS) for word in words):
         return True
     if is_friction and parts.may_be_force():
         is_number = parts.unit in PURE or plain(parts.unit) in PERCENT or is_column_unit(parts.unit, "N")
         return bool(behind) or not is_number
-    is_compound = any(map(_FRICTION_OF.match, words)) and not is_friction
-    return is_compound and not any(map(_LUBRICANTS.search, words))
+    is_compound = any(map(FRICTION_OF.match, words)) and not is_friction
+    return is_compound and not any(map(LUBRICANTS.search, words))
 
 
 def are_units(texts: Collection[str]) -> bool:
@@ -235,7 +136,7 @@ def are_units(texts: Collection[str]) -> bool:
 
 def turns(unit: str) -> float | None:
     """rad/s of a unit of rotation; None for what is none."""
-    return _TURNS.get(unit.lower().replace(" ", ""))
+    return TURNS.get(unit.lower().replace(" ", ""))
 
 
 def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
@@ -246,20 +147,20 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
     kind, rest = _known(name, kinds)
     if name == "T" and not is_column_unit(unit, "s"):
         return Heading(text, name, unit, "other")  # a temperature
-    if "sigma" in kinds and kind not in _PHYSICAL and (deviation := _deviation(name)):
+    if "sigma" in kinds and kind not in PHYSICAL and (deviation := _deviation(name)):
         known, rest = _known(deviation[1], kinds)
         return Heading(text, name, unit, deviation[0], rest if known in ("mu", "kinetic") else deviation[1])
-    if kind == "material" and not set(_tokens(rest)) <= _NUMBERED:
+    if kind == "material" and not set(_tokens(rest)) <= NUMBERED:
         kind, rest = "", ""  # grease A
-    if not kind and "speed" in kinds and (longer := _LONG_SPEED.fullmatch(name)):
-        if _NOT_OF_SLIDING.search(plain(longer[1])):
+    if not kind and "speed" in kinds and (longer := LONG_SPEED.fullmatch(name)):
+        if NOT_OF_SLIDING.search(plain(longer[1])):
             return Heading(text, name, unit, "other")
         behind = _rest(longer[2], "speed", kinds)
         if not behind or not unit and is_column_unit(behind):
             return Heading(text, longer[1], unit or behind, "speed", longer[1])
-    if rest and not unit and (kind in _PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest)):
-        return Heading(text, _END.sub("", name[: -len(rest)]), rest, kind)
-    if not kind and not unit and (bare := _UNIT_BEHIND.fullmatch(name)):
+    if rest and not unit and (kind in PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest)):
+        return Heading(text, END.sub("", name[: -len(rest)]), rest, kind)
+    if not kind and not unit and (bare := UNIT_BEHIND.fullmatch(name)):
         word = bare[2] or bare[3]
         if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
             return Heading(text, bare[1], word)
@@ -275,7 +176,7 @@ def trailing_unit(text: str, of: str) -> str:
 
 def words_for(kinds: Collection[str]) -> list[str]:
     """Every name of some kinds of columns, in full."""
-    words = (word for kind in kinds for word in (kind, *_KINDS.get(kind, ("", ""))[1].split(", ")) if word)
+    words = (word for kind in kinds for word in (kind, *KINDS.get(kind, ("", ""))[1].split(", ")) if word)
     return [word.replace("|", "").replace("+", "") for word in words]
 
 
@@ -296,8 +197,8 @@ def with_units_below(
     ):
         return headings, False
     pairs = [*zip(headings, texts, strict=True)]
-    if not any(not h.unit and (turns(text) or is_column_unit(text, _PHYSICAL[h.kind]))
-               for h, text in pairs if h.kind in _PHYSICAL):  # fmt: skip
+    if not any(not h.unit and (turns(text) or is_column_unit(text, PHYSICAL[h.kind]))
+               for h, text in pairs if h.kind in PHYSICAL):  # fmt: skip
         return headings, False
     return [above if not below or above.unit else _continued(above, below, kinds) for above, below in pairs], True
 
@@ -305,20 +206,20 @@ def with_units_below(
 def _continued(above: Heading, below: str, kinds: tuple[str, ...]) -> Heading:
     """A heading that goes on in the line below: with a unit, or with words such as `std`."""
     is_unit = _is_unit(below)
-    text = f"{above.text} [{below}]" if is_unit or above.kind in _PHYSICAL else f"{above.text} {below}"
+    text = f"{above.text} [{below}]" if is_unit or above.kind in PHYSICAL else f"{above.text} {below}"
     joined = heading(text, kinds)
     return replace(joined, text=above.text if is_unit else joined.text, kind=joined.kind or above.kind)
 
 
 def _cut(text: str) -> tuple[str, str]:
     """Name and unit of a heading: what stands in the last brackets that hold a unit, else in the last square ones."""
-    groups = [(m, (m[1] if m[1] is not None else m[2]).strip(), m[1] is None) for m in _GROUP.finditer(text)]
+    groups = [(m, (m[1] if m[1] is not None else m[2]).strip(), m[1] is None) for m in GROUP.finditer(text)]
     with_unit = [(m, inner) for m, inner, is_round in groups if _is_unit(inner, is_round)]
-    square = [(m, inner) for m, inner, is_round in groups if not is_round and plain(inner) not in _QUALIFIERS]
+    square = [(m, inner) for m, inner, is_round in groups if not is_round and plain(inner) not in QUALIFIERS]
     if not (with_unit or square):
         return text.strip(), ""
     match, unit = (with_unit or square)[-1]
-    return f"{_END.sub('', text[: match.start()])} {text[match.end() :]}".strip(), unit or "-"
+    return f"{END.sub('', text[: match.start()])} {text[match.end() :]}".strip(), unit or "-"
 
 
 @lru_cache(maxsize=4096)
@@ -326,7 +227,7 @@ def _is_unit(text: str, in_round: bool = False) -> bool:
     """True for a unit of something; a capital letter in round brackets rather names a material."""
     if text in PURE or plain(text) in PERCENT or is_column_unit(text):
         return True
-    if plain(text) in _QUALIFIERS or _joined(text) in _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
+    if plain(text) in QUALIFIERS or _joined(text) in _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
         return False
     try:
         units.si_value(f"1 {text}", "m s-1")
@@ -339,25 +240,25 @@ def _deviation(name: str) -> tuple[str, str] | None:
     """`sigma` for a column of standard deviations, `spread` for other errors and extremes; what they belong to."""
     if re.search(r"±|\+\s*/?\s*-", name):
         return "spread", re.sub(r"±|\+\s*/?\s*-", " ", name).strip()
-    if (match := _SIGMA.search(plain(name))) is not None:
+    if (match := SIGMA.search(plain(name))) is not None:
         base = plain(name)[: match.start()] + plain(name)[match.end() :]
         return "sigma", " ".join(base.strip(" ()").removeprefix("of ").split())
     words = _tokens(name)
-    is_bound = any(map(_BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name))
-    if is_bound or _SPREAD & set(words):
-        return "spread", " ".join(w for w in words if w not in _SPREAD)
+    is_bound = any(map(BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name))
+    if is_bound or SPREAD & set(words):
+        return "spread", " ".join(w for w in words if w not in SPREAD)
     return None
 
 
 def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
     """The kind of a column whose name begins with a word of the table, and the rest of it without qualifiers."""
-    start = re.match(rf"(?:(?:{'|'.join(sorted(_QUALIFIERS))})\b\.?[\s_]*)*", name, re.IGNORECASE)
+    start = re.match(rf"(?:(?:{'|'.join(sorted(QUALIFIERS))})\b\.?[\s_]*)*", name, re.IGNORECASE)
     body = name[start.end() :] if start and start.end() < len(name) else name
     ends = [len(body), *(m.start() for m in reversed([*re.finditer(r"[\s,_:/(\[\-]", body)]))]
     for end in ends:
         if kind := _kind_of(plain(body[:end]), kinds):
             rest = _rest(body[end:], kind, kinds)
-            is_letter = len(plain(body[:end])) == 1 and kind in _PHYSICAL  # W-40 is no speed
+            is_letter = len(plain(body[:end])) == 1 and kind in PHYSICAL  # W-40 is no speed
             if not (is_letter and rest) or re.match(r"[\[(]|.*[/^]", rest) or is_column_unit(rest):
                 return kind, rest
     return "", ""
@@ -368,8 +269,8 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
     if (exact := next((kind for kind in kinds if joined in index[kind]), "")) or not word or "mu" not in kinds:
         return exact
     parts = word.split()
-    for kind, words in (("static", _STATIC), ("kinetic", _KINETIC)):
-        if word in words and len(word) > 3 and not _FRICTION_OF.match(word):
+    for kind, words in (("static", STATIC), ("kinetic", KINETIC)):
+        if word in words and len(word) > 3 and not FRICTION_OF.match(word):
             return kind
         for i, part in enumerate(parts):
             if part in words and "".join([*parts[:i], *parts[i + 1 :]]) in index["mu"]:
@@ -393,7 +294,7 @@ def _rest(text: str, kind: str, kinds: tuple[str, ...]) -> str:
 
 
 def _is_spare(word: str) -> bool:
-    return plain(word.strip("()[],")) in {"", *_QUALIFIERS} and word not in ("/",)
+    return plain(word.strip("()[],")) in {"", *QUALIFIERS} and word not in ("/",)
 
 
 def _tokens(name: str) -> list[str]:
@@ -405,7 +306,7 @@ def _index() -> dict[str, frozenset[str]]:
     """The words of each kind of column, cut short or not, without spaces."""
     return {
         kind: frozenset(_joined(short) for word in words.split(", ") for short in _cut_short(word))
-        for kind, (_, words) in _KINDS.items()
+        for kind, (_, words) in KINDS.items()
     }
 
 

@@ -27,8 +27,9 @@ from stickslip.files import tables
 from stickslip.files.tables import NUMBER, Cell, Table
 from stickslip.files.texts import is_workbook
 from stickslip.fit.columns import HeadedTable, example, load_above, newtons, titled
-from stickslip.fit.headings import are_units, heading, plain
+from stickslip.fit.headings import are_units, heading
 from stickslip.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
+from stickslip.fit.words import plain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from stickslip.errors import ConfigError, QuantityError
 from stickslip.files.tables import DECIMAL_COMMA, NUMBER, Cell
 from stickslip.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
-from stickslip.fit.headings import PERCENT, PURE, Heading, heading, plain, trailing_unit, words_for
+from stickslip.fit.headings import Heading, heading, trailing_unit, words_for
+from stickslip.fit.words import PERCENT, PURE, plain
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.files.targets import replaced
-from stickslip.fit.headings import PLAN, STEPS
 from stickslip.fit.signals import Signals
 from stickslip.fit.uncertainty import Floats
+from stickslip.fit.words import PLAN, STEPS
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
 _TREND = 0.02  # of its value, by which it changes from the begin of a step to its end

@@ -11,8 +11,9 @@ from stickslip.config.risk import HIGHEST, INPUTS, LOWEST
 from stickslip.errors import ConfigError, Place, Problem
 from stickslip.files.tables import Cell, Table, cells, read_table
 from stickslip.fit.columns import HeadedTable, factor
-from stickslip.fit.headings import Heading, plain
+from stickslip.fit.headings import Heading
 from stickslip.fit.uncertainty import Floats
+from stickslip.fit.words import plain
 from stickslip.rig.calibration import Calibration, calibrate
 from stickslip.rig.defects import reason_of
 from stickslip.rig.evaluation import features, risk_inputs

@@ -25,7 +25,8 @@ from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.tables import Table, line_of
 from stickslip.files.targets import replaced
 from stickslip.fit.columns import HeadedTable, factor, load_above, stated
-from stickslip.fit.headings import RECORD, Heading, words_for
+from stickslip.fit.headings import Heading, words_for
+from stickslip.fit.words import RECORD
 from stickslip.rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip.rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip.rig.signals import Floats, cumulative

@@ -23,7 +23,8 @@ from stickslip.config.rigs import FeatureSettings
 from stickslip.config.risk import Risk
 from stickslip.config.yaml import Document, read_yaml, write_yaml
 from stickslip.errors import Path, QuantityError
-from stickslip.fit.headings import RECORD, Heading, heading
+from stickslip.fit.headings import Heading, heading
+from stickslip.fit.words import RECORD
 from stickslip.rig.quantities import COLUMNS, CONDITION_WORDS, MATERIAL, SIGNAL_OF
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.settings import CONDITIONS
