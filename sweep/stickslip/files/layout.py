@@ -1,9 +1,13 @@
 """Lines of tables in parts: separators, numbers, remarks, and rows that are no measurements."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+
+from stickslip.errors import ConfigError, Place
 
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _WRITTEN = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?")
 _LETTERS = re.compile(r"[^\W\d_]{2}|[Øø]")
 _SUMMARY = re.compile(  # rows of spreadsheets and instruments that are no measurements
@@ -70,3 +74,26 @@ def _tabbed(line: str, width: int) -> str:
         return "\t".join(line.split())
     ways = (re.split(r"\s{2,}", bare), re.split(r"\s*[,;\t]\s*", bare), _UNIT_APART.sub("", bare).split(), bare.split())
     return next((mark + "\t".join(cells) for cells in ways if len(cells) == width), line)
+
+
+def thousands(texts: Sequence[str], comma: bool) -> bool:
+    """Tell whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
+    marked = re.compile(r"[-+]?[1-9]\d{0,2}[,]\d{3}" if comma else r"[-+]?[1-9]\d{0,2}[.]\d{3}")
+    whole = [text for text in texts if text.lstrip("+-").isdigit()]
+    others = [text for text in texts if text and text not in whole]
+    return bool(others) and any(len(text) > 2 for text in whole) and all(map(marked.fullmatch, others))
+
+
+def mixed_marks(text: str, comma: bool) -> str:
+    """The remedy where a text has a decimal point though the file has decimal commas; nothing where it has none."""
+    if comma and _DECIMAL_POINT.fullmatch(text):
+        return "the file mixes decimal commas and decimal points: write one of them throughout"
+    return "leave out the points between thousands" if comma and "." in text else ""
+
+
+def check_blocks(name: str, lines: Sequence[tuple[int, str]], heading: str) -> None:
+    """Raises ConfigError where the line that names the columns comes again."""
+    again = next((number for number, line in lines if line.strip() == heading.strip()), 0)
+    if again:
+        message = "the names of the columns come again: one table behind another, as of a step each"
+        raise ConfigError.of(name, message, "save each as a file, or leave one heading", place=Place(again, 1))

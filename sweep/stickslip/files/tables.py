@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
-from stickslip.files.layout import NUMBER, cells_of, is_number, is_remark, plain_cells, separated, summary
+from stickslip.files import layout
 from stickslip.files.texts import (
     as_written,
     blocks,
@@ -35,8 +35,6 @@ from stickslip.files.texts import (
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
-DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
-_DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _MOST_ABOVE = 300  # lines above the heading
 _OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
 _MOST_JOINED = 4  # lines of one heading
@@ -85,9 +83,9 @@ def sheets_without(path: Path, titles: Sequence[str]) -> list[str]:
 
 
 def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool:
-    lines = [line for line in text.splitlines() if line.strip(" ;") and not is_remark(line)]
+    lines = [line for line in text.splitlines() if line.strip(" ;") and not layout.is_remark(line)]
     at, mark = _heading_at(lines[:_MOST_ABOVE], ";", is_heading) if lines else (0, ";")
-    return bool(lines) and is_heading(plain_cells(lines[at], mark))
+    return bool(lines) and is_heading(layout.plain_cells(lines[at], mark))
 
 
 def read_table(
@@ -108,20 +106,21 @@ def read_table(
                                  "save the sheet that is meant as CSV")  # fmt: skip
         text, below = read_sheets(path)[titles[0]], b""
     else:
-        text, below = separated(*read_text(path))
+        text, below = layout.separated(*read_text(path))
     numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
     declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if declared else numbered
-    remarks = tuple(_remark(number, line) for number, line in numbered if is_remark(line))
-    rows = [(number, line) for number, line in numbered if not is_remark(line)]
+    remarks = tuple(_remark(number, line) for number, line in numbered if layout.is_remark(line))
+    rows = [(number, line) for number, line in numbered if not layout.is_remark(line)]
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError.of(name, "no line names the columns", hint)
     at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
-    if all(map(is_number, plain_cells(line, separator))):  # NumPy writes the names as a remark
-        named = [cell for cell in remarks if cell.place.line < number
-                 and len(plain_cells(cell.text, separator)) == len(plain_cells(line, separator)) > 1]  # fmt: skip
+    first = layout.plain_cells(line, separator)
+    if all(map(layout.is_number, first)):  # NumPy writes the names as a remark
+        above = (cell for cell in remarks if cell.place.line < number)
+        named = [cell for cell in above if len(layout.plain_cells(cell.text, separator)) == len(first) > 1]
         if named:
             (line, (number, *_)), rest = named[-1], rows[at:]
             remarks = tuple(cell for cell in remarks if cell is not named[-1])
@@ -129,27 +128,20 @@ def read_table(
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
-    summaries = [(number, label) for number, line in lines if (label := summary(line, separator))]
+    summaries = [(number, label) for number, line in lines if (label := layout.summary(line, separator))]
     lines = tuple(row for row in lines if row[0] not in dict(summaries))
-    _check_blocks(name, lines, line)
+    layout.check_blocks(name, lines, line)
     if not lines and not below:
         raise ConfigError.of(name, f"no {rows_are}, only the names of columns", place=Place(number, 1))
     check_columns(path, number, len(heading))
     begins = len(text.splitlines()) + 1
     remarks += tuple(_remarks(below, begins))
-    above = tuple(  # need not be proper CSV
-        tuple(Cell(text, Place(number, 1)) for text in plain_cells(line, separator)) for number, line in rows[:at]
+    lines_above = tuple(  # need not be proper CSV
+        tuple(Cell(text, Place(number, 1)) for text in layout.plain_cells(line, separator))
+        for number, line in rows[:at]
     )
     left_out = tuple(Cell(label, Place(number, 1)) for number, label in summaries)
-    return Table(name, remarks, heading, lines, separator, above, below, begins, left_out)
-
-
-def _check_blocks(name: str, lines: Sequence[tuple[int, str]], heading: str) -> None:
-    """Raises ConfigError where the line that names the columns comes again."""
-    again = next((number for number, line in lines if line.strip() == heading.strip()), 0)
-    if again:
-        message = "the names of the columns come again: one table behind another, as of a step each"
-        raise ConfigError.of(name, message, "save each as a file, or leave one heading", place=Place(again, 1))
+    return Table(name, remarks, heading, lines, separator, lines_above, below, begins, left_out)
 
 
 def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
@@ -176,24 +168,24 @@ def _heading_at(
     marks = [declared] if declared else [*_SEPARATORS]
     for i, line in enumerate(lines):
         for mark in marks:
-            names = plain_cells(line, mark)
-            if is_heading is None or len(names) < 2 or any(map(is_number, names)) or not is_heading(names):
+            names = layout.plain_cells(line, mark)
+            if is_heading is None or len(names) < 2 or any(map(layout.is_number, names)) or not is_heading(names):
                 continue
             for row in lines[i + 1 : i + 3]:  # a line of units may stand between names and numbers
-                row_cells = plain_cells(row, mark)
+                row_cells = layout.plain_cells(row, mark)
                 if is_heading(row_cells):
                     break
-                if 1 < sum(map(is_number, row_cells)) and len(row_cells) <= len(names):
+                if 1 < sum(map(layout.is_number, row_cells)) and len(row_cells) <= len(names):
                     return i, mark
-    several = [i for i, line in enumerate(lines) if any(len(plain_cells(line, mark)) > 1 for mark in marks)]
-    named = (i for i in several if is_heading and any(is_heading(plain_cells(lines[i], mark)) for mark in marks))
+    several = [i for i, line in enumerate(lines) if any(len(layout.plain_cells(line, mark)) > 1 for mark in marks)]
+    named = (i for i in several if is_heading and any(is_heading(layout.plain_cells(lines[i], mark)) for mark in marks))
     at = next(named, several[0] if several else 0)
     return at, declared or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
 
 
 def _separator(heading: str, row: str) -> str:
     """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
-    counts = {mark: [len(list(cells_of(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
+    counts = {mark: [len(list(layout.cells_of(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
     used = [mark for mark, (cells, _) in counts.items() if cells > 1]
     return next((mark for mark in used if counts[mark][0] == counts[mark][1]), used[0] if used else ",")
 
@@ -288,7 +280,7 @@ def _lines(table: Table) -> Iterator[tuple[int, str]]:
 def _rows(table: Table, block: bytes, begins: int) -> Iterator[tuple[int, str]]:
     """Those of a block."""
     every = enumerate(block.decode().split("\n"), begins)
-    rows = ((number, line) for number, line in every if line.strip() and not is_remark(line))
+    rows = ((number, line) for number, line in every if line.strip() and not layout.is_remark(line))
     return _within(rows, table.separator, len(table.heading))
 
 
@@ -326,7 +318,7 @@ def _remark(number: int, line: str) -> Cell:
 
 def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...]:
     """The cells of a line, without quotation marks and the spaces around them. Raises ConfigError."""
-    parts = list(cells_of(line, separator))
+    parts = list(layout.cells_of(line, separator))
     texts = [line[begin:end].strip() for begin, end in parts]
     if '"' in line:
         try:
@@ -348,21 +340,6 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
 def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], columns: Sequence[int]) -> bool:
     """Tell whether numbers are written with commas in the columns `columns` of the cells in `rows`."""
     return table.separator != "," and any("," in row[column] for row in rows for column in columns if column < len(row))
-
-
-def thousands(texts: Sequence[str], comma: bool) -> bool:
-    """Tell whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
-    marked = re.compile(r"[-+]?[1-9]\d{0,2}[,]\d{3}" if comma else r"[-+]?[1-9]\d{0,2}[.]\d{3}")
-    whole = [text for text in texts if text.lstrip("+-").isdigit()]
-    others = [text for text in texts if text and text not in whole]
-    return bool(others) and any(len(text) > 2 for text in whole) and all(map(marked.fullmatch, others))
-
-
-def mixed_marks(text: str, comma: bool) -> str:
-    """The remedy where a text has a decimal point though the file has decimal commas; nothing where it has none."""
-    if comma and _DECIMAL_POINT.fullmatch(text):
-        return "the file mixes decimal commas and decimal points: write one of them throughout"
-    return "leave out the points between thousands" if comma and "." in text else ""
 
 
 def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem]:
@@ -389,9 +366,10 @@ def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
     """The problem of a cell, None if it is a finite number."""
     text = cell.text
-    if hint := mixed_marks(text, comma):
+    is_number = layout.NUMBER.fullmatch(text.replace(",", ".") if comma else text)
+    if hint := layout.mixed_marks(text, comma):
         pass
-    elif NUMBER.fullmatch(text.replace(",", ".") if comma else text) and math.isfinite(float(text.replace(",", "."))):
+    elif is_number and math.isfinite(float(text.replace(",", "."))):
         return None
     elif text.lower() in ("", "nan", "na", "n/a", "-"):
         hint = "a signal has no gaps: leave the whole line out"

@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
-from stickslip.files.tables import NUMBER, Cell, Table, numbers, read_table
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Cell, Table, numbers, read_table
 from stickslip.fit.headings import Heading, are_units, heading, with_units_below
 from stickslip.fit.uncertainty import Floats
 from stickslip.fit.words import PERCENT, POINTS, PURE

@@ -14,36 +14,10 @@ from functools import lru_cache
 from itertools import product
 
 from stickslip.errors import QuantityError
-from stickslip.files.tables import NUMBER, Table, first_cells
-from stickslip.fit.words import (
-    BOUND,
-    COEFFICIENT,
-    COMPUTED,
-    END,
-    FRICTION_OF,
-    GROUP,
-    KINDS,
-    KINETIC,
-    LONG_SPEED,
-    LUBRICANTS,
-    NOT_OF_SLIDING,
-    NUMBERED,
-    OTHER,
-    OTHER_ENDS,
-    PERCENT,
-    PHYSICAL,
-    POINTS,
-    PURE,
-    QUALIFIERS,
-    SET,
-    SIGMA,
-    SPREAD,
-    STATIC,
-    TURNS,
-    UNIT_BEHIND,
-    WAITING,
-    plain,
-)  # fmt: skip
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Table, first_cells
+from stickslip.fit import words as known
+from stickslip.fit.words import PERCENT, POINTS, PURE, plain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import is_column_unit
 
@@ -75,20 +49,20 @@ class Heading:
     def may_be_force(self) -> bool:
         """True where the word for this friction is also that for the force."""
         words = set(_tokens(self.name)) - set(_tokens(self.label))
-        is_open = self.kind in ("mu", "static", "kinetic") and not any(map(COEFFICIENT.match, words))
+        is_open = self.kind in ("mu", "static", "kinetic") and not any(map(known.COEFFICIENT.match, words))
         return is_open or self.kind == "friction_force"
 
     def has_own_unit(self) -> bool:
         """True without a unit, and with one of its kind."""
-        return not self.unit or is_column_unit(self.unit, PHYSICAL.get(self.kind, ""))
+        return not self.unit or is_column_unit(self.unit, known.PHYSICAL.get(self.kind, ""))
 
     def is_set(self) -> bool:
         """True for what was set, of which another column may hold the actual values."""
-        return any(word in SET or word.startswith("soll") for word in _tokens(self.text))
+        return any(word in known.SET or word.startswith("soll") for word in _tokens(self.text))
 
     def is_waiting(self) -> bool:
         """True where the name says that this is a time at rest, and not that of a record."""
-        return bool(WAITING.search(plain(self.name)))
+        return bool(known.WAITING.search(plain(self.name)))
 
     def is_force(self) -> bool:
         """True for friction as a force: called so, or friction with a unit of force."""
@@ -106,11 +80,11 @@ def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] =
         return parts
     if parts.kind in ("speed", "rotation", "other") and turns(parts.unit or parts.name):
         return replace(parts, kind="rotation", unit=parts.unit or parts.name)
-    for kind, qualifiers in (("static", STATIC), ("kinetic", KINETIC)):
+    for kind, qualifiers in (("static", known.STATIC), ("kinetic", known.KINETIC)):
         if parts.kind == "mu" and plain(parts.label.strip("()")) in qualifiers and len(parts.label) > 3:
             return replace(parts, kind=kind, label="")
     is_letter = parts.kind == "rotation" and len(parts.name) == 1
-    is_other = is_letter or COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
+    is_other = is_letter or known.COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
     return replace(parts, kind="other", label="") if is_other else parts
 
 
@@ -118,13 +92,13 @@ def _is_other(parts: Heading) -> bool:
     """True where what stands beside a word of friction makes it another quantity, or leaves it open which it is."""
     is_friction, behind = parts.kind in ("mu", "static", "kinetic"), set(_tokens(parts.label))
     words = behind if is_friction else {*_tokens(parts.name)} if parts.kind in ("", "material") else set()
-    if any(word in OTHER or word.endswith(OTHER_ENDS) for word in words):
+    if any(word in known.OTHER or word.endswith(known.OTHER_ENDS) for word in words):
         return True
     if is_friction and parts.may_be_force():
         is_number = parts.unit in PURE or plain(parts.unit) in PERCENT or is_column_unit(parts.unit, "N")
         return bool(behind) or not is_number
-    is_compound = any(map(FRICTION_OF.match, words)) and not is_friction
-    return is_compound and not any(map(LUBRICANTS.search, words))
+    is_compound = any(map(known.FRICTION_OF.match, words)) and not is_friction
+    return is_compound and not any(map(known.LUBRICANTS.search, words))
 
 
 def are_units(texts: Collection[str]) -> bool:
@@ -136,7 +110,7 @@ def are_units(texts: Collection[str]) -> bool:
 
 def turns(unit: str) -> float | None:
     """rad/s of a unit of rotation; None for what is none."""
-    return TURNS.get(unit.lower().replace(" ", ""))
+    return known.TURNS.get(unit.lower().replace(" ", ""))
 
 
 def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
@@ -147,20 +121,20 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
     kind, rest = _known(name, kinds)
     if name == "T" and not is_column_unit(unit, "s"):
         return Heading(text, name, unit, "other")  # a temperature
-    if "sigma" in kinds and kind not in PHYSICAL and (deviation := _deviation(name)):
-        known, rest = _known(deviation[1], kinds)
-        return Heading(text, name, unit, deviation[0], rest if known in ("mu", "kinetic") else deviation[1])
-    if kind == "material" and not set(_tokens(rest)) <= NUMBERED:
+    if "sigma" in kinds and kind not in known.PHYSICAL and (deviation := _deviation(name)):
+        of, rest = _known(deviation[1], kinds)
+        return Heading(text, name, unit, deviation[0], rest if of in ("mu", "kinetic") else deviation[1])
+    if kind == "material" and not set(_tokens(rest)) <= known.NUMBERED:
         kind, rest = "", ""  # grease A
-    if not kind and "speed" in kinds and (longer := LONG_SPEED.fullmatch(name)):
-        if NOT_OF_SLIDING.search(plain(longer[1])):
+    if not kind and "speed" in kinds and (longer := known.LONG_SPEED.fullmatch(name)):
+        if known.NOT_OF_SLIDING.search(plain(longer[1])):
             return Heading(text, name, unit, "other")
         behind = _rest(longer[2], "speed", kinds)
         if not behind or not unit and is_column_unit(behind):
             return Heading(text, longer[1], unit or behind, "speed", longer[1])
-    if rest and not unit and (kind in PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest)):
-        return Heading(text, END.sub("", name[: -len(rest)]), rest, kind)
-    if not kind and not unit and (bare := UNIT_BEHIND.fullmatch(name)):
+    if rest and not unit and (kind in known.PHYSICAL or plain(rest) in PERCENT or is_column_unit(rest)):
+        return Heading(text, known.END.sub("", name[: -len(rest)]), rest, kind)
+    if not kind and not unit and (bare := known.UNIT_BEHIND.fullmatch(name)):
         word = bare[2] or bare[3]
         if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
             return Heading(text, bare[1], word)
@@ -176,7 +150,7 @@ def trailing_unit(text: str, of: str) -> str:
 
 def words_for(kinds: Collection[str]) -> list[str]:
     """Every name of some kinds of columns, in full."""
-    words = (word for kind in kinds for word in (kind, *KINDS.get(kind, ("", ""))[1].split(", ")) if word)
+    words = (word for kind in kinds for word in (kind, *known.KINDS.get(kind, ("", ""))[1].split(", ")) if word)
     return [word.replace("|", "").replace("+", "") for word in words]
 
 
@@ -197,8 +171,8 @@ def with_units_below(
     ):
         return headings, False
     pairs = [*zip(headings, texts, strict=True)]
-    if not any(not h.unit and (turns(text) or is_column_unit(text, PHYSICAL[h.kind]))
-               for h, text in pairs if h.kind in PHYSICAL):  # fmt: skip
+    if not any(not h.unit and (turns(text) or is_column_unit(text, known.PHYSICAL[h.kind]))
+               for h, text in pairs if h.kind in known.PHYSICAL):  # fmt: skip
         return headings, False
     return [above if not below or above.unit else _continued(above, below, kinds) for above, below in pairs], True
 
@@ -206,20 +180,20 @@ def with_units_below(
 def _continued(above: Heading, below: str, kinds: tuple[str, ...]) -> Heading:
     """A heading that goes on in the line below: with a unit, or with words such as `std`."""
     is_unit = _is_unit(below)
-    text = f"{above.text} [{below}]" if is_unit or above.kind in PHYSICAL else f"{above.text} {below}"
+    text = f"{above.text} [{below}]" if is_unit or above.kind in known.PHYSICAL else f"{above.text} {below}"
     joined = heading(text, kinds)
     return replace(joined, text=above.text if is_unit else joined.text, kind=joined.kind or above.kind)
 
 
 def _cut(text: str) -> tuple[str, str]:
     """Name and unit of a heading: what stands in the last brackets that hold a unit, else in the last square ones."""
-    groups = [(m, (m[1] if m[1] is not None else m[2]).strip(), m[1] is None) for m in GROUP.finditer(text)]
+    groups = [(m, (m[1] if m[1] is not None else m[2]).strip(), m[1] is None) for m in known.GROUP.finditer(text)]
     with_unit = [(m, inner) for m, inner, is_round in groups if _is_unit(inner, is_round)]
-    square = [(m, inner) for m, inner, is_round in groups if not is_round and plain(inner) not in QUALIFIERS]
+    square = [(m, inner) for m, inner, is_round in groups if not is_round and plain(inner) not in known.QUALIFIERS]
     if not (with_unit or square):
         return text.strip(), ""
     match, unit = (with_unit or square)[-1]
-    return f"{END.sub('', text[: match.start()])} {text[match.end() :]}".strip(), unit or "-"
+    return f"{known.END.sub('', text[: match.start()])} {text[match.end() :]}".strip(), unit or "-"
 
 
 @lru_cache(maxsize=4096)
@@ -227,7 +201,7 @@ def _is_unit(text: str, in_round: bool = False) -> bool:
     """True for a unit of something; a capital letter in round brackets rather names a material."""
     if text in PURE or plain(text) in PERCENT or is_column_unit(text):
         return True
-    if plain(text) in QUALIFIERS or _joined(text) in _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
+    if plain(text) in known.QUALIFIERS or _joined(text) in _index()["mu"] or in_round and re.fullmatch("[A-Z]", text):
         return False
     try:
         units.si_value(f"1 {text}", "m s-1")
@@ -240,25 +214,25 @@ def _deviation(name: str) -> tuple[str, str] | None:
     """`sigma` for a column of standard deviations, `spread` for other errors and extremes; what they belong to."""
     if re.search(r"±|\+\s*/?\s*-", name):
         return "spread", re.sub(r"±|\+\s*/?\s*-", " ", name).strip()
-    if (match := SIGMA.search(plain(name))) is not None:
+    if (match := known.SIGMA.search(plain(name))) is not None:
         base = plain(name)[: match.start()] + plain(name)[match.end() :]
         return "sigma", " ".join(base.strip(" ()").removeprefix("of ").split())
     words = _tokens(name)
-    is_bound = any(map(BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name))
-    if is_bound or SPREAD & set(words):
-        return "spread", " ".join(w for w in words if w not in SPREAD)
+    is_bound = any(map(known.BOUND.fullmatch, words)) or re.match(r"(u|d|delta|δ) ?(\(|mu$|μ$)", plain(name))
+    if is_bound or known.SPREAD & set(words):
+        return "spread", " ".join(w for w in words if w not in known.SPREAD)
     return None
 
 
 def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
     """The kind of a column whose name begins with a word of the table, and the rest of it without qualifiers."""
-    start = re.match(rf"(?:(?:{'|'.join(sorted(QUALIFIERS))})\b\.?[\s_]*)*", name, re.IGNORECASE)
+    start = re.match(rf"(?:(?:{'|'.join(sorted(known.QUALIFIERS))})\b\.?[\s_]*)*", name, re.IGNORECASE)
     body = name[start.end() :] if start and start.end() < len(name) else name
     ends = [len(body), *(m.start() for m in reversed([*re.finditer(r"[\s,_:/(\[\-]", body)]))]
     for end in ends:
         if kind := _kind_of(plain(body[:end]), kinds):
             rest = _rest(body[end:], kind, kinds)
-            is_letter = len(plain(body[:end])) == 1 and kind in PHYSICAL  # W-40 is no speed
+            is_letter = len(plain(body[:end])) == 1 and kind in known.PHYSICAL  # W-40 is no speed
             if not (is_letter and rest) or re.match(r"[\[(]|.*[/^]", rest) or is_column_unit(rest):
                 return kind, rest
     return "", ""
@@ -269,8 +243,8 @@ def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
     if (exact := next((kind for kind in kinds if joined in index[kind]), "")) or not word or "mu" not in kinds:
         return exact
     parts = word.split()
-    for kind, words in (("static", STATIC), ("kinetic", KINETIC)):
-        if word in words and len(word) > 3 and not FRICTION_OF.match(word):
+    for kind, words in (("static", known.STATIC), ("kinetic", known.KINETIC)):
+        if word in words and len(word) > 3 and not known.FRICTION_OF.match(word):
             return kind
         for i, part in enumerate(parts):
             if part in words and "".join([*parts[:i], *parts[i + 1 :]]) in index["mu"]:
@@ -294,7 +268,7 @@ def _rest(text: str, kind: str, kinds: tuple[str, ...]) -> str:
 
 
 def _is_spare(word: str) -> bool:
-    return plain(word.strip("()[],")) in {"", *QUALIFIERS} and word not in ("/",)
+    return plain(word.strip("()[],")) in {"", *known.QUALIFIERS} and word not in ("/",)
 
 
 def _tokens(name: str) -> list[str]:
@@ -306,7 +280,7 @@ def _index() -> dict[str, frozenset[str]]:
     """The words of each kind of column, cut short or not, without spaces."""
     return {
         kind: frozenset(_joined(short) for word in words.split(", ") for short in _cut_short(word))
-        for kind, (_, words) in KINDS.items()
+        for kind, (_, words) in known.KINDS.items()
     }
 
 

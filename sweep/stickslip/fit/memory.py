@@ -200,9 +200,11 @@ def fit_memory_file(
     if not known and (law == BRISTLES or stiffness is not None):
         raise record.error("got no load", "name it: --load '10 N'")
     if law == BRISTLES:
-        fit = fit_presliding(*along, mu, weight)
+        fit = fit_presliding(along[0], mu, weight)
     else:
-        fit = fit_rate_state(*along, mu, law=law, stiffness=stiffness / weight if stiffness and known else None)
+        fit = fit_rate_state(
+            along[0], along[1], mu, law=law, stiffness=stiffness / weight if stiffness and known else None
+        )
     return replace(fit, columns=record.describe(load))
 
 

@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
-from stickslip.files import tables
-from stickslip.files.tables import NUMBER, Cell, Table
+from stickslip.files import layout, tables
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Cell, Table
 from stickslip.files.texts import is_workbook
 from stickslip.fit.columns import HeadedTable, example, load_above, newtons, titled
 from stickslip.fit.headings import are_units, heading
@@ -301,7 +302,7 @@ class _Reader:
         texts = [[cell.text for cell in row] for row in rows]
         used = [i for role in roles for i in role.positions]
         self._comma = tables.has_decimal_commas(table, texts, used)
-        self._thousands = {i for i in used if tables.thousands([row[i] for row in texts if i < len(row)], self._comma)}
+        self._thousands = {i for i in used if layout.thousands([row[i] for row in texts if i < len(row)], self._comma)}
         self._problems: list[Problem] = []
 
     def materials(self) -> dict[str, Columns]:
@@ -359,9 +360,9 @@ class _Reader:
 def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
     """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
     plain = text.replace(",", ".") if comma else text
-    if not NUMBER.fullmatch(plain) or tables.mixed_marks(text, comma):
-        hint = tables.mixed_marks(text, comma) or None
-        if tables.DECIMAL_COMMA.fullmatch(text):
+    if not NUMBER.fullmatch(plain) or layout.mixed_marks(text, comma):
+        hint = layout.mixed_marks(text, comma) or None
+        if layout.DECIMAL_COMMA.fullmatch(text):
             hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
         elif text.lower() in GAPS:
             hint = "leave out points that were not measured"

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.tables import DECIMAL_COMMA, NUMBER, Cell
+from stickslip.files.layout import DECIMAL_COMMA, NUMBER
+from stickslip.files.tables import Cell
 from stickslip.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
 from stickslip.fit.headings import Heading, heading, trailing_unit, words_for
 from stickslip.fit.words import PERCENT, PURE, plain

@@ -222,9 +222,9 @@ def _noise(signal: Floats) -> float:
     return float(max(shares, default=0.0)) / _OF_NOISE
 
 
-def _reach(level: Floats, errors: Floats) -> Floats:
+def _reach(level: ArrayLike, errors: ArrayLike) -> Floats:
     """The distance from its level within which a signal stays."""
-    return np.maximum(_ALIKE * np.abs(level), _SURE * errors)
+    return np.maximum(_ALIKE * np.abs(level), _SURE * np.asarray(errors))
 
 
 def _stays(run: Floats, level: Floats, errors: Floats) -> bool:
