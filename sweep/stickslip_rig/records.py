@@ -14,7 +14,7 @@ makes them equidistant.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +22,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.tables import Table, line_of, read_table
+from stickslip.files.tables import Table, line_of
 from stickslip.files.targets import replaced
 from stickslip.fit.columns import HeadedTable, factor, load_above, stated
-from stickslip.fit.headings import RECORD, Heading, heading, words_for
+from stickslip.fit.headings import Heading, words_for
+from stickslip.fit.words import RECORD
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter, Variable
 from stickslip.vocabulary.suggest import listed, nearest
@@ -110,16 +111,15 @@ def read_record(
     """
     settings = settings or RecordSettings()
 
-    def are_headings(cells: Sequence[str]) -> bool:
-        names = {_signal(heading(cell, RECORD, tuple(COLUMNS)), settings) for cell in cells}
+    def are_headings(columns: list[Heading]) -> bool:
+        names = {_signal(column, settings) for column in columns}
         return TIME.name in names and bool(names & {*FORCES, "acceleration"})
 
-    table = read_table(Path(path), _EXAMPLE, is_heading=are_headings)
-    headed = HeadedTable(table, RECORD, tuple(COLUMNS))
+    headed = HeadedTable.read(Path(path), _EXAMPLE, are_headings, RECORD, names=tuple(COLUMNS))
     table, headings = headed.table, headed.headings
     columns = headed.find(
         lambda column: _signal(column, settings),
-        lambda name, column: _factor(name, column.unit, settings.units.get(name)),
+        lambda name, column: _factor(name, column, settings.units.get(name)),
         "name the other column under record: ignore",
     )
     if lacking := _lacking(columns, TIME.name):
@@ -217,8 +217,11 @@ def _missing_column(headed: HeadedTable, settings: RecordSettings, lacking: str)
     return headed.error(f"no column is called {lacking}", hint)
 
 
-def _factor(name: str, unit: str, configured: str | None) -> float:
-    """The factor from numbers in a unit to SI. Raises QuantityError."""
+def _factor(name: str, column: Heading, configured: str | None) -> float:
+    """The factor from the numbers of a column to SI. Raises QuantityError."""
+    unit = column.unit
+    if name == "friction_force" and not unit and not configured and column.kind == "mu":
+        raise QuantityError("a unit: force or coefficient?", f"write '{column.name} [N]' for a force")
     if configured is not None and unit and unit.translate(units.AS_TYPED) != configured.translate(units.AS_TYPED):
         raise QuantityError(f"the unit {configured}, as the configuration says", "remove one of the two")
     return factor(name, configured or unit, COLUMNS[name].units)

@@ -20,6 +20,8 @@ from stickslip.vocabulary.models import CURVE_LAWS
 
 MEMORY_LAWS = ("rate_state_ageing", "rate_state_slip", "lugre")  # those of `fit/memory.py`
 
+_AT = "300"  # s
+
 if TYPE_CHECKING:
     from stickslip.fit import MaterialFit, Wanted
 
@@ -59,9 +61,7 @@ Examples:
   stickslip fit loops.csv --law lugre --load "10 N"        # columns: displacement [um], mu"""
 )
 @params.RECORDS
-@click.option(
-    "--at", default="300", metavar="TIME", show_default=True, help="Hold time at which lubricants are ranked."
-)
+@click.option("--at", metavar="TIME", help="Hold time at which lubricants are ranked.  [default: 300]")
 @COLUMNS
 @screen.remembered_option("--time-column", metavar="NAME", help="Heading of the column of waiting times.")
 @click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
@@ -78,7 +78,7 @@ Examples:
 @JSON
 @reports_errors
 def fit(
-    files: tuple[Path, ...], at: str, load: str | None, law: str, stiffness: str | None, plot: Path | None
+    files: tuple[Path, ...], at: str | None, load: str | None, law: str, stiffness: str | None, plot: Path | None
 ) -> Answer:
     """Fit friction curves, ageing, or contacts with memory.
 
@@ -95,6 +95,8 @@ def fit(
 
     if load is not None:
         newtons(load)
+    if at is not None and law in MEMORY_LAWS:
+        fail(f"--at ranks lubricants by their hold times, got --law {law}")
     if law in MEMORY_LAWS:
         return _fit_memory(files, law, load, stiffness, plot)
     if stiffness is not None:
@@ -110,11 +112,15 @@ def fit(
     for each in fits:
         screen.echo(f"{each.name}\n{report.describe(each)}\n")
     if len(ageing) > 1:
-        screen.echo(report.describe_ranking(ageing, seconds(at)))
+        screen.echo(report.describe_ranking(ageing, seconds(at or _AT)))
+    elif at is not None:
+        warnings.warn("--at is not used: it ranks two tables of hold times or more", UnitWarning, stacklevel=1)
+    if load is not None and not any("is divided by" in note for each in fits for note in each.points.notes):
+        warnings.warn("--load is not used: no column is a friction force", UnitWarning, stacklevel=1)
     if len(ageing) < len(fits):
         screen.echo(f"to paste into a configuration\n{report.as_yaml(fits)}")
     save_plot(lambda plots: plots.plot_fits(fits), plot)
-    return lambda: _answer(fits, ageing, seconds(at), plot)
+    return lambda: _answer(fits, ageing, seconds(at or _AT), plot)
 
 
 def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: str | None, plot: Path | None) -> Answer:
@@ -162,7 +168,7 @@ def _is_interactive() -> bool:
 
 
 def show_columns(fits: Sequence[MaterialFit]) -> None:
-    """Say what the columns of each file were taken for, where they are not plainly called so; of files alike once."""
+    """Say what the columns of each file were taken for; of files alike once."""
     from stickslip.fit import report
 
     of_file: dict[str, list[MaterialFit]] = {}
@@ -170,8 +176,7 @@ def show_columns(fits: Sequence[MaterialFit]) -> None:
         of_file.setdefault(str(part.path), []).append(part)
     alike: dict[str, list[str]] = {}
     for path, parts in of_file.items():
-        if not all(map(report.is_plain, parts)):
-            alike.setdefault(report.describe_columns(parts), []).append(path)
+        alike.setdefault(report.describe_columns(parts), []).append(path)
     for text, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {text}\n")
 
@@ -202,11 +207,14 @@ Examples:
 @click.option("--plan", type=click.Path(path_type=Path), help="Table of steps: begin, end, speed, load.")
 @click.option("--radius", metavar="LENGTH", help='Of the track ("20 mm"), where speeds are those of rotation.')
 @click.option("--load", metavar="FORCE", help='Normal load ("10 N"), where no column tells it.')
+@click.option("--speed-column", default="", metavar="NAME", help="Heading of the speeds, if it is none of the usual.")
+@click.option("--friction-column", default="", metavar="NAME", help="Heading of friction, or of its force.")
 @click.option("--settle", metavar="TIME", help="Left out at the beginning of each step.  [default: what runs in]")
 @reports_errors
 def points(
-    record: Path, output: Path, plan: Path | None, radius: str | None, load: str | None, settle: str | None
-) -> None:
+    record: Path, output: Path, plan: Path | None, radius: str | None, load: str | None, settle: str | None,
+    speed_column: str, friction_column: str,
+) -> None:  # fmt: skip
     """Points of friction from a record at steps of speed and load.
 
     RECORD is a CSV file of a pin-on-disc or block-on-ring test: time, speed, and friction or its force. Each step gives
@@ -220,7 +228,8 @@ def points(
         None if text is None else params.si_quantity(option, text, unit, "a value above 0", or_zero=unit == "s")
         for option, text, unit in (("--radius", radius, "m"), ("--load", load, "N"), ("--settle", settle, "s"))
     )
-    steps = read_steps(record, plan, radius=length, load=force, settle=time)
+    steps = read_steps(record, plan, radius=length, load=force, settle=time,
+                       speed_column=speed_column, friction_column=friction_column)  # fmt: skip
     write_points(steps, output)
     screen.echo(describe_steps(steps))
     screen.echo(f"points   {output}")

@@ -275,7 +275,7 @@ def numbers(option: str, texts: tuple[str, ...], unit: str = "") -> dict[str, fl
 
 def number_or_text(text: str) -> float | str:
     """A number, in SI, or a text with a unit."""
-    from stickslip.files.tables import NUMBER
+    from stickslip.files.layout import NUMBER
 
     return float(text) if NUMBER.fullmatch(text) else text
 

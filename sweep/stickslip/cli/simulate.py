@@ -127,7 +127,7 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
 
 def cell_title(title: str, at: Iterable[str]) -> str:
     """The title of a picture of one cell: that of the configuration, and below it what was set."""
-    from stickslip.files.tables import NUMBER
+    from stickslip.files.layout import NUMBER
     from stickslip.vocabulary.display_units import spoken
     from stickslip.vocabulary.quantities import QUANTITIES
 

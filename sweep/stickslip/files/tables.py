@@ -21,13 +21,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, Problem
-from stickslip.files.texts import as_written, blocks, check_columns, check_points, plain_numbers, read_text
+from stickslip.files import layout
+from stickslip.files.texts import (
+    as_written,
+    blocks,
+    check_columns,
+    check_points,
+    is_workbook,
+    plain_numbers,
+    read_sheets,
+    read_text,
+)  # fmt: skip
 
 _SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
-DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
-_DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _MOST_ABOVE = 300  # lines above the heading
 _OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
 _MOST_JOINED = 4  # lines of one heading
@@ -48,6 +55,7 @@ class Table:
     remarks : the text after the # of comment lines. heading : the cells of the first other line.
     lines : the rest, each with its number. separator : one of comma, semicolon and tab. above : lines before the
     heading that are no remarks, cell by cell.
+    left_out : rows of means, extremes and the like, by label and line. title : of the sheet of a workbook.
     rest, begins : of a long file, what follows `lines` as bytes, and the number of its first line.
     """
 
@@ -59,41 +67,81 @@ class Table:
     above: tuple[tuple[Cell, ...], ...] = ()
     rest: bytes = b""
     begins: int = 0
+    left_out: tuple[Cell, ...] = ()
+
+
+def sheets_with_tables(path: Path, is_heading: Callable[[Sequence[str]], bool]) -> list[str]:
+    """The visible sheets of a workbook in which such a line stands over numbers; all, where there is none."""
+    texts = read_sheets(path)
+    good = [title for title, text in texts.items() if _holds_table(text, is_heading)]
+    return good or [*texts]
+
+
+def sheets_without(path: Path, titles: Sequence[str]) -> list[str]:
+    """The other visible sheets of a workbook that hold something; none of any other file."""
+    return [title for title in read_sheets(path) if title not in titles] if is_workbook(path) else []
+
+
+def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool:
+    lines = [line for line in text.splitlines() if line.strip(" ;") and not layout.is_remark(line)]
+    at, mark = _heading_at(lines[:_MOST_ABOVE], ";", is_heading) if lines else (0, ";")
+    return bool(lines) and is_heading(layout.plain_cells(lines[at], mark))
 
 
 def read_table(
-    path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None
-) -> Table:
+    path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None,
+    sheet: str | None = None,
+) -> Table:  # fmt: skip
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
     example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading :
     whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
+    sheet : of a workbook; without it the only one that holds a table.
     """
     name = str(path)
-    text, below = read_text(path)
+    if is_workbook(path):
+        titles = sheets_with_tables(path, is_heading or (lambda texts: len(texts) > 1)) if sheet is None else [sheet]
+        if len(titles) > 1:
+            raise ConfigError.of(name, f"got tables in the sheets {', '.join(map(repr, titles))}, expected one",
+                                 "save the sheet that is meant as CSV")  # fmt: skip
+        text, below = read_sheets(path)[titles[0]], b""
+    else:
+        text, below = layout.separated(*read_text(path))
     numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
     declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if declared else numbered
-    remarks = tuple(_remark(number, line) for number, line in numbered if _is_remark(line))
-    rows = [(number, line) for number, line in numbered if not _is_remark(line)]
+    remarks = tuple(_remark(number, line) for number, line in numbered if layout.is_remark(line))
+    rows = [(number, line) for number, line in numbered if not layout.is_remark(line)]
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError.of(name, "no line names the columns", hint)
     at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
+    first = layout.plain_cells(line, separator)
+    if all(map(layout.is_number, first)):  # NumPy writes the names as a remark
+        above = (cell for cell in remarks if cell.place.line < number)
+        named = [cell for cell in above if len(layout.plain_cells(cell.text, separator)) == len(first) > 1]
+        if named:
+            (line, (number, *_)), rest = named[-1], rows[at:]
+            remarks = tuple(cell for cell in remarks if cell is not named[-1])
     heading = _cells(name, number, line, separator)
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
     lines = tuple(_within(rest, separator, len(heading)))
+    summaries = [(number, label) for number, line in lines if (label := layout.summary(line, separator))]
+    lines = tuple(row for row in lines if row[0] not in dict(summaries))
+    layout.check_blocks(name, lines, line)
     if not lines and not below:
         raise ConfigError.of(name, f"no {rows_are}, only the names of columns", place=Place(number, 1))
     check_columns(path, number, len(heading))
     begins = len(text.splitlines()) + 1
     remarks += tuple(_remarks(below, begins))
-    above = tuple(  # need not be proper CSV
-        tuple(Cell(text, Place(number, 1)) for text in _plain_cells(line, separator)) for number, line in rows[:at]
+    lines_above = tuple(  # need not be proper CSV
+        tuple(Cell(text, Place(number, 1)) for text in layout.plain_cells(line, separator))
+        for number, line in rows[:at]
     )
-    return Table(name, remarks, heading, lines, separator, above, below, begins)
+    left_out = tuple(Cell(label, Place(number, 1)) for number, label in summaries)
+    return Table(name, remarks, heading, lines, separator, lines_above, below, begins, left_out)
 
 
 def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
@@ -120,36 +168,24 @@ def _heading_at(
     marks = [declared] if declared else [*_SEPARATORS]
     for i, line in enumerate(lines):
         for mark in marks:
-            names = _plain_cells(line, mark)
-            if is_heading is None or len(names) < 2 or any(map(_is_number, names)) or not is_heading(names):
+            names = layout.plain_cells(line, mark)
+            if is_heading is None or len(names) < 2 or any(map(layout.is_number, names)) or not is_heading(names):
                 continue
             for row in lines[i + 1 : i + 3]:  # a line of units may stand between names and numbers
-                row_cells = _plain_cells(row, mark)
+                row_cells = layout.plain_cells(row, mark)
                 if is_heading(row_cells):
                     break
-                if 1 < sum(map(_is_number, row_cells)) and len(row_cells) <= len(names):
+                if 1 < sum(map(layout.is_number, row_cells)) and len(row_cells) <= len(names):
                     return i, mark
-    several = [i for i, line in enumerate(lines) if any(len(_plain_cells(line, mark)) > 1 for mark in marks)]
-    named = (i for i in several if is_heading and any(is_heading(_plain_cells(lines[i], mark)) for mark in marks))
+    several = [i for i, line in enumerate(lines) if any(len(layout.plain_cells(line, mark)) > 1 for mark in marks)]
+    named = (i for i in several if is_heading and any(is_heading(layout.plain_cells(lines[i], mark)) for mark in marks))
     at = next(named, several[0] if several else 0)
     return at, declared or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
 
 
-def _plain_cells(line: str, mark: str) -> list[str]:
-    """The cells of a line without quotation marks, and without the empty ones behind the last."""
-    texts = [line[begin:end].strip().strip('"').strip() for begin, end in _parts(line, mark)]
-    while texts and not texts[-1]:
-        texts.pop()
-    return texts
-
-
-def _is_number(text: str) -> bool:
-    return bool(NUMBER.fullmatch(text.strip().replace(",", ".")))
-
-
 def _separator(heading: str, row: str) -> str:
     """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
-    counts = {mark: [len(list(_parts(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
+    counts = {mark: [len(list(layout.cells_of(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
     used = [mark for mark, (cells, _) in counts.items() if cells > 1]
     return next((mark for mark in used if counts[mark][0] == counts[mark][1]), used[0] if used else ",")
 
@@ -244,7 +280,7 @@ def _lines(table: Table) -> Iterator[tuple[int, str]]:
 def _rows(table: Table, block: bytes, begins: int) -> Iterator[tuple[int, str]]:
     """Those of a block."""
     every = enumerate(block.decode().split("\n"), begins)
-    rows = ((number, line) for number, line in every if line.strip() and not _is_remark(line))
+    rows = ((number, line) for number, line in every if line.strip() and not layout.is_remark(line))
     return _within(rows, table.separator, len(table.heading))
 
 
@@ -263,10 +299,6 @@ def line_of(table: Table, row: int) -> int:
 # --- the text ---------------------------------------------------------------------------------------------------------
 
 
-def _is_remark(line: str) -> bool:
-    return line.lstrip().startswith("#")
-
-
 def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
     """The remarks in what follows the beginning of a file."""
     start, mark = 0, rest.find(b"#")
@@ -280,13 +312,13 @@ def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
 
 
 def _remark(number: int, line: str) -> Cell:
-    text = line.lstrip().lstrip("#")
+    text = line.lstrip().lstrip("#%")
     return Cell(text.strip(), Place(number, len(line) - len(text.lstrip()) + 1))
 
 
 def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...]:
     """The cells of a line, without quotation marks and the spaces around them. Raises ConfigError."""
-    parts = list(_parts(line, separator))
+    parts = list(layout.cells_of(line, separator))
     texts = [line[begin:end].strip() for begin, end in parts]
     if '"' in line:
         try:
@@ -302,38 +334,12 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
     return tuple(Cell(text, Place(number, start)) for text, start in zip(texts, starts, strict=True))
 
 
-def _parts(line: str, separator: str) -> Iterator[tuple[int, int]]:
-    """Begin and end of each cell of a line; separators in quotation marks are none."""
-    quoted, begin = False, 0
-    for i, character in enumerate(f"{line}{separator}"):
-        if character == '"':
-            quoted = not quoted
-        elif character == separator and not quoted:
-            yield begin, i
-            begin = i + 1
-
-
 # --- what is wrong ----------------------------------------------------------------------------------------------------
 
 
 def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], columns: Sequence[int]) -> bool:
     """Tell whether numbers are written with commas in the columns `columns` of the cells in `rows`."""
     return table.separator != "," and any("," in row[column] for row in rows for column in columns if column < len(row))
-
-
-def thousands(texts: Sequence[str], comma: bool) -> bool:
-    """Tell whether the decimal marks of a column rather stand between thousands: 500, 1,000, 1,500."""
-    marked = re.compile(r"[-+]?[1-9]\d{0,2}[,]\d{3}" if comma else r"[-+]?[1-9]\d{0,2}[.]\d{3}")
-    whole = [text for text in texts if text.lstrip("+-").isdigit()]
-    others = [text for text in texts if text and text not in whole]
-    return bool(others) and any(len(text) > 2 for text in whole) and all(map(marked.fullmatch, others))
-
-
-def mixed_marks(text: str, comma: bool) -> str:
-    """The remedy where a text has a decimal point though the file has decimal commas; nothing where it has none."""
-    if comma and _DECIMAL_POINT.fullmatch(text):
-        return "the file mixes decimal commas and decimal points: write one of them throughout"
-    return "leave out the points between thousands" if comma and "." in text else ""
 
 
 def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem]:
@@ -360,9 +366,10 @@ def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem
 def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
     """The problem of a cell, None if it is a finite number."""
     text = cell.text
-    if hint := mixed_marks(text, comma):
+    is_number = layout.NUMBER.fullmatch(text.replace(",", ".") if comma else text)
+    if hint := layout.mixed_marks(text, comma):
         pass
-    elif NUMBER.fullmatch(text.replace(",", ".") if comma else text) and math.isfinite(float(text.replace(",", "."))):
+    elif is_number and math.isfinite(float(text.replace(",", "."))):
         return None
     elif text.lower() in ("", "nan", "na", "n/a", "-"):
         hint = "a signal has no gaps: leave the whole line out"

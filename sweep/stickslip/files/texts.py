@@ -1,4 +1,4 @@
-"""The text of tables that people hand in, whatever wrote it: text files, first sheets of workbooks of Excel.
+"""The text of tables that people hand in, whatever wrote it: text files, sheets of workbooks of Excel.
 
 What is too large is refused before it costs memory or minutes. Texts that a spreadsheet would run as formulas when it
 opens a table are made inert, and read back: what counts as such is the list of OWASP on CSV injection, a text that
@@ -16,6 +16,7 @@ import re
 import stat
 import warnings
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from importlib import import_module
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -50,12 +51,10 @@ _INERT = re.compile(rf"^'(?='*{_STARTS})|(?<=[;,\t])'(?='*[ ]*[=@])")
 def read_text(path: Path) -> tuple[str, bytes]:
     """The beginning of a file, and its rest as UTF-8 with a line feed after each line; a short one has no rest.
 
-    The file is UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1; of a workbook
-    of Excel it is the first sheet, as CSV. Raises ConfigError if it cannot be read, or is no text.
+    The file is UTF-8 or UTF-16 as its byte order mark tells, else UTF-8, else Windows-1252 or Latin-1. Raises
+    ConfigError if it cannot be read, or is no text.
     """
     check_file(path, LARGEST_TEXT)
-    if _is_workbook(path):
-        return first_sheet(path), b""
     if kind := wrong_file_type(path, TABLES):
         raise ConfigError.of(path, f"this is {kind.name}, expected a CSV file", kind.hint)
     try:
@@ -68,7 +67,7 @@ def read_text(path: Path) -> tuple[str, bytes]:
         raise ConfigError.of(path, "this is no text, expected a CSV file", "save the table as CSV") from None
 
 
-def _is_workbook(path: Path) -> bool:
+def is_workbook(path: Path) -> bool:
     """Recognize a file of Excel, by its name and by how it begins."""
     try:
         with path.open("rb") as file:
@@ -156,17 +155,29 @@ def _has_cells(block: bytes, separator: str, width: int) -> bool:
 # --- workbooks --------------------------------------------------------------------------------------------------------
 
 
-def first_sheet(path: Path) -> str:
-    """The first sheet as text, columns separated by semicolons, a line for each row. Raises ConfigError."""
+def read_sheets(path: Path) -> dict[str, str]:
+    """The visible sheets that hold something, by title, as text: columns separated by semicolons, a line for each row.
+
+    Raises ConfigError.
+    """
+    known = path.stat()
+    return _read_sheets(path, known.st_mtime_ns, known.st_size)
+
+
+@lru_cache(maxsize=4)
+def _read_sheets(path: Path, *_: int) -> dict[str, str]:
     check_parts(path)
-    text = StringIO()
-    writer = csv.writer(text, delimiter=";", lineterminator="\n")
+    sheets = {}
     try:
         openpyxl = import_module("openpyxl")  # of the extra "excel"
         book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
         try:
-            for cells in _rows(path, book.worksheets[0]):
-                writer.writerow(cells)
+            for sheet in book.worksheets:
+                text = StringIO()
+                if sheet.sheet_state == "visible":
+                    csv.writer(text, delimiter=";", lineterminator="\n").writerows(_rows(path, sheet))
+                if text.getvalue().strip(";\n"):
+                    sheets[sheet.title] = text.getvalue()
         finally:
             book.close()
     except ConfigError:
@@ -176,7 +187,7 @@ def first_sheet(path: Path) -> str:
         raise ConfigError.of(path, "this is an Excel workbook, which needs openpyxl", hint) from None
     except Exception as error:  # a damaged archive can make these libraries raise whatever there is
         raise _damaged_workbook(path, error) from None
-    return text.getvalue()
+    return sheets or {"": ""}
 
 
 def _rows(path: Path, sheet: Any) -> Iterator[list[Any]]:

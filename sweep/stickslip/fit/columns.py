@@ -6,16 +6,22 @@ Measured points, records in steps, records of a rig and pairs of features are al
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
-from stickslip.files.tables import NUMBER, Cell, Table, numbers
-from stickslip.fit.headings import PERCENT, POINTS, PURE, Heading, heading, with_units_below
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Cell, Table, numbers, read_table
+from stickslip.fit.headings import Heading, are_units, heading, with_units_below
 from stickslip.fit.uncertainty import Floats
+from stickslip.fit.words import PERCENT, POINTS, PURE
 from stickslip.vocabulary import units
 from stickslip.vocabulary.column_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
+
+MOST_FRICTION = 2.0  # of a column whose heading says nothing; more is rather a percentage, or something else
+MOST_EVER = 5.0  # rubber, and clean metals in vacuum, reach it
 
 
 class HeadedTable:
@@ -30,6 +36,62 @@ class HeadedTable:
         self.headings, has_units = with_units_below(table, headings, kinds)
         self.table = replace(table, lines=table.lines[has_units:])
 
+    @classmethod
+    def read(
+        cls, path: Path, example: str, are_headings: Callable[[list[Heading]], bool], kinds: tuple[str, ...] = POINTS,
+        rows_are: str = "samples", names: tuple[str, ...] = (), sheet: str | None = None,
+    ) -> "HeadedTable":  # fmt: skip
+        """The table in a file, below the first line of headings over numbers. Raises ConfigError.
+
+        are_headings : whether these may be the headings of the table; units alone never are. sheet : of a workbook;
+        without it, the one that holds such a table.
+        """
+
+        def is_heading(texts: Sequence[str]) -> bool:
+            return not are_units(texts) and are_headings([heading(text, kinds, names) for text in texts])
+
+        return cls(read_table(path, example, rows_are, is_heading, sheet), kinds, names)
+
+    def pick(self, kind: str, name: str = "") -> int | None:
+        """The column of a kind, or of that name: plainly called so before longer names, actual before set values.
+
+        None where there is none. Raises ConfigError where several may be meant.
+        """
+        columns = [i for i, one in enumerate(self.headings) if (one.is_called(name) if name else one.kind == kind)]
+        if not columns and name:
+            names = listed([repr(one.text) for one in self.headings])
+            raise self.error(f"no column is called {name!r}, expected {names}")
+        for is_nearer in (Heading.has_own_unit, lambda one: not one.label, lambda one: not one.is_set()):
+            columns = [i for i in columns if is_nearer(self.headings[i])] or columns
+        if len(columns) > 1:
+            option = f"--{kind if kind in ('speed', 'time') else 'friction'}-column"
+            hint = (
+                f"remove one of the two columns, or name the one to take: {option} '{self.headings[columns[0]].text}'"
+            )
+            raise self.refused(columns[1], "it once", hint)
+        return columns[0] if columns else None
+
+    def check_friction(self, i: int, largest: float) -> None:
+        """Raises ConfigError for a column that may be a force, or a percentage, as well as a coefficient.
+
+        largest : of its numbers, as coefficients.
+        """
+        one = self.headings[i]
+        loads = [other.text for other in self.headings if other.kind == "load"]
+        if (
+            not one.unit
+            and one.may_be_force()
+            and one.kind != "friction_force"
+            and (loads or is_load_stated(self.table))
+        ):
+            expected = "a unit: force or coefficient? There is a load to divide a force by"
+            raise self.refused(i, expected, f"write '{one.name} [N]' for a force, '{one.name} [-]' for a coefficient")
+        if largest > (MOST_EVER if one.unit in PURE[1:] else MOST_FRICTION):
+            hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
+            message = f"got {one.text!r} up to {largest:.4g}, expected friction coefficients"
+            place = self.table.heading[i].place
+            raise ConfigError.of(self.table.name, message, hint, place=place, path=("mu",))
+
     def find(
         self, name_of: Callable[[Heading], str | None], factor_of: Callable[[str, Heading], float], twice: str
     ) -> dict[str, tuple[int, float]]:
@@ -43,9 +105,11 @@ class HeadedTable:
         for i, column in enumerate(self.headings):
             try:
                 if (name := name_of(column)) is not None:
-                    if name in columns:
+                    other = self.headings[columns[name][0]] if name in columns else None
+                    if other and other.is_set() == column.is_set():
                         raise QuantityError("it once", twice)
-                    columns[name] = i, factor_of(name, column)
+                    if other is None or other.is_set():  # actual values before set ones
+                        columns[name] = i, factor_of(name, column)
             except QuantityError as error:
                 problems.append(self._problem(i, error.expected, error.hint))
         if problems:
@@ -110,6 +174,14 @@ def load_above(table: Table) -> tuple[float, int] | None:
     return stated(table, "load", PARAMETERS["normal_load"], [*((remark,) for remark in table.remarks), *table.above])
 
 
+def is_load_stated(table: Table) -> bool:
+    """True where a line above the heading gives a load, or several."""
+    try:
+        return load_above(table) is not None
+    except ConfigError:
+        return True
+
+
 def stated(
     table: Table, kind: str, row: Parameter, lines: Iterable[Sequence[Cell]], only_numbers: bool = False
 ) -> tuple[float, int] | None:
@@ -124,7 +196,7 @@ def stated(
             name, value = words[0], " ".join(words[1:]).strip()
         else:
             name, _, value = (part.strip() for part in "".join(words).replace("=", ":").partition(":"))
-        title = heading(name.strip(" :="))
+        title = heading(name.strip(" :="), (kind,))
         if title.kind != kind or title.label and only_numbers or not value or only_numbers and not value[0].isdigit():
             continue
         try:

@@ -16,17 +16,15 @@ exponential from sample to sample.
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.files.tables import read_table
-from stickslip.fit.columns import HeadedTable, factor, load_above
-from stickslip.fit.headings import Heading
 from stickslip.fit.quality import say
+from stickslip.fit.signals import Signals
 from stickslip.fit.uncertainty import Floats, Interval, covariance, r_squared, rms, student
 
 RATE_STATE = ("rate_state_ageing", "rate_state_slip")
@@ -40,9 +38,6 @@ _FOLLOWED = 3  # of these
 _ALIKE, _EXPLAINED = 0.5, 0.9  # residuals as correlated with those before, or so little explained: another law
 _BEYOND = 3.0  # times the largest friction of a loop, where the friction that it tends to is not seen
 _WIDE = 8.0  # ratio of the ends of an interval of what is not determined
-_UNITS = {
-    "time": "s", "speed": "m s-1", "displacement": "m", "friction_force": "N", "force": "N", "load": "N", "mu": "1",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -52,7 +47,8 @@ class MemoryFit:
     law : "rate_state_ageing", "rate_state_slip" or "lugre". values : its parameters in SI, by the names of a
     configuration; `mu_k`, friction at the end of pre-sliding, is none. interval : their 95 % intervals. along : what
     the record goes along, time (s) or displacement (m), at each sample. mu, predicted : friction coefficient there.
-    good : whether the record determines them. quality : that in plain words.
+    good : whether the record determines them. quality : that in plain words. columns : what those of a file were taken
+    for.
     """
 
     law: str
@@ -65,6 +61,7 @@ class MemoryFit:
     r_squared: float
     good: bool
     quality: str
+    columns: str = ""
 
 
 def fit_rate_state(
@@ -194,38 +191,21 @@ def fit_memory_file(
     ValueError
         As the fits do, and for a load that is missing.
     """
-    path = Path(path)
     names = ("displacement",) if law == BRISTLES else ("time", "speed")
-    table = HeadedTable(read_table(path, f"{', '.join(names)}, mu"), (*names, "mu", "friction_force", "force", "load"))
-    columns = table.find(_name, lambda name, column: factor(name, column.unit, _UNITS[name], percent=True),
-                         "leave the other out")  # fmt: skip
-    if "force" in columns and "friction_force" not in columns:
-        columns["friction_force"] = columns.pop("force")
-    friction = "mu" if "mu" in columns else "friction_force"
-    for name in (*names, friction):
-        if name not in columns:
-            missing = "mu" if name == friction else name
-            raise table.error(f"got no column {missing}, expected {', '.join((*names, 'mu'))}")
-    values = table.values({name: columns[name] for name in (*names, friction, "load") if name in columns})
-    loads = values.get("load")
-    if load is None and loads is not None:
-        load = float(np.median(loads))
-    if load is None and (above := load_above(table.table)):
-        load = above[0]
-    if load is None and (friction != "mu" or law == BRISTLES or stiffness is not None):
-        raise table.error("got no load", "name it: --load '10 N'")
-    over = np.ones(1) if friction == "mu" or load is None else loads if loads is not None else np.array([load])
-    mu = values[friction] / over
+    record = Signals(Path(path), f"{', '.join(names)}, mu", (*names, "mu", "friction_force", "force", "load"))
+    along = [record.read(name) for name in names]
+    loads = record.read("load") if "load" in record else np.full(along[0].shape, record.given("load", load))
+    mu, weight = record.friction(loads, np.ones(loads.shape, np.bool_)), float(np.median(loads))
+    known = math.isfinite(weight)
+    if not known and (law == BRISTLES or stiffness is not None):
+        raise record.error("got no load", "name it: --load '10 N'")
     if law == BRISTLES:
-        return fit_presliding(values["displacement"], mu, float(load or math.nan))
-    scaled = None if stiffness is None or load is None else stiffness / load
-    return fit_rate_state(values["time"], values["speed"], mu, law=law, stiffness=scaled)
-
-
-def _name(column: Heading) -> str | None:
-    if column.is_force() and column.kind != "force":
-        return "friction_force"
-    return column.kind if column.kind in _UNITS else None
+        fit = fit_presliding(along[0], mu, weight)
+    else:
+        fit = fit_rate_state(
+            along[0], along[1], mu, law=law, stiffness=stiffness / weight if stiffness and known else None
+        )
+    return replace(fit, columns=record.describe(load))
 
 
 def _record(**columns: ArrayLike) -> list[Floats]:

@@ -11,6 +11,8 @@ are called. A table without a column of that name is wide: every other column of
 its heading, and may have gaps. A column called material, lubricant or sample tells materials apart row by row.
 """
 
+import itertools
+import re
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
@@ -21,19 +23,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
-from stickslip.files import tables
-from stickslip.files.tables import NUMBER, Cell, Table
+from stickslip.files import layout, tables
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Cell, Table
+from stickslip.files.texts import is_workbook
 from stickslip.fit.columns import HeadedTable, example, load_above, newtons, titled
-from stickslip.fit.headings import PURE, heading
-from stickslip.fit.roles import GAPS, MOST_FRICTION, MU, WHOLE, Role, Search, Wanted
+from stickslip.fit.headings import are_units, heading
+from stickslip.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
+from stickslip.fit.words import plain
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.suggest import listed
 
 _FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
 _LOAD = Parameter("load", "N", "normal load", "points", above=0)
-_MOST_EVER = 5.0  # rubber, and clean metals in vacuum, reach it
+_MOST_SAMPLES = 10  # of a speed that follow each other, in a table of points
+_RECORD = 8  # steps of time, of which most are alike in a record
+_COURSE = re.compile(r"cycl|zykl|loop|schleife|run|lauf|repe|wiederh|pass|sweep|ramp|step|schritt|\bn[or]\b|index")
+_CONDITION = 1.25  # ratio of friction by which two conditions are told from scatter
 _SAME_LOAD = 0.01  # share by which two loads that are the same may differ
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
 
@@ -101,7 +110,8 @@ def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
     """The kind of points in a table: CURVE_COLUMNS or AGEING_COLUMNS. Raises ConfigError."""
     if wanted.speed or wanted.time:
         return CURVE_COLUMNS if wanted.speed else AGEING_COLUMNS
-    headings = [heading(cell.text) for cell in _table(path, CURVE_COLUMNS, ("speed", "time"), wanted).heading]
+    (_, table), *_ = _tables(path, CURVE_COLUMNS, ("speed", "time"), wanted)
+    headings = HeadedTable(table).headings
     has_speed = any(column.kind == "speed" or is_column_unit(column.unit, "m s-1") for column in headings)
     return AGEING_COLUMNS if not has_speed and any(column.kind == "time" for column in headings) else CURVE_COLUMNS
 
@@ -125,19 +135,42 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
         With everything that is wrong, by line and column.
     """
     wanted = wanted or Wanted()
-    headed = HeadedTable(_table(Path(path), columns, (columns[0].name,), wanted))
+    read: dict[str, Columns] = {}
+    sheets = _tables(Path(path), columns, (columns[0].name,), wanted)
+    for title, table in sheets:
+        for name, points in _materials(HeadedTable(table), columns, wanted).items():
+            read[" ".join(filter(None, (title if len(sheets) > 1 else "", name)))] = points
+            if others := tables.sheets_without(Path(path), [title for title, _ in sheets]):
+                points.notes += (f"sheets not read: {', '.join(map(repr, others))}",)
+    return read
+
+
+def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted) -> dict[str, Columns]:
+    """The points of every material of one table."""
     table, headings, rows = headed.table, headed.headings, list(tables.cells(headed.table))
+    if not wanted.speed and not wanted.time:
+        _check_record(headed, rows)
     roles, group, notes = Search(headed, rows, columns, wanted).roles()
     materials = _Reader(table, rows, roles, group).materials()
-    _ask_about_load(table, wanted)
+    _ask_about_load(headed, rows, wanted)
     for role in roles:
         if role.column.name == MU:
-            _check_friction(headed, role, materials)
+            largest = max(
+                (float(p[MU].max()) for name, p in materials.items() if role.label in ("", name)), default=0.0
+            )
+            headed.check_friction(role.position, largest if role.load is None else 0.0)
+    if columns is AGEING_COLUMNS and not wanted.time:
+        _check_waiting(headed, roles, materials)
     with_unit = {role.column.name: role.unit for role in roles if role.column.units != "1" and role.unit}
     assumed = tuple(role.column for role in roles if role.column.units != "1" and not role.unit)
     if assumed:
         _check_units_above(table, assumed[0])
     used = {group, *(i for role in roles for i in role.positions)}
+    if len(materials) == 1:
+        _check_conditions(headed, rows, used, *materials.values())
+    if table.left_out:
+        summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in table.left_out], "and")
+        notes = (*notes, f"left out, since they are no measurements: {summaries}")
     for name, points in materials.items():
         own = (role for role in roles if role.label in ("", name) or group is not None)
         points.assumed, points.units, points.notes = assumed, with_unit, notes
@@ -147,8 +180,12 @@ def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wante
     return materials
 
 
-def _table(path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wanted: Wanted) -> Table:
-    """The parts of a file; where no line has headings that are known, the names of columns stand over the numbers.
+def _tables(
+    path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wanted: Wanted
+) -> list[tuple[str, Table]]:
+    """The parts of a file, or of each sheet of a workbook with such headings, by title where there are several.
+
+    Where no line has headings that are known, the names of columns stand over the numbers.
 
     along : speed, time, or both, of which the table has one beside a column that may be friction. Raises ConfigError.
     """
@@ -156,20 +193,76 @@ def _table(path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wan
     def may_be_headings(texts: Sequence[str]) -> bool:
         headings = [heading(text) for text in texts]
         named = [word for word in (wanted.speed, wanted.time) if word]
-        steps = {i for i, one in enumerate(headings) if one.kind in along or any(map(one.is_called, named))}
+        over = (*along, "rotation")
+        steps = {i for i, one in enumerate(headings) if one.kind in over or any(map(one.is_called, named))}
         kinds = ("", MU, "kinetic", "static", "friction_force")
         others = (one for i, one in enumerate(headings) if i not in steps and one.text and one.kind in kinds)
         frictions = (one for one in headings if any(map(one.is_called, wanted.friction)))
-        return bool(steps) and bool([*others, *frictions])
+        return not are_units(texts) and bool(steps) and bool([*others, *frictions])
 
-    def are_words(texts: Sequence[str]) -> bool:  # as in a line of units below the names
-        plain = (text.replace(",", ".").strip("[]() ") for text in texts)
-        return not any(NUMBER.fullmatch(text) or text in PURE[1:] or is_column_unit(text) for text in plain)
+    def are_words(texts: Sequence[str]) -> bool:
+        return not any(are_units([text]) for text in texts if text)
 
-    table = tables.read_table(path, example(columns), "points", may_be_headings)
-    if may_be_headings([cell.text for cell in table.heading]):
-        return table
-    return tables.read_table(path, example(columns), "points", are_words)
+    def read(sheet: str | None = None) -> Table:
+        table = tables.read_table(path, example(columns), "points", may_be_headings, sheet)
+        if may_be_headings([cell.text for cell in table.heading]):
+            return table
+        return tables.read_table(path, example(columns), "points", are_words, sheet)
+
+    if not is_workbook(path):
+        return [("", read())]
+    titles = tables.sheets_with_tables(path, may_be_headings)
+    return [(title, read(title)) for title in titles]
+
+
+def _check_record(headed: HeadedTable, rows: Sequence[Sequence[Cell]]) -> None:
+    """Raises ConfigError for samples over time at steps of a speed: which are points, the steps tell."""
+    kinds = {one.kind: i for i, one in reversed([*enumerate(headed.headings)])}
+    speed = kinds.get("speed", kinds.get("rotation"))
+    if "time" not in kinds or speed is None:
+        return
+    values = [row[speed].text for row in rows if speed < len(row)]
+    steps = 1 + sum(a != b for a, b in itertools.pairwise(values))
+    if len(values) >= _MOST_SAMPLES * steps:
+        message = f"this is a record with {steps} steps of {headed.headings[speed].text!r}, expected a point of each"
+        raise headed.error(message, "stickslip points RECORD -o points.csv averages them")
+
+
+def _check_waiting(headed: HeadedTable, roles: Sequence[Role], materials: dict[str, Columns]) -> None:
+    """Raises ConfigError for friction over the time of a record, which is no time at rest."""
+    over, mu = (headed.headings[role.position] for role in roles[:2])
+    if over.is_waiting() or mu.kind == "static":
+        return
+    for points in materials.values():
+        steps = np.diff(points["time"])
+        usual = float(np.median(steps)) if steps.size >= _RECORD else np.nan
+        if points["time"].min() <= 0 or np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7:
+            hint = (
+                "a record becomes points by `stickslip points RECORD --plan PLAN`; call times at rest 'hold time [s]'"
+            )
+            raise headed.refused(roles[0].position, "hold times; this looks like a record over time", hint)
+
+
+def _check_conditions(
+    headed: HeadedTable, rows: Sequence[Sequence[Cell]], used: set[int | None], points: Columns
+) -> None:
+    """Raises ConfigError where a column that is not used tells parts of very different friction at one speed."""
+    along, mu = (points[name] for name in (*points,)[:2])
+    for i, one in enumerate(headed.headings):
+        texts = np.array([row[i].text if i < len(row) else "" for row in rows])
+        values = list(dict.fromkeys(texts.tolist()))
+        is_course = one.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(one.name))
+        if i in used or is_course or not 1 < len(values) <= mu.size / 3:
+            continue
+        order = np.argsort(along, kind="stable")
+        x, y, parts = along[order], mu[order], texts[order]
+        first, others = parts == values[0], (parts != values[0]) & (y > 0)
+        shared = others & (x >= x[first].min()) & (x <= x[first].max())
+        ratios = np.interp(x[shared], x[first], y[first]) / y[shared]
+        if ratios.size > 2 and (ratios.min() > _CONDITION or ratios.max() < 1 / _CONDITION):
+            times = float(np.median(np.maximum(ratios, 1 / ratios)))
+            expected = f"one of {listed(values, 'and')}: friction at one speed differs by a factor of {times:.2g}"
+            raise headed.refused(i, expected, "keep the rows of one, or call the column 'material'")
 
 
 def _check_units_above(table: Table, column: Parameter) -> None:
@@ -180,24 +273,22 @@ def _check_units_above(table: Table, column: Parameter) -> None:
         raise ConfigError.of(table.name, message, hint, place=cell.place)
 
 
-def _ask_about_load(table: Table, wanted: Wanted) -> None:
-    with suppress(ConfigError):  # several loads, of which this may be one
-        if wanted.load is not None and (above := load_above(table)) is not None:
-            own, given = above[0], newtons(wanted.load)
-            if abs(own - given) > _SAME_LOAD * given:
-                question = f"measured with {own:g} N, and the load given is {given:g} N: is that meant?"
-                warnings.warn(f"{table.name}:{above[1]}: {question}", UnitWarning, stacklevel=2)
-
-
-def _check_friction(headed: HeadedTable, role: Role, materials: dict[str, Columns]) -> None:
-    """Raises ConfigError where numbers are too large for friction coefficients, as those in percent are."""
-    most = max((float(points[MU].max()) for name, points in materials.items() if role.label in ("", name)), default=0.0)
-    is_bare = headed.headings[role.position].unit == ""
-    if most > (MOST_FRICTION if is_bare or role.unit else _MOST_EVER):
-        cell = headed.table.heading[role.position]
-        message = f"got {cell.text!r} up to {most:.4g}, expected friction coefficients"
-        hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
-        raise ConfigError.of(headed.table.name, message, hint, place=cell.place, path=(MU,))
+def _ask_about_load(headed: HeadedTable, rows: Sequence[Sequence[Cell]], wanted: Wanted) -> None:
+    """Warn of a load that a column, or a line above the heading, tells otherwise than whoever gives one."""
+    if wanted.load is None:
+        return
+    given, place = newtons(wanted.load), "the file"
+    with suppress(ConfigError, QuantityError):  # several loads, of which this may be one
+        if (i := headed.pick("load")) is not None:
+            unit, place = column_unit(headed.headings[i].unit, "N"), repr(headed.headings[i].text)
+            own = float(np.median([units.si_value(f"{row[i].text.replace(',', '.')} {unit}", "N") for row in rows]))
+        elif (above := load_above(headed.table)) is not None:
+            own, place = above[0], f"line {above[1]}"
+        else:
+            return
+        if abs(own - given) > _SAME_LOAD * given:
+            text = f"measured with {own:g} N ({place}), which counts, and the load given is {given:g} N: is that meant?"
+            warnings.warn(f"{headed.table.name}: {text}", UnitWarning, stacklevel=2)
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
@@ -211,7 +302,7 @@ class _Reader:
         texts = [[cell.text for cell in row] for row in rows]
         used = [i for role in roles for i in role.positions]
         self._comma = tables.has_decimal_commas(table, texts, used)
-        self._thousands = {i for i in used if tables.thousands([row[i] for row in texts if i < len(row)], self._comma)}
+        self._thousands = {i for i in used if layout.thousands([row[i] for row in texts if i < len(row)], self._comma)}
         self._problems: list[Problem] = []
 
     def materials(self) -> dict[str, Columns]:
@@ -269,9 +360,9 @@ class _Reader:
 def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
     """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
     plain = text.replace(",", ".") if comma else text
-    if not NUMBER.fullmatch(plain) or tables.mixed_marks(text, comma):
-        hint = tables.mixed_marks(text, comma) or None
-        if tables.DECIMAL_COMMA.fullmatch(text):
+    if not NUMBER.fullmatch(plain) or layout.mixed_marks(text, comma):
+        hint = layout.mixed_marks(text, comma) or None
+        if layout.DECIMAL_COMMA.fullmatch(text):
             hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
         elif text.lower() in GAPS:
             hint = "leave out points that were not measured"

@@ -39,7 +39,7 @@ def describe(material: MaterialFit) -> str:
 
 def describe_memory(name: str, fit: MemoryFit) -> str:
     """Parameters with their 95 % intervals, the quality of the fit, and what to paste."""
-    rows = [f"{name}: {fit.law}"]
+    rows = [f"{name}: {fit.law}", *([f"  {fit.columns}"] if fit.columns else [])]
     for key, value in fit.values.items():
         low, high = fit.interval.get(key, (math.nan, math.nan))
         known = f"95 %: {low:.5g} to {high:.5g}" if math.isfinite(low) else "the first speed"
@@ -61,10 +61,11 @@ def describe_ranking(fits: Mapping[str, AgeingFit], at: float) -> str:
 def describe_columns(materials: Sequence[MaterialFit]) -> str:
     """The columns of the table of these materials, what they were taken for, and what was left out."""
     points = materials[0].points
-    shared = {name: text for name, text in points.read.items()
-              if name != "mu" and (name != "sigma" or len(materials) == 1)}  # fmt: skip
+    several = len(materials) > 1
+    parts = [f"{text!r} is {name}" + (f" in {points.units[name]}" if name in points.units else "")
+             for name, text in points.read.items() if name != "mu" and (not several or name != "sigma")]  # fmt: skip
     columns = dict.fromkeys(repr(one.points.read["mu"]) for one in materials)
-    parts = [f"{', '.join(f'{text!r} is {name}' for name, text in shared.items())}, {', '.join(columns)} friction"]
+    parts = [", ".join([*parts, f"{', '.join(columns)} friction"])]
     parts += points.notes
     parts += [f"not used: {', '.join(map(repr, points.ignored))}"] if points.ignored else []
     if points.above:
@@ -76,7 +77,8 @@ def describe_columns(materials: Sequence[MaterialFit]) -> str:
 
 def describe_steps(points: StepPoints) -> str:
     """Points of a record at steps, what is doubtful among them, and what was left out."""
-    lines = [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
+    lines = [points.columns] if points.columns else []
+    lines += [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
     wild = points.speed[points.scatter > 0.2 * points.mu]
     if wild.size:
         speeds = listed([f"{1000 * speed:.4g} mm/s" for speed in wild[:8]], "and")
@@ -91,13 +93,6 @@ def columns_of(material: MaterialFit) -> dict[str, Any]:
     return {"columns": dict(points.read), "ignored": list(points.ignored), "notes": list(points.notes),
             "lines_above": list(points.above or ()), "units": dict(points.units),
             "assumed_units": {column.name: column.units for column in points.assumed}}  # fmt: skip
-
-
-def is_plain(material: MaterialFit) -> bool:
-    """True where the columns are plainly called what they were taken for, and nothing was left out."""
-    points = material.points
-    are_named_so = all(text.lower().startswith(name) for name, text in points.read.items())
-    return are_named_so and not (points.ignored or points.notes or points.above)
 
 
 def as_plain(material: MaterialFit) -> dict[str, Any]:

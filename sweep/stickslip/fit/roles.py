@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.tables import DECIMAL_COMMA, NUMBER, Cell
-from stickslip.fit.columns import HeadedTable, example, load_above, newtons
-from stickslip.fit.headings import PERCENT, PURE, Heading, heading, plain, trailing_unit, words_for
+from stickslip.files.layout import DECIMAL_COMMA, NUMBER
+from stickslip.files.tables import Cell
+from stickslip.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
+from stickslip.fit.headings import Heading, heading, trailing_unit, words_for
+from stickslip.fit.words import PERCENT, PURE, plain
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest
@@ -19,7 +21,6 @@ from stickslip.vocabulary.suggest import listed, nearest
 MU, SIGMA = "mu", "sigma"
 WHOLE = re.compile(r"([-+]?\d+)(?:[.,]0*)?")  # workbooks write 1.0
 GAPS = ("", "nan", "na", "n/a", "-", "--", "#n/a", "#nv")  # what people write where nothing was measured
-MOST_FRICTION = 2.0  # of a column whose heading says nothing; more is rather a percentage, or something else
 _ALIKE = 3.0  # ratio of the largest numbers of two columns of one name; a standard deviation is less
 _NAME_ONE = "remove one of the two columns, or name the one to take, such as --friction-column 'mu_k'"
 
@@ -130,21 +131,14 @@ class Search:
             text = one.heading.text
             unit = one.heading.unit or trailing_unit(text, si) or "".join(re.findall(r"[(\[].*[)\]]", text))
             return self._in_unit(one, "" if self._wanted.unit and not is_column_unit(unit, si) else unit)
-        of_kind = [one for one in self._columns if one.heading.kind == name]
-        for labelled in (False, True):
-            among = [one for one in of_kind if bool(one.heading.label) == labelled]
-            sure = [one for one in among if one.heading.unit and is_column_unit(one.heading.unit, si)]
-            without_unit = [one for one in among if not one.heading.unit]
-            chosen = sure or without_unit or ([] if labelled else among)
-            if len(chosen) > 1 or sure and without_unit:
-                hint = f"remove one of the two columns, or name the one to take: --{name}-column"
-                raise self._refused(among[1], "it once", f"{hint} '{among[0].heading.text}'")
-            if chosen:
-                return self._in_unit(chosen[0], chosen[0].heading.unit)
-        return None
+        i = self._table.pick(name)
+        return None if i is None else self._in_unit(self._columns[i], self._columns[i].heading.unit)
 
     def _in_unit(self, one: _Column, unit: str) -> Role:
-        unit = unit or self._wanted.unit
+        given = self._wanted.unit
+        if unit and given and unit != given:
+            self._notes.append(f"--unit {given} is not used, since {one.heading.text!r} has a unit")
+        unit = unit or given
         try:
             return Role(one.position, self._along, column_unit(unit, self._along.units) if unit else "")
         except QuantityError as error:
@@ -156,7 +150,7 @@ class Search:
         """The columns of friction: those named, else those of friction, else all that may be. Raises ConfigError."""
         if self._wanted.friction:
             chosen = [self._called(word) for word in self._wanted.friction]
-            return [self._friction(one, len(chosen) > 1 or not one.heading.kind) for one in chosen]
+            return [self._friction(one, len(chosen) > 1 or one.heading.kind in ("", "other")) for one in chosen]
         if (single := self._unlabelled(others)) is not None:
             return [self._friction(single, False)]
         others = [one for one in others if one.has_numbers]
@@ -212,6 +206,7 @@ class Search:
     def _friction(self, one: _Column, is_material: bool) -> Role:
         head, column = one.heading, self._known[MU]
         label = head.text if is_material else ""
+        self._table.check_friction(one.position, 0.0)
         if head.is_force() or head.unit and head.kind in ("", "other") and is_column_unit(head.unit, "N"):
             return Role(one.position, column, self._newtons(one), label, 0.0)
         if head.unit in PURE or plain(head.unit) in PERCENT:
@@ -220,8 +215,8 @@ class Search:
 
     def _divided(self, role: Role) -> Role:
         """A column of friction forces with the load they are divided by. Raises ConfigError."""
-        loads = [one for one in self._columns if one.heading.kind == "load" and not one.heading.label
-                 and one.position != role.position and one.has_numbers]  # fmt: skip
+        column = self._table.pick("load")
+        loads = [] if column is None else [self._columns[column]]
         force = self._columns[role.position]
         load: tuple[int, str] | float
         if len(loads) == 1:
@@ -232,7 +227,7 @@ class Search:
             load = newtons(self._wanted.load)
             shown = f"{load:g} N (--load)"
         else:
-            expected = "one column of loads" if loads else "a friction coefficient, or a load to divide this force by"
+            expected = "a friction coefficient, or a load to divide this force by"
             hint = "give the load: a column 'Load [N]', a line 'Load;15;N' above the heading, or --load '15 N'"
             raise self._refused(force, expected, hint)
         self._notes.append(f"{force.heading.text!r} is divided by {shown}")
@@ -302,7 +297,7 @@ class Search:
         if misspelt or len(missing) > 1 and others and _may_be_number(others[0].heading.text):
             one = (misspelt or others)[0]
             near = nearest(one.heading.name, self._known)
-            hint = "the first line names the columns; remarks start with #; columns of other names are taken by "
+            hint = "the first line names the columns, separated as numbers are; columns of other names are taken by "
             hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"
             return self._refused(one, f"{listed([*self._known])}, with the unit in brackets", hint)
         lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")

@@ -14,41 +14,30 @@ are integrated autocorrelation times in the step (Sokal's window, in: Functional
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.tables import read_table
 from stickslip.files.targets import replaced
-from stickslip.fit.columns import HeadedTable, factor
-from stickslip.fit.headings import Heading, heading, plain
+from stickslip.fit.signals import Signals
 from stickslip.fit.uncertainty import Floats
-from stickslip.vocabulary.suggest import listed
+from stickslip.fit.words import PLAN, STEPS
 
 _ALIKE = 0.05  # of its value, within which a speed or load stays during a step
 _TREND = 0.02  # of its value, by which it changes from the begin of a step to its end
 _LEAST = 0.5  # share of a record in steps: less is a ramp of which pieces look like steps
 _SURE = 6.0  # standard errors of the mean of a block of a noisy one, of whose median it is five
 _MOST_BLOCKS = 5_000  # in which a record is cut to look for steps
-_NOISY_BLOCK = 16  # samples, if speed or load are measured and not set
+_NOISY_BLOCK = 16  # samples, where speed or load are so noisy
+_PARTS = 20  # of a record, in each of which the noise of speed and load is estimated
+_OF_NOISE = 0.6745 * math.sqrt(6.0)  # median magnitude of the second differences of white noise, over its deviation
 _FEWEST = 20  # samples of a step
 _INDEPENDENT = 15  # values that differ on their own: of fewer, the error of a mean is not known
 _WINDOW = 3.0  # autocorrelation times over which the autocorrelation is summed: six of Sokal's, who has half of them
 _BATCH = 5  # samples, of MSER-5
 _LEFT_OUT = 0.2  # of a step at least: what MSER-5 keeps of running-in shifts the mean by a third of its error
-_WORDS = {  # of columns that only records in steps and plans have
-    "rotation": ("rpm", "upm", "n", "rotation", "rotational speed", "speed of rotation", "drehzahl"),
-    "begin": ("begin", "start", "from", "beginn", "von"), "end": ("end", "stop", "to", "ende", "bis"),
-}  # fmt: skip
-_KINDS = ("time", "speed", "mu", "friction_force", "force", "load")
-_UNITS = {"time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1"}
-_TURNS = {  # rad/s of one; people mean turns by 1/min and Hz
-    **dict.fromkeys(("rpm", "upm", "u/min", "1/min", "/min", "min-1", "min^-1", "rev/min", "r/min"), math.pi / 30),
-    **dict.fromkeys(("hz", "1/s", "s-1", "s^-1", "rev/s", "u/s", "rps"), 2 * math.pi), "rad/s": 1.0,
-}  # fmt: skip
 _RECORD = "time [s], speed [mm/s], force [N], load [N]"
 _PLAN = "begin [s], end [s], speed [mm/s], load [N]"
 
@@ -59,7 +48,7 @@ class StepPoints:
 
     speed : m/s. mu : mean friction coefficient. sigma : standard deviation of that mean. scatter : that of the samples.
     load : N, NaN where it is not known. begin, end : of the samples used, s. independent : how many independent values
-    they are worth. left_out : what is no point, and why.
+    they are worth. left_out : what is no point, and why. columns : what those of a file were taken for.
     """
 
     speed: Floats
@@ -71,6 +60,7 @@ class StepPoints:
     end: Floats
     independent: Floats
     left_out: tuple[str, ...]
+    columns: str = ""
 
 
 def step_points(
@@ -194,8 +184,9 @@ def _autocorrelation_time(y: Floats) -> float:
 
 def _plateaus(controls: Floats) -> list[tuple[int, int]]:
     """First and last sample + 1 of each stretch in which all signals of (signals, samples) stay."""
-    noisy = any(np.median(np.abs(np.diff(signal, 2))) > 0 for signal in controls)
-    width = max(_NOISY_BLOCK if noisy else 1, controls.shape[1] // _MOST_BLOCKS)
+    controls = controls[[_changes(signal) for signal in controls]] if any(map(_changes, controls)) else controls
+    needed = math.ceil((_SURE * max(map(_noise, controls)) / _ALIKE) ** 2)  # samples whose mean stays within it
+    width = max(min(max(needed, 1), _NOISY_BLOCK), controls.shape[1] // _MOST_BLOCKS)
     count = controls.shape[1] // width
     blocks = controls[:, : count * width].reshape(len(controls), count, width)
     middles, errors = np.median(blocks, axis=2).T, (blocks.std(axis=2) / math.sqrt(width)).T
@@ -216,9 +207,24 @@ def _plateaus(controls: Floats) -> list[tuple[int, int]]:
     return stretches
 
 
-def _reach(level: Floats, errors: Floats) -> Floats:
+def _changes(signal: Floats) -> bool:
+    """True for a signal that is more than a constant with noise, by the medians of its blocks."""
+    blocks = signal[: signal.size // _NOISY_BLOCK * _NOISY_BLOCK].reshape(-1, _NOISY_BLOCK)
+    middles, error = np.median(blocks, axis=1), np.median(blocks.std(axis=1)) / math.sqrt(_NOISY_BLOCK)
+    level = np.median(middles)
+    return bool((np.abs(middles - level) > _reach(level, error)).any())
+
+
+def _noise(signal: Floats) -> float:
+    """Standard deviation of the noise of a signal over its level, where that share is largest."""
+    parts = [part for part in np.array_split(signal, _PARTS) if part.size > 2 and np.median(np.abs(part)) > 0]
+    shares = [np.median(np.abs(np.diff(part, 2))) / np.median(np.abs(part)) for part in parts]
+    return float(max(shares, default=0.0)) / _OF_NOISE
+
+
+def _reach(level: ArrayLike, errors: ArrayLike) -> Floats:
     """The distance from its level within which a signal stays."""
-    return np.maximum(_ALIKE * np.abs(level), _SURE * errors)
+    return np.maximum(_ALIKE * np.abs(level), _SURE * np.asarray(errors))
 
 
 def _stays(run: Floats, level: Floats, errors: Floats) -> bool:
@@ -234,7 +240,7 @@ def _stays(run: Floats, level: Floats, errors: Floats) -> bool:
 
 def read_steps(
     path: Path, plan: Path | None = None, *, radius: float | None = None, load: float | None = None,
-    settle: float | None = None,
+    settle: float | None = None, speed_column: str = "", friction_column: str = "",
 ) -> StepPoints:  # fmt: skip
     """The points of a record at steps of speed and load; see `step_points`.
 
@@ -242,42 +248,42 @@ def read_steps(
     ----------
     path : CSV or .xlsx with a column of time, one of friction or of its force, and, without a plan, one of speed
     plan : a table of steps with columns of begin, end and speed, and of the load if it changes
-    radius : of the track, m, where speeds are those of rotation
-    load : N, where no column tells it
+    radius : of the track, m, where speeds are those of rotation, and no line above the heading gives it
+    load : N, where neither a column nor a line above the heading tells it
     settle : as for `step_points`
+    speed_column, friction_column : headings of the columns to take, where they are none of the usual
 
     Raises
     ------
     ConfigError
         For files that cannot be understood, by line and column.
     """
-    record = _Signals(path, ("time", "speed", "rotation", "mu", "force", "load"), _RECORD)
-    time, steps = record["time"], None
-    speed = record.speed(radius) if plan is None else np.full(time.shape, np.nan)
-    loads = record.get("load", np.full(time.shape, np.nan if load is None else load))
-    if plan is not None:
-        planned = _Signals(plan, ("begin", "end", "speed", "rotation", "load"), _PLAN)
-        begins, ends, speeds = planned["begin"], planned["end"], planned.speed(radius)
+    record = Signals(path, _RECORD, STEPS)
+    time, steps = record.read("time"), None
+    loads = record.read("load") if "load" in record else np.full(time.shape, record.given("load", load))
+    if plan is None:
+        speed = record.speed(radius, speed_column)
+    else:
+        speed = np.full(time.shape, np.nan)
+        planned = Signals(plan, _PLAN, PLAN)
+        begins, ends, speeds = planned.read("begin"), planned.read("end"), planned.speed(radius)
         if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
             raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
         steps = [*zip(begins.tolist(), ends.tolist(), strict=True)]
+        planned_loads = planned.read("load") if "load" in planned else None
         for i, (begin, end) in enumerate(steps):
             inside = (time >= begin) & (time < end)
             speed[inside] = speeds[i]
-            if "load" in planned:
-                loads = np.where(inside, planned["load"][i], loads)
-    if "mu" in record:
-        friction = record["mu"]
-    else:
-        force = record["force"]
-        if not (loads[np.isfinite(speed)] > 0).all():
-            hint = "give --load, or a column of the load, with all values above 0"
-            raise record.error("friction is a force, and the load is not known or not above 0", hint)
-        friction = np.divide(force, loads, out=np.zeros_like(force), where=loads > 0)
+            if planned_loads is not None:
+                loads = np.where(inside, planned_loads[i], loads)
+    friction = record.friction(loads, np.isfinite(speed), friction_column)
     try:
-        return step_points(time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps)
+        points = step_points(
+            time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps
+        )
     except ValueError as error:
         raise record.error(str(error)) from None
+    return replace(points, columns=record.describe(load, radius))
 
 
 def write_points(points: StepPoints, path: Path) -> None:
@@ -288,56 +294,3 @@ def write_points(points: StepPoints, path: Path) -> None:
         np.savetxt(
             temporary, np.column_stack(columns), "%.7g", delimiter=", ", header=head, comments="", encoding="utf-8"
         )
-
-
-class _Signals(dict[str, Floats]):
-    """The columns of a table by their names, in SI. Raises ConfigError, also for one that is missing."""
-
-    def __init__(self, path: Path, known: tuple[str, ...], example: str) -> None:
-        table = read_table(
-            path, example, is_heading=lambda texts: sum(_name(heading(t, _KINDS)) in known for t in texts) > 1
-        )
-        self._table = HeadedTable(table, _KINDS)
-        columns = self._table.find(
-            lambda column: name if (name := _name(column)) in known else None, _factor, "remove one of the two columns"
-        )
-        super().__init__(self._table.values(columns))
-
-    def __missing__(self, name: str) -> Floats:
-        headings = listed([repr(column.text) for column in self._table.headings], "and")
-        raise self.error(f"no column of {name} among {headings}", f"for instance '{_RECORD}'")
-
-    def speed(self, radius: float | None) -> Floats:
-        """The slip speed, m/s. Raises ConfigError."""
-        if "rotation" not in self or "speed" in self:
-            return self["speed"]
-        if radius is None:
-            raise self.error("the speed is one of rotation", "give the radius of the track: --radius '20 mm'")
-        return radius * self["rotation"]
-
-    def error(self, message: str, hint: str | None = None) -> ConfigError:
-        """That the table as a whole will not do."""
-        return self._table.error(message, hint, at_heading=False)
-
-
-def _name(column: Heading) -> str:
-    """The name of a column, a key of `_UNITS` or `rotation`; another where it is none."""
-    if own := next((name for name, words in _WORDS.items() if plain(column.name) in words), ""):
-        return own
-    if column.kind == "speed" and column.unit and _turns(column):
-        return "rotation"
-    return "force" if column.is_force() else "mu" if column.kind == "kinetic" else column.kind
-
-
-def _turns(column: Heading) -> float | None:
-    """rad/s of the unit of rotation in a heading, which may be all of it."""
-    return _TURNS.get((column.unit or column.name).lower().replace(" ", ""))
-
-
-def _factor(name: str, column: Heading) -> float:
-    """The factor from the unit of a column to SI. Raises QuantityError."""
-    if name != "rotation":
-        return factor(name, column.unit, _UNITS[name], percent=True, needed=True)
-    if (turns := _turns(column)) is None:
-        raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
-    return turns
