@@ -20,9 +20,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stickslip.fit import draw_curves, fit_curve
 from stickslip.theory import stick_slip_limit
 from stickslip.theory.curve import SHAPES
+from stickslip_materials.fit import draw_curves, fit_curve
 
 COUNTS, SPEEDS = (5, 6, 8, 10, 14, 20, 30, 60), ("log", "linear", "clusters")
 NOISES = ("equal", "proportional", "uneven", "sigma given")

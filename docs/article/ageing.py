@@ -10,9 +10,9 @@ from article.curves import friction
 from article.plotting import SERIES, axes_of, blank_plot, legend, name_axes
 from article.recipe import Cell, Findings, Floats, Made, cell, cells, configuration, labelled, traces
 from stickslip.api.runs import run
-from stickslip.fit import AgeingFit, Ranking, fit_ageing, rank
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.theory import static_friction
+from stickslip_materials.fit import AgeingFit, Ranking, fit_ageing, rank
 
 _SCATTER, _REPETITIONS, _SEED = 0.015, 3, 19  # of a measurement, made up: standard deviation over the mean
 _JUDGED_AFTER = 100.0  # s, the waiting time at which greases are compared

@@ -11,7 +11,6 @@ from . import extensions
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from . import fit as fit
     from . import plots as plots
     from . import theory as theory
     from .api.cells import evaluate, simulate
@@ -22,12 +21,11 @@ if TYPE_CHECKING:
     from .engine import Options
     from .errors import ClusterError, ConfigError, ContradictionError, IncompleteError, Interrupted
     from .files.reading import open
-    from .materials.compare import compare
     from .vocabulary.own_laws import Table, register_law
 
 __all__ = [
     "ClusterError", "Config", "ConfigError", "ContradictionError", "IncompleteError", "Interrupted", "Options", "Table",
-    "__version__", "attractors", "border", "collect", "compare", "contours", "evaluate",
+    "__version__", "attractors", "border", "collect", "contours", "evaluate",
     "load_config", "margins", "open", "ramp", "register_law", "retry_failed", "run", "run_shard",
     "simulate", "status", "sweep",
 ]  # fmt: skip
@@ -37,12 +35,12 @@ _HOMES = {
     "ClusterError": "errors", "ConfigError": "errors", "ContradictionError": "errors", "IncompleteError": "errors",
     "Interrupted": "errors", "open": "files.reading",
     "collect": "api.runs", "retry_failed": "api.runs", "run": "api.runs", "run_shard": "api.runs", "status": "api.runs",
-    "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells", "compare": "materials",
+    "sweep": "api.runs", "evaluate": "api.cells", "simulate": "api.cells",
     "attractors": "api.studies", "border": "api.studies", "contours": "api.studies", "margins": "api.studies",
     "ramp": "api.studies",
     "Table": "vocabulary.own_laws", "register_law": "vocabulary.own_laws",
 }  # fmt: skip
-_MODULES = ("fit", "plots", "theory")
+_MODULES = ("plots", "theory")
 
 
 def __getattr__(name: str) -> Any:

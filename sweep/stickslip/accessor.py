@@ -72,9 +72,9 @@ class StickslipAccessor:
 
         Raises ValueError for a result of no study.
         """
-        from stickslip.config.studies import Table, study_of_result
+        from stickslip.config.studies import Table, result_class
 
-        if (study := study_of_result(self._ds)) is None:
+        if (study := result_class(self._ds)) is None:
             raise ValueError("a result of no study; `summary` counts the cells of a map")
         return "\n".join(part.text() if isinstance(part, Table) else part for part in study.report(self._ds))
 

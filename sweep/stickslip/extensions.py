@@ -50,7 +50,8 @@ class Extension:
     commands : by heading of `stickslip --help`, by name: places of click commands.
     calls : by name in `stickslip` (`plots.NAME` in one of its rooms): places of modules, functions and classes.
     quantities : places of tables of quantities, by the section that holds them. marks : of results without the
-        attribute `result`, the key of their study by a variable that no others have.
+        attribute `result`, the kind by a variable that no others have.
+    results : by kind, of results that are no studies, places of a `config.studies.Result`; `marks` tell them, too.
     studies : by key. resolvers : by the path of a key in a file (`friction.fit`, `*` for any name or number), places of
         functions that take the document and give it with what the key stands for, in this order.
     schema : places of functions that give properties of the JSON Schema beside those of sections and studies.
@@ -61,6 +62,7 @@ class Extension:
     calls: Mapping[str, Place] = field(default_factory=dict)
     quantities: Mapping[str, Place] = field(default_factory=dict)
     marks: Mapping[str, str] = field(default_factory=dict)
+    results: Mapping[str, Place] = field(default_factory=dict)
     studies: Mapping[str, StudyEntry] = field(default_factory=dict)
     resolvers: Mapping[str, Place] = field(default_factory=dict)
     schema: Sequence[Place] = ()

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
-from stickslip.fit.uncertainty import Flags, Floats, Interval, rms, student
 from stickslip.vocabulary import units
+from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, rms, student
 from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
 from stickslip_rig.vocabulary import RISK
 

@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
-from stickslip.fit.uncertainty import Floats, Interval, covariance, student
 from stickslip.vocabulary import units
+from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, student
 from stickslip_rig.evaluation import features
 from stickslip_rig.quantities import FORCES
 from stickslip_rig.sections import FeatureSettings

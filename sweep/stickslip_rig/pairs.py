@@ -9,11 +9,11 @@ import xarray as xr
 
 from stickslip.errors import ConfigError, Place, Problem
 from stickslip.files.tables import Cell, Table, cells, read_table
-from stickslip.fit.columns import HeadedTable, factor
-from stickslip.fit.headings import Heading
-from stickslip.fit.uncertainty import Floats
-from stickslip.fit.words import plain
 from stickslip.vocabulary.suggest import listed
+from stickslip_materials.fit.columns import HeadedTable, factor
+from stickslip_materials.fit.headings import Heading
+from stickslip_materials.fit.uncertainty import Floats
+from stickslip_materials.fit.words import plain
 from stickslip_rig.calibration import Calibration, calibrate
 from stickslip_rig.defects import reason_of
 from stickslip_rig.evaluation import features, risk_inputs

@@ -24,12 +24,12 @@ from numpy.typing import ArrayLike
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.tables import Table, line_of
 from stickslip.files.targets import replaced
-from stickslip.fit.columns import HeadedTable, factor, load_above, stated
-from stickslip.fit.headings import Heading, words_for
-from stickslip.fit.words import RECORD
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter, Variable
 from stickslip.vocabulary.suggest import listed, nearest
+from stickslip_materials.fit.columns import HeadedTable, factor, load_above, stated
+from stickslip_materials.fit.headings import Heading, words_for
+from stickslip_materials.fit.words import RECORD
 from stickslip_rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip_rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip_rig.signals import Floats, cumulative

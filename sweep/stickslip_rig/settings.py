@@ -21,9 +21,9 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.yaml import Document, read_yaml, write_yaml
 from stickslip.errors import Path, QuantityError
-from stickslip.fit.headings import Heading, heading
-from stickslip.fit.words import RECORD
 from stickslip.vocabulary.column_units import column_unit
+from stickslip_materials.fit.headings import Heading, heading
+from stickslip_materials.fit.words import RECORD
 from stickslip_rig.quantities import COLUMNS, CONDITION_WORDS, MATERIAL, SIGNAL_OF
 from stickslip_rig.risk import Risk
 from stickslip_rig.sections import FeatureSettings

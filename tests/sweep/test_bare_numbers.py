@@ -11,9 +11,9 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
-from stickslip.materials.system import speeds_of, values_of
 from stickslip.plots.options import Look
 from stickslip.vocabulary.units import each_with_unit
+from stickslip_materials.compare.system import speeds_of, values_of
 
 CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, **CURVE}

@@ -15,7 +15,7 @@ from stickslip.cli import main
 from stickslip.dataset import export
 from stickslip.errors import StoreError
 from stickslip.files import tables
-from stickslip.fit import CURVE_COLUMNS, read_materials
+from stickslip_materials.fit import CURVE_COLUMNS, read_materials
 
 CELL = {"mass": 1.0, "normal_load": 1.0, "belt_speed": 0.1, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 MAP = """\

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from helpers.fuzzing import EXAMPLES
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
-from stickslip.fit import fit_materials
-from stickslip.fit.report import as_yaml, describe, describe_columns
+from stickslip_materials.fit import fit_materials
+from stickslip_materials.fit.report import as_yaml, describe, describe_columns
 
 TESTS = Path(__file__).parents[1]
 SEED = os.environ.get("STICKSLIP_SEED", "1")

@@ -24,7 +24,6 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
         "simulate": "simulate",
         **dict.fromkeys(("border", "contours", "attractors", "ramp"), "studies"), "advise": "advise",
     },
-    "Friction curves and materials": {"fit": "fit", "compare": "compare", "points": "fit"},
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
 }  # fmt: skip
 

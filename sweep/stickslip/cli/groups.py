@@ -14,7 +14,7 @@ Places = Mapping[str, str]  # the modules in which commands are, by name
 Sections = Mapping[str, Places]  # by heading of the help
 _COMMANDS_FOR = {
     ".yaml": ("run", "validate"), ".yml": ("run", "validate"),
-    ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"), ".csv": ("fit",),
+    ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"),
 }  # fmt: skip
 
 

@@ -210,6 +210,7 @@ def plot_limits(config: Config) -> str | None:
 def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, picture: Picture = PLAIN) -> None:
     """Write the page of a result: its plots, what was held fixed, what the words mean, how exact it is."""
     from stickslip import pages, plots
+    from stickslip.config.studies import result_class
     from stickslip.errors import PlotError
     from stickslip.pages import result
 
@@ -219,12 +220,11 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
         except PlotError as error:
             drawn = [result.Picture(str(error))]
         text = result.result_page(ds, drawn, picture.title)
-    elif "quiet_above" in ds:
-        from stickslip.materials.page import material_page
-
-        text = material_page(picture.with_units(ds), title=picture.title)
     else:
         ds, drawn = picture.with_units(ds), []
+        if (kind := result_class(ds)) and (own := kind.page(ds, picture.title)):
+            pages.write_page(target, own)
+            return show_file("page", target)
         if plots.is_drawn(ds):
             part = part_that_fits(ds)
             drawn = result.pictures_of(part, picture.look(part), picture.title)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli import compare, params, screen
+from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
 from stickslip.cli.outputs import save_table
 from stickslip.cli.summary import show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
-from stickslip.vocabulary.studies import STUDIES, kind_of
 
 if TYPE_CHECKING:
     from stickslip.dataset.summary import Survey
@@ -43,17 +42,17 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     says what was found.
     """
     from stickslip.config.select import recipe_of
+    from stickslip.config.studies import result_class
     from stickslip.dataset import summary as inspection
     from stickslip.files import reading
 
     ds = reading.look_into(file)
-    if "quiet_above" in ds:
-        return compare.show(ds)
-    if kind_of(ds) in STUDIES:
-        if regimes or statuses or is_for_programs():
+    if (kind := result_class(ds)) is not None:
+        answer = dict(kind.answer(ds)) if is_for_programs() else {}
+        if regimes or statuses or is_for_programs() and not answer:
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
         show_result(ds)
-        return None
+        return answer
     survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
     table = screen.new_table("regime", "status", numbers=("cells", "share"))
     total = sum(survey.counts.values())

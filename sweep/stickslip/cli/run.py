@@ -251,10 +251,10 @@ def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: f
 
 def _result_answer(ds: xr.Dataset, plot: Path | None) -> dict[str, Any]:
     """The plot of a run, the cells of each regime, if it is a map, and what its study tells."""
-    from stickslip.config.studies import study_of_result
+    from stickslip.config.studies import result_class
     from stickslip.dataset.summary import summary
 
     regimes = {name: share.cells for name, share in summary(ds).items()} if "regime" in ds else None
     answer: dict[str, Any] = {"plot": plot, "regimes": regimes}
-    study = study_of_result(ds)
+    study = result_class(ds)
     return answer | dict(study.answer(ds) if study else {})

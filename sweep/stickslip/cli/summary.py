@@ -25,9 +25,9 @@ def show_result(ds: xr.Dataset, output: Location | None = None) -> None:
 
 def is_reported(ds: xr.Dataset) -> bool:
     """Print the result of a study; False for maps and lists of cells."""
-    from stickslip.config.studies import Table, study_of_result
+    from stickslip.config.studies import Table, result_class
 
-    if (study := study_of_result(ds)) is None:
+    if (study := result_class(ds)) is None:
         return False
     for part in study.report(ds):
         if isinstance(part, Table):

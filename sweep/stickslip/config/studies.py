@@ -50,10 +50,14 @@ def study_class(key: str) -> type[Study]:
     return study
 
 
-def study_of_result(ds: xr.Dataset) -> type[Study] | None:
-    """The study that a result is of; None for maps, trajectories, comparisons and tests of rigs."""
+def result_class(ds: xr.Dataset) -> type[Result] | None:
+    """What says how a result is shown: the study that it is of, or the kind that an extension brings; None for maps,
+    lists of cells and trajectories."""
     kind = kind_of(ds)
-    return study_class(kind) if kind in STUDIES else None
+    if kind in STUDIES:
+        return study_class(kind)
+    places = extensions.brought("results")
+    return extensions.imported(places[kind]) if kind in places else None
 
 
 def section_class(key: str) -> type[StudySection]:
@@ -107,16 +111,78 @@ class Table(NamedTuple):
         return "\n".join("  ".join(row).rstrip() for row in zip(*padded, strict=True))
 
 
-class Study(ABC):
+class Result(ABC):
+    """What a kind of result says of itself: on screen, in pictures and tables, on its page.
+
+    variables : of it, by name. subject : the variable that it is about.
+    places : what the dimensions of the subject are of, "cells" or "lines".
+    caption : of the only picture of a page, if it is the only one. over_map : whether it is drawn over a map of cells.
+    """
+
+    variables: ClassVar[Mapping[str, Variable]]
+    subject: ClassVar[str] = "regime"
+    places: ClassVar[str] = "cells"
+    caption: ClassVar[str] = ""
+    over_map: ClassVar[bool] = False
+
+    @classmethod
+    def own_dims(cls) -> set[str]:
+        """The dimensions of its variables beyond those of the cells."""
+        return {dim for row in cls.variables.values() for dim in row.dims}
+
+    @classmethod
+    def report(cls, ds: xr.Dataset) -> Iterator[Any]:
+        """The result for the screen: lines, each a `Table`, or whatever Rich prints."""
+        yield from ()
+
+    @classmethod
+    def answer(cls, ds: xr.Dataset) -> Mapping[str, Any]:
+        """What `--json` tells of the result beside its regimes."""
+        return {}
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Table | None:
+        """The table of its page, if it has one."""
+        return None
+
+    @classmethod
+    def is_drawn(cls, ds: xr.Dataset) -> bool:
+        """True if there is a plot of this result."""
+        return cls.subject in ds and ds[cls.subject].ndim > 0
+
+    @classmethod
+    def figure(
+        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
+    ) -> Any:
+        """The plot of a variable, or of what the result is about; None where that is a map, or over one.
+
+        Arguments as of `plots.plot_result`, whose errors it raises.
+        """
+        return None
+
+    @classmethod
+    def mapped(cls, ds: xr.Dataset) -> Sequence[str]:
+        """The variables whose maps are on its page, beside those that every map has."""
+        return ()
+
+    @classmethod
+    def page(cls, ds: xr.Dataset, title: str | None) -> str | None:
+        """The whole page, of a result that has one of its own."""
+        return None
+
+    @classmethod
+    def tabular(cls, ds: xr.Dataset, whole: bool) -> xr.Dataset:
+        """The result as a table holds it; unless `whole`, with those variables alone that are its columns."""
+        return ds
+
+
+class Study(Result):
     """Items in a row, any range of which can be computed by itself, anywhere, any number of times, to the same bits.
 
     about, examples : of the command: sentences below its first, and words behind its name.
-    over_map : whether the result is drawn over a map of the cells.
     own_conditions : whether cells are those of its section, where quantities may be given that vary elsewhere, and
         where what cannot be is no error. with_indices : whether Sobol indices of what is uncertain are of use.
-    section : that asks for it. variables : of its result, by name. subject : the variable that it is about.
-    places : what the dimensions of the subject are of, "cells" or "lines".
-    caption : of the only picture of a page, if it is the only one. title : of the result of a Python call.
+    section : that asks for it. title : of the result of a Python call.
     name : of the result, for people ("map"). counted : what its items are ("cells", "lines").
     dims, shape : of the items, the last index running fastest. options : of the integration.
     cells_each : about how many cells an item takes. weight : blocks have so many times fewer items than those of a map.
@@ -126,13 +192,8 @@ class Study(ABC):
     """
 
     section: ClassVar[type[StudySection]]
-    variables: ClassVar[Mapping[str, Variable]]
-    subject: ClassVar[str] = "regime"
-    places: ClassVar[str] = "cells"
-    caption: ClassVar[str] = ""
     about: ClassVar[str] = ""
     examples: ClassVar[Sequence[str]] = ()
-    over_map: ClassVar[bool] = False
     own_conditions: ClassVar[bool] = False
     with_indices: ClassVar[bool] = True
     title: str
@@ -234,45 +295,3 @@ class Study(ABC):
 
         parts : each is read when it is asked for, so that going through them once holds one at a time.
         """
-
-    # --- its result ---------------------------------------------------------------------------------------------------
-
-    @classmethod
-    def own_dims(cls) -> set[str]:
-        """The dimensions of its variables beyond those of the cells."""
-        return {dim for row in cls.variables.values() for dim in row.dims}
-
-    @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[Any]:
-        """The result for the screen: lines, each a `Table`, or whatever Rich prints."""
-        yield from ()
-
-    @classmethod
-    def answer(cls, ds: xr.Dataset) -> Mapping[str, Any]:
-        """What `--json` tells of the result beside its regimes."""
-        return {}
-
-    @classmethod
-    def table(cls, ds: xr.Dataset) -> Table | None:
-        """The table of its page, if it has one."""
-        return None
-
-    @classmethod
-    def is_drawn(cls, ds: xr.Dataset) -> bool:
-        """True if there is a plot of this result."""
-        return cls.subject in ds and ds[cls.subject].ndim > 0
-
-    @classmethod
-    def figure(
-        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
-    ) -> Any:
-        """The plot of a variable, or of what the result is about; None where that is a map, or over one.
-
-        Arguments as of `plots.plot_result`, whose errors it raises.
-        """
-        return None
-
-    @classmethod
-    def mapped(cls, ds: xr.Dataset) -> Sequence[str]:
-        """The variables whose maps are on its page, beside those that every map has."""
-        return ()

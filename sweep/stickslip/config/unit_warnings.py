@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import add, getitem
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,11 +25,8 @@ from stickslip.errors import Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
-from stickslip.vocabulary.parameter import FRICTION, SPEED
+from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import QUANTITIES
-
-if TYPE_CHECKING:
-    from stickslip.fit.points import Columns
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
 _FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit ...
@@ -37,10 +34,10 @@ _NEAR = 0.01  # m, ... and in its stiffest cell
 _HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose springs are long
 _IMPOSSIBLE = 5.0  # a friction coefficient from here on is a share in %, or a force; the limit in a study of ratios
 _ORDER_ONE = 0.2, 5.0  # mass and load of a dimensionless study ...
-_FRICTION_OF_RATIOS = 0.8  # ... and its friction coefficient, as in the article; few dry contacts have more
+DOUBTED_FRICTION_OF_RATIOS = 0.8  # ... and its friction coefficient, as in the article; few dry contacts have more
 _HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
 _MEANT = "is that meant?"
-_FRICTION = FRICTION[-1]
+DOUBTED_FRICTION = FRICTION[-1]
 
 Spans = Mapping[str, NDArray[np.float64]]  # the smallest and the largest of some numbers
 
@@ -87,28 +84,20 @@ def friction_question_of_cells(cells: Mapping[str, NDArray[np.float64]]) -> str 
     """
     model = model_with(cells)
     start = model.static_of(cells)
-    if not (start > _FRICTION).any():
+    if not (start > DOUBTED_FRICTION).any():
         return None
     ones = sum((cells[name] == 1.0).astype(np.int8) for name in ("mass", "stiffness", "normal_load"))
-    odd = start[(start > _FRICTION) & (ones < 2)]
+    odd = start[(start > DOUBTED_FRICTION) & (ones < 2)]
     what = model.levels[0] if len(model.levels) == 1 else BREAKAWAY
-    return _friction_question(float(odd.max()), what) if odd.size else None
+    return friction_question(float(odd.max()), what) if odd.size else None
 
 
-def question_of_fit(breakaway: float, points: Columns) -> str | None:
-    """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
-    fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
-    if fastest > SPEED["speed" in points.units]:
-        return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
-    if most > _FRICTION:
-        return _friction_question(most, "measured friction")
-    follows = " It follows from the fit, not from a point."
-    return f"{_friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > _FRICTION else None
-
-
-def _friction_question(value: float, what: str) -> str:
+def friction_question(value: float, what: str) -> str:
+    """The question about a friction coefficient above `DOUBTED_FRICTION`."""
     share = f"is that {value / 100:.3g}, which is a share in %?" if value > _IMPOSSIBLE else _MEANT
-    return f"{what} = {value:.3g} is more than the friction coefficient of most contacts ({_FRICTION:g}); {share}"
+    return (
+        f"{what} = {value:.3g} is more than the friction coefficient of most contacts ({DOUBTED_FRICTION:g}); {share}"
+    )
 
 
 # --- what a configuration comes to ------------------------------------------------------------------------------------
@@ -164,7 +153,7 @@ def _questions(config: Config, bare: Spans) -> Iterator[tuple[str, str]]:
     spans, fixed = magnitudes(config), config.fixed()
     low, high = _ORDER_ONE
     of_ratios = sum(fixed.get(name) == 1.0 for name in ("mass", "stiffness", "normal_load")) >= 2 or (
-        BREAKAWAY in spans and spans[BREAKAWAY][1] >= _FRICTION_OF_RATIOS
+        BREAKAWAY in spans and spans[BREAKAWAY][1] >= DOUBTED_FRICTION_OF_RATIOS
         and all(name in spans and low <= spans[name][0] <= high for name in ("mass", "normal_load"))
     )  # fmt: skip
     for name, row in QUANTITIES.items():
@@ -172,7 +161,7 @@ def _questions(config: Config, bare: Spans) -> Iterator[tuple[str, str]]:
             continue
         largest, (most_bare, most) = float(spans[name][1]), row.plausible
         if row.units == "1":
-            if largest > (_IMPOSSIBLE if of_ratios else _FRICTION):
+            if largest > (_IMPOSSIBLE if of_ratios else DOUBTED_FRICTION):
                 share = f"did you mean {largest / 100:.3g}, which is a share in %?"
                 yield name, f"got {largest:.3g}, a friction coefficient; {share if largest > _IMPOSSIBLE else _MEANT}"
         elif (name in bare and np.abs(bare[name]).max() > most_bare) or largest > most:

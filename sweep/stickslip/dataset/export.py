@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.config.studies import result_class
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER
@@ -26,8 +27,6 @@ from stickslip.errors import StoreError, visible
 from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
-from stickslip.vocabulary.flags import QUIET_STATES
-from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.suggest import listed, or_meant
 
 if TYPE_CHECKING:
@@ -76,7 +75,8 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     Of contours a row is a node, with what is known of its line. Raises StoreError for variables there are not, or whose
     dimensions do not fit together.
     """
-    ds = _by_node(ds) if CONTAINER in ds else _without_bounds(ds) if "quiet_above" in ds else ds
+    kind = result_class(ds)
+    ds = _by_node(ds) if CONTAINER in ds else ds if kind is None else kind.tabular(ds, bool(variables))
     chosen = _named(ds, variables) if variables else _usual(ds)
     if not chosen:
         raise StoreError("nothing to write: the result holds no variables")
@@ -268,12 +268,10 @@ def _named(ds: xr.Dataset, variables: Sequence[str]) -> list[str]:
 
 
 def _usual(ds: xr.Dataset) -> list[str]:
-    """The variables that are written unless others are named: of materials compared, what is known of each."""
+    """The variables that are written unless others are named."""
     names = [str(name) for name in ds.data_vars if ds[name].dtype.kind != "S"]
     if CONTAINER in ds:
         return [name for name in names if {*ds[name].dims} <= {"node"}]
-    if "quiet_above" in ds:  # of several belt speeds a row each
-        return [name for name in names if ds[name].dims[:1] == ("material",) and {*ds[name].dims[1:]} <= {"belt_speed"}]
     return names
 
 
@@ -286,20 +284,3 @@ def _by_node(ds: xr.Dataset) -> xr.Dataset:
     coordinates = {name: variable for name, variable in repeated.items() if name in ds.coords}
     variables = {name: v for name, v in repeated.items() if name not in ds.coords and name != "node_count"}
     return ds.drop_dims("line").assign_coords({"line": number, **coordinates}).assign(variables)
-
-
-def _without_bounds(ds: xr.Dataset) -> xr.Dataset:
-    """Materials compared, where a bound of a border does not stand for one: it is empty, beside its state, and the ends
-    of the range that was searched have columns of their own. Ends of intervals that are open are empty too."""
-    speed = {name: ds["quiet_above"].attrs[name] for name in ("units", DISPLAY) if name in ds["quiet_above"].attrs}
-    known = ds["quiet_state"] == QUIET_STATES.index("border")
-    changed = {str(name): v.where(np.isfinite(v)) for name, v in ds.data_vars.items()
-               if v.dtype.kind == "f" and v.dims[:1] == ("material",)}  # fmt: skip
-    for name in FITTED if f"{FITTED[0]}_low" in ds else ():  # from 0 to inf: not determined
-        changed[f"{name}_low"] = ds[f"{name}_low"].where(np.isfinite(ds[f"{name}_high"]))
-    changed |= {name: ds[name].where(known) for name in ("quiet_above", "margin") if name in ds}
-    for name in ("searched_from", "searched_to"):
-        ends = np.full(ds.sizes["material"], float(ds.attrs[name]))
-        long_name = f"{'slowest' if name.endswith('from') else 'fastest'} belt speed searched"
-        changed[name] = xr.DataArray(ends, dims="material", attrs=speed | {"long_name": long_name})
-    return ds.assign(changed)

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from stickslip import pages
-from stickslip.config.studies import Regime, Table, study_of_result
+from stickslip.config.studies import Regime, Study, Table, result_class
 from stickslip.config.yaml import section_in
 from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import MapAxis
@@ -22,14 +22,14 @@ from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES
 
-_OF_MAPS = ("acceleration_level_a", "regime", "period", "damping_ratio")  # whose pictures are on the page of a map
+_OF_MAPS = ("regime", "period", "damping_ratio")  # whose pictures are on the page of a map
 _BESIDE = ("_error", "_low", "_high", "_width")
 _MOST_ROWS = 300  # of the table of a study
 _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
 _COMMON = {
     "Conventions", "title", "source", "history", "references", "date_created", "software", "configuration",
-    "institution", "incomplete", "result",
+    "institution", "incomplete", "result", "subject",
 }  # fmt: skip
 _LINEAR = "where the damping ratio of steady sliding is 0 (below it any disturbance grows) and 1 (above it none swings)"
 _STYLE = """\
@@ -59,10 +59,11 @@ def pictures_of(ds: xr.Dataset, look: Look = PLAIN, title: str | None = None) ->
         except PlotError as error:
             return Picture(f"{caption}: {error}")
 
-    study = study_of_result(ds)
+    study = result_class(ds)
     if study and study.caption:
         return [picture(study.caption, partial(plot_result, ds, look=look, title=title))]
-    names = [name for name in _OF_MAPS if name in ds.data_vars] or [str(name) for name in ds.data_vars][:1]
+    names = [name for name in dict.fromkeys((subject(ds), *_OF_MAPS)) if name in ds.data_vars]
+    names = names or [str(name) for name in ds.data_vars][:1]
     names += study.mapped(ds) if study else ()
     return [
         picture(str(ds[name].attrs.get("long_name", name)), partial(plot_map, ds, name, look=look, title=title))
@@ -75,7 +76,7 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
 
     pictures : its pictures (`pictures_of`). title : that of the dataset, unless given.
     """
-    study, regimes = study_of_result(ds), summary(ds) if _is_of_cells(ds) else None
+    study, regimes = result_class(ds), summary(ds) if _is_of_cells(ds) else None
     sections = []
     if pictures:
         shown = [
@@ -95,7 +96,7 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
             pages.Section("What was found", pages.terms((_spoken(name), value) for name, value in own.items()))
         )
     text = str(ds.attrs.get("configuration", "not known"))
-    is_whole = study is None or f"\n{study.section.key}:" in text
+    is_whole = not (isinstance(study, type) and issubclass(study, Study)) or f"\n{study.section.key}:" in text
     again = "; saved as a file, it gives the same result again" if is_whole else ""
     origin = pages.provenance(ds.attrs) + pages.paragraph(f"The full configuration, in SI{again}:")
     sections += [
@@ -111,7 +112,7 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
 
 def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """`57,600 cells: spring stiffness (240) × belt speed (240). 50.0 % stick-slip, ...`."""
-    study, own = study_of_result(ds), _own_dims(ds)
+    study, own = result_class(ds), _own_dims(ds)
     name = "regime" if "regime" in ds else subject(ds)
     sizes = {str(dim): ds.sizes[dim] for dim in (ds[name].dims if name in ds else ()) if dim not in own}
     over = " × ".join(f"{_spoken(dim)} ({size:,})" for dim, size in sizes.items())
@@ -153,7 +154,7 @@ def _is_of_cells(ds: xr.Dataset) -> bool:
 
 
 def _own_dims(ds: xr.Dataset) -> set[str]:
-    study = study_of_result(ds)
+    study = result_class(ds)
     return study.own_dims() if study else set()
 
 
@@ -191,7 +192,7 @@ def _range(axis: MapAxis) -> str:
 
 def _words(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """Regimes that occur or may occur, and variables that do not stand beside another one (errors, bounds, ...)."""
-    study = study_of_result(ds)
+    study = result_class(ds)
     may_occur = [str(name) for name in ds["state"].values] if "state" in ds.coords else REGIMES[1:6]
     rows = [(regime_label(name), REGIME_MESSAGES[name]) for name in REGIMES if name in (regimes or may_occur)]
     names = [

@@ -5,35 +5,31 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.studies import study_of_result
+from stickslip.config.studies import result_class
 from stickslip.dataset.selection import part_that_fits
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure
 from stickslip.plots.maps import plot_map
-from stickslip.plots.materials import plot_materials
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.traces import plot_trace
 from stickslip.vocabulary.studies import kind_of
 
-_OTHERS = {"trajectory": "a trajectory", "comparison": "a comparison of materials"}  # that are neither maps nor studies
-_ABOUT = ("acceleration_level_a", "regime")  # what a map is about, by the first that it has
-
 
 def subject(ds: xr.Dataset) -> str:
     """The variable that a result shows unless another is named."""
-    study = study_of_result(ds)
-    return study.subject if study else next((name for name in _ABOUT if name in ds), "regime")
+    study = result_class(ds)
+    return study.subject if study else str(ds.attrs.get("subject", "regime"))
 
 
 def is_over_map(ds: xr.Dataset) -> bool:
     """True if a result is drawn over a map: borders of many lines, or contours."""
-    study = study_of_result(ds)
+    study = result_class(ds)
     return study is not None and study.over_map and study.is_drawn(ds)
 
 
 def is_drawn(ds: xr.Dataset) -> bool:
     """True if there is a plot of this result: borders of single lines, and one rare event, are numbers alone."""
-    study = study_of_result(ds)
+    study = result_class(ds)
     return study.is_drawn(ds) if study else "regime" in ds and ds["regime"].ndim > 0
 
 
@@ -57,10 +53,10 @@ def plot_result(
     PlotError
         for what cannot be drawn.
     """
-    kind, study, places = kind_of(ds), study_of_result(ds), dict(select or {})
-    if kind in _OTHERS and variable is None:
-        check_plain(look, _OTHERS[kind])
-        return plot_trace(ds, title=title) if kind == "trajectory" else plot_materials(ds, title=title)
+    kind, study, places = kind_of(ds), result_class(ds), dict(select or {})
+    if kind == "trajectory" and variable is None:
+        check_plain(look, "a trajectory")
+        return plot_trace(ds, title=title)
     if study and study.over_map and variable is None:
         if not study.is_drawn(ds):
             raise PlotError("borders of single lines, or of cells without a configuration, are numbers, no plot")

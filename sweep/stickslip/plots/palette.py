@@ -7,6 +7,7 @@ black.
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from math import ceil, copysign, floor, log10
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -217,3 +218,23 @@ def regime_label(name: str) -> str:
 
 def _swatch(label: str, colour: str, hatch: str | None = None) -> Patch:
     return Patch(facecolor=colour, edgecolor=ink(colour) if hatch else "black", hatch=hatch, linewidth=0.5, label=label)
+
+
+# --- lines that are told apart ----------------------------------------------------------------------------------------
+
+# Ten of each; with the marks and lines they are told apart without colours.
+COLOURS = (BLUE, VERMILLION, BLACK, ORANGE, PURPLE, GREEN, "#542788", SKY, "#8c510a", "#7f7f7f")
+MARKS = "os^DvPX*<>"
+STYLES: tuple[Any, ...] = (
+    "solid", (0, (6, 2)), (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0, (3, 1.5)), (0, (1, 3)), (0, (12, 2)),
+    (0, (6, 1.5, 1.5, 1.5, 1.5, 1.5)), (0, (2, 4)), (0, (10, 2, 3, 2)),
+)  # fmt: skip
+
+
+def look_of(number: int) -> dict[str, Any]:
+    """The colour, mark and line of one of several, by its place in their order."""
+    colour = COLOURS[number % len(COLOURS)]
+    return {
+        "color": colour, "marker": MARKS[number % len(MARKS)], "linestyle": STYLES[number % len(STYLES)],
+        "markerfacecolor": colour if number % 2 else "white",
+    }  # fmt: skip

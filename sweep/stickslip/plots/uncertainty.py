@@ -13,9 +13,8 @@ from stickslip.plots.axes import apply
 from stickslip.plots.fixed_values import fixed_note
 from stickslip.plots.layout import Figure, annotate, entitle
 from stickslip.plots.maps import plot_map
-from stickslip.plots.materials import look_of
 from stickslip.plots.options import PLAIN, Look
-from stickslip.plots.palette import BLACK, FLAG_COLOURS, GREY, ORANGE, SKY, regime_label
+from stickslip.plots.palette import BLACK, FLAG_COLOURS, GREY, ORANGE, SKY, look_of, regime_label
 from stickslip.vocabulary.display_units import spoken
 
 Floats = NDArray[np.float64]

@@ -31,7 +31,7 @@ BESIDE = {key: study for study, entry in STUDIES.items() for key in entry.beside
 WITH_UNCERTAIN = tuple(key for key, entry in STUDIES.items() if entry.with_uncertain)  # may stand beside this section
 
 # Results that are no studies, by a variable or a dimension of theirs.
-_MARKS = {"time": "trajectory", "quiet_above": "comparison", **extensions.brought("marks")}
+_MARKS = {"time": "trajectory", **extensions.brought("marks")}
 
 
 def kind_of(ds: xr.Dataset) -> str:

@@ -14,7 +14,7 @@ from helpers.configs import message
 from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, FitWarning
-from stickslip.fit import fit_curve
+from stickslip_materials.fit import fit_curve
 
 HEAD = """\
 system: {mass: 1 kg, stiffness: 10 N/m, normal_load: 5 N}

@@ -1,0 +1,1 @@
+"""The commands of measured friction: `fit`, `points`, `compare`."""

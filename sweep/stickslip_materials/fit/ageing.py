@@ -1,0 +1,259 @@
+"""Measured static friction over waiting time, fitted by mu_s(t) = mu0 + beta log10(1 + t/t0); lubricants in order."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.theory import static_friction
+from stickslip_materials.fit.profile import Cone, Model, Region, bottom
+from stickslip_materials.fit.quality import say
+from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
+
+_FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
+_BEYOND = 1e6  # how far outside the waiting times t0 is looked for
+_EITHER = Cone(np.eye(2))  # mu0 and beta may have either sign
+_UNLIKELY = 0.8  # confidence at which that is left out
+_ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
+
+
+@dataclass(frozen=True)
+class AgeingFit:
+    """Growth of static friction with waiting time, in SI: mu0 at time zero, beta per decade, t0 in s.
+
+    standard_error, interval : by name; the intervals are those of 95 % confidence. That of t0 is (0, x) where nothing
+        but an upper limit can be told, and without width where t0 was given.
+    t0_assumed : the points do not determine t0, and mu0 and beta are those for the t0 that was taken.
+    covariance : (2, 2) of mu0 and beta. freedom : of their t distribution.
+    good : whether the points show ageing of this kind. quality : what they show, in plain words.
+    """
+
+    mu0: float
+    beta: float
+    t0: float
+    standard_error: Mapping[str, float]
+    interval: Mapping[str, Interval]
+    covariance: Floats = field(repr=False)
+    freedom: int
+    residual_rms: float
+    r_squared: float
+    points: int
+    t0_assumed: bool
+    good: bool
+    quality: str
+    region: Region | None = field(repr=False, compare=False)
+
+    def predict(self, time: ArrayLike) -> Floats:
+        """Static friction coefficient after waiting times (s)."""
+        return static_friction(time, self.mu0, self.beta, self.t0)
+
+    def level(self, at: float) -> Interval:
+        """The 95 % interval of `predict` at one waiting time (s), over every t0 that the points allow."""
+        return self.within(1.0, at)
+
+    def within(self, level: float, at: float | None) -> Interval:
+        """The 95 % interval of level mu0 + beta log10(1 + at/t0); at None: of beta alone. An end may be infinite."""
+
+        def direction(t0: Floats) -> Floats:
+            growth = np.ones_like(t0) if at is None else np.log1p(at / t0) / math.log(10.0)
+            return np.stack([np.full_like(t0, level), growth], axis=1)[:, None, :]
+
+        row = direction(np.array([self.t0]))[0, 0]
+        middle = float(row @ [self.mu0, self.beta])
+        if self.region is None:
+            reach = student(self.freedom) * float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
+            return middle - reach, middle + reach
+        low, high = -math.inf, math.inf
+        if self.freedom > 0:
+            low, high = (float(end[0]) for end in self.region.extent(direction))
+        slow, fast = self.region.scale
+        if slow == 0 and at is not None and at < self.t0:
+            low = -math.inf  # mu0 falls without end where t0 does
+        if math.isinf(fast) and at is None:
+            high = math.inf
+        return min(low, middle), max(high, middle)
+
+
+def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> AgeingFit:
+    """Growth of static friction with the logarithm of waiting time, by least squares.
+
+    Parameters
+    ----------
+    time : (n,) s, >= 0.
+    mu : (n,) static friction coefficients measured after these times; repetitions count.
+    t0 : s, where it is known; None looks for it.
+
+    Returns
+    -------
+    AgeingFit
+        Its intervals are those of the profile likelihood: of mu0 and beta over every t0 that the points allow. Where
+        all waiting times are long against t0, these tell no lower limit of it: a smaller t0 with a smaller mu0 fits as
+        well. Then a tenth of the shortest waiting time is taken, unless the likeliest t0 is clearly another
+        (`t0_assumed`).
+
+    Raises
+    ------
+    ValueError
+        For impossible points or fewer than 3 distinct waiting times.
+    """
+    t = points_of("time", time)
+    y = points_of("mu", mu, t.size)
+    if t0 is not None and not (math.isfinite(t0) and t0 > 0):
+        raise ValueError(f"t0: got {t0!r}, expected a time > 0 (s)")
+    count = np.unique(t).size
+    if count < _FEWEST:
+        raise ValueError(
+            f"time: got {count} distinct waiting time{'s' * (count != 1)}, expected at least {_FEWEST}: "
+            "fewer do not allow the growth to be assessed"
+        )
+    shortest, longest = float(t[t > 0].min()), float(t.max())
+    model = Model(
+        y, np.ones_like(y), np.ones((t.size, 1)), lambda scale: np.log1p(t / scale[:, None]) / math.log(10.0),
+        (shortest / _BEYOND, longest * _BEYOND),
+    )  # fmt: skip
+    if t0 is not None:
+        return _fit_at(model, t, float(t0), None)
+
+    def left(scale: Floats) -> Floats:
+        return model.solve(scale, _EITHER).left
+
+    region = Region(model, _EITHER, float(t.size - 3), None)
+    low, high = region.scale
+    likeliest = bottom(left, model.grid)
+    if low > 0:
+        return _fit_at(model, t, low if math.isinf(high) else likeliest, region)
+    usual = min(_ASSUMED * shortest, high)
+    least, there = (float(left(np.array([scale]))[0]) for scale in (likeliest, usual))
+    unlikely = t.size > 3 and there > least * (1.0 + student(t.size - 3, _UNLIKELY) ** 2 / (t.size - 3))
+    return _fit_at(model, t, likeliest if unlikely and likeliest > usual else usual, region)
+
+
+def _fit_at(model: Model, t: Floats, t0: float, region: Region | None) -> AgeingFit:
+    """The straight line over log10(1 + t/t0) and its quality. region : what the points allow, None for a given t0."""
+    y = model.target
+    mu0, beta = map(float, model.solve(np.array([t0]), _EITHER).values[0])
+    residuals = y - static_friction(t, mu0, beta, t0)
+    limits = (t0, t0) if region is None else region.scale
+    is_free = region is not None and limits[0] > 0 and math.isfinite(limits[1])
+    assumed = region is not None and not is_free
+    freedom = t.size - (2 if region is None else 3)
+    growth = np.log1p(t / t0) / math.log(10.0)
+    columns = [np.ones_like(t), growth, *([-beta * t / (t0 + t) / math.log(10.0)] if is_free else [])]  # by ln t0
+    variance = float(residuals @ residuals) / freedom if freedom > 0 else math.inf
+    matrix = covariance(np.column_stack(columns)) * variance
+    errors = [float(error) for error in np.sqrt(np.diag(matrix))]
+    errors.append(math.nan if assumed else 0.0)  # of t0, unless it is free
+    errors[2] *= t0 if is_free else 1.0
+    fit = AgeingFit(
+        mu0=mu0,
+        beta=beta,
+        t0=t0,
+        standard_error=dict(zip(("mu0", "beta", "t0"), errors, strict=False)),
+        interval={},
+        covariance=matrix[:2, :2],
+        freedom=freedom,
+        residual_rms=rms(residuals),
+        r_squared=r_squared(y, residuals, np.ones_like(y)),
+        points=int(t.size),
+        t0_assumed=assumed,
+        good=False,
+        quality="",
+        region=region,
+    )
+    fit = replace(fit, interval={"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits})
+    reservations = [*_reservations(fit)]
+    good = say("grows", beta=fit.beta, rms=fit.residual_rms)
+    remark = _assumption(fit, float(t[t > 0].min())) if assumed else ""
+    return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or good} {remark}".strip())
+
+
+def _reservations(fit: AgeingFit) -> Iterator[str]:
+    (low, high), (least, most) = fit.interval["beta"], fit.interval["t0"]
+    if high < 0:
+        yield say("no ageing")
+    elif not low > 0:
+        yield say("any slope", low=low, high=high)
+    elif fit.r_squared < 0.5:
+        yield say("growth explains little", share=100 * fit.r_squared)
+    if fit.t0_assumed and least > 0 and math.isinf(most):
+        yield say("proportional", least=least)
+
+
+def _assumption(fit: AgeingFit, shortest: float) -> str:
+    """The t0 that was taken, where the points do not determine it."""
+    low, high = fit.interval["t0"]
+    others = "any" if math.isinf(high) else f"any below {high:.2g} s"
+    return say("t0 taken" if low > 0 else "t0 open", t0=fit.t0, shortest=shortest, others=others)
+
+
+# --- lubricants in order ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Rank:
+    """One lubricant in an order.
+
+    apart : whether it differs from the one before it at 95 % confidence; True for the first.
+    """
+
+    name: str
+    value: float
+    interval: Interval
+    apart: bool
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Lubricants from best to worst, by static friction after a waiting time of `at` s and by its growth per decade."""
+
+    at: float
+    by_level: tuple[Rank, ...]
+    by_slope: tuple[Rank, ...]
+
+
+def rank(fits: Mapping[str, AgeingFit], at: float) -> Ranking:
+    """Order lubricants by level and by slope, the lowest first: the best has the lowest of both.
+
+    Parameters
+    ----------
+    fits : by the name of the lubricant, at least one
+    at : waiting time (s) at which levels are compared
+
+    Returns
+    -------
+    Ranking
+
+    Raises
+    ------
+    ValueError
+        For no fits, and an impossible waiting time.
+    """
+    if not fits:
+        raise ValueError("fits: got none, expected at least one")
+    if not (math.isfinite(at) and at >= 0):
+        raise ValueError(f"at: got {at!r}, expected a waiting time >= 0 (s)")
+    levels = {name: (float(fit.predict(at)), fit.level(at), fit.freedom) for name, fit in fits.items()}
+    slopes = {name: (fit.beta, fit.interval["beta"], fit.freedom) for name, fit in fits.items()}
+    return Ranking(float(at), _ordered(levels), _ordered(slopes))
+
+
+def _ordered(measured: Mapping[str, tuple[float, Interval, int]]) -> tuple[Rank, ...]:
+    """Names by value; each as value, interval and degrees of freedom."""
+    rows = sorted(measured.items(), key=lambda item: item[1][0])
+    apart = [True, *(_differ(before, this) for (_, before), (_, this) in zip(rows, rows[1:], strict=False))]
+    return tuple(Rank(name, value, interval, a) for (name, (value, interval, _)), a in zip(rows, apart, strict=True))
+
+
+def _differ(one: tuple[float, Interval, int], other: tuple[float, Interval, int]) -> bool:
+    """Welch's test of two values at 95 % confidence, the error of each being that of the end towards the other."""
+    (x, (_, high), nx), (y, (low, _), ny) = one, other
+    if not (math.isfinite(high) and math.isfinite(low)) or min(nx, ny) <= 0:
+        return False
+    ex, ey = (high - x) / student(nx), (y - low) / student(ny)
+    variance = ex**2 + ey**2
+    if variance == 0:
+        return x != y
+    freedom = variance**2 / (ex**4 / nx + ey**4 / ny)
+    return y - x > student(freedom) * math.sqrt(variance)

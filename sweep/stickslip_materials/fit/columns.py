@@ -1,0 +1,222 @@
+"""Tables whose headings are written by people: which column is which, its unit, and what lines above them tell.
+
+Measured points, records in steps, records of a rig and pairs of features are all read by it.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from stickslip.errors import ConfigError, Place, Problem, QuantityError
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Cell, Table, numbers, read_table
+from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.suggest import listed
+from stickslip_materials.fit.headings import Heading, are_units, heading, with_units_below
+from stickslip_materials.fit.uncertainty import Floats
+from stickslip_materials.fit.words import PERCENT, POINTS, PURE
+
+MOST_FRICTION = 2.0  # of a column whose heading says nothing; more is rather a percentage, or something else
+MOST_EVER = 5.0  # rubber, and clean metals in vacuum, reach it
+
+
+class HeadedTable:
+    """A table whose headings are understood.
+
+    table : without a line of units below the names. headings : of its columns, with these units. kinds, names : of
+    columns there may be, as for `heading`.
+    """
+
+    def __init__(self, table: Table, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()) -> None:
+        headings = [heading(cell.text, kinds, names) for cell in table.heading]
+        self.headings, has_units = with_units_below(table, headings, kinds)
+        self.table = replace(table, lines=table.lines[has_units:])
+
+    @classmethod
+    def read(
+        cls, path: Path, example: str, are_headings: Callable[[list[Heading]], bool], kinds: tuple[str, ...] = POINTS,
+        rows_are: str = "samples", names: tuple[str, ...] = (), sheet: str | None = None,
+    ) -> "HeadedTable":  # fmt: skip
+        """The table in a file, below the first line of headings over numbers. Raises ConfigError.
+
+        are_headings : whether these may be the headings of the table; units alone never are. sheet : of a workbook;
+        without it, the one that holds such a table.
+        """
+
+        def is_heading(texts: Sequence[str]) -> bool:
+            return not are_units(texts) and are_headings([heading(text, kinds, names) for text in texts])
+
+        return cls(read_table(path, example, rows_are, is_heading, sheet), kinds, names)
+
+    def pick(self, kind: str, name: str = "") -> int | None:
+        """The column of a kind, or of that name: plainly called so before longer names, actual before set values.
+
+        None where there is none. Raises ConfigError where several may be meant.
+        """
+        columns = [i for i, one in enumerate(self.headings) if (one.is_called(name) if name else one.kind == kind)]
+        if not columns and name:
+            names = listed([repr(one.text) for one in self.headings])
+            raise self.error(f"no column is called {name!r}, expected {names}")
+        for is_nearer in (Heading.has_own_unit, lambda one: not one.label, lambda one: not one.is_set()):
+            columns = [i for i in columns if is_nearer(self.headings[i])] or columns
+        if len(columns) > 1:
+            option = f"--{kind if kind in ('speed', 'time') else 'friction'}-column"
+            hint = (
+                f"remove one of the two columns, or name the one to take: {option} '{self.headings[columns[0]].text}'"
+            )
+            raise self.refused(columns[1], "it once", hint)
+        return columns[0] if columns else None
+
+    def check_friction(self, i: int, largest: float) -> None:
+        """Raises ConfigError for a column that may be a force, or a percentage, as well as a coefficient.
+
+        largest : of its numbers, as coefficients.
+        """
+        one = self.headings[i]
+        loads = [other.text for other in self.headings if other.kind == "load"]
+        if (
+            not one.unit
+            and one.may_be_force()
+            and one.kind != "friction_force"
+            and (loads or is_load_stated(self.table))
+        ):
+            expected = "a unit: force or coefficient? There is a load to divide a force by"
+            raise self.refused(i, expected, f"write '{one.name} [N]' for a force, '{one.name} [-]' for a coefficient")
+        if largest > (MOST_EVER if one.unit in PURE[1:] else MOST_FRICTION):
+            hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
+            message = f"got {one.text!r} up to {largest:.4g}, expected friction coefficients"
+            place = self.table.heading[i].place
+            raise ConfigError.of(self.table.name, message, hint, place=place, path=("mu",))
+
+    def find(
+        self, name_of: Callable[[Heading], str | None], factor_of: Callable[[str, Heading], float], twice: str
+    ) -> dict[str, tuple[int, float]]:
+        """The columns by name: the position of each, and the factor from its numbers to SI.
+
+        name_of : None for a column that is not used. factor_of : raises QuantityError. twice : the remedy where a name
+        occurs twice. Raises ConfigError with everything that is wrong.
+        """
+        columns: dict[str, tuple[int, float]] = {}
+        problems = []
+        for i, column in enumerate(self.headings):
+            try:
+                if (name := name_of(column)) is not None:
+                    other = self.headings[columns[name][0]] if name in columns else None
+                    if other and other.is_set() == column.is_set():
+                        raise QuantityError("it once", twice)
+                    if other is None or other.is_set():  # actual values before set ones
+                        columns[name] = i, factor_of(name, column)
+            except QuantityError as error:
+                problems.append(self._problem(i, error.expected, error.hint))
+        if problems:
+            raise ConfigError(self.table.name, problems)
+        return columns
+
+    def values(
+        self, columns: Mapping[str, tuple[int, float]], progress: Callable[[int, int], None] | None = None
+    ) -> dict[str, Floats]:
+        """The numbers of columns that were found, in SI, by name. Raises ConfigError naming line and column."""
+        read = numbers(self.table, [i for i, _ in columns.values()], progress)
+        return {name: read[i] * factor for name, (i, factor) in columns.items()}
+
+    def error(self, message: str, hint: str | None = None, *, at_heading: bool = True) -> ConfigError:
+        """An error at the line of the heading, or about the table as a whole."""
+        place = Place(self.table.heading[0].place.line, 1) if at_heading else None
+        return ConfigError.of(self.table.name, message, hint, place=place)
+
+    def refused(self, i: int, expected: str, hint: str | None = None) -> ConfigError:
+        """An error at the heading of a column."""
+        return ConfigError(self.table.name, [self._problem(i, expected, hint)])
+
+    def _problem(self, i: int, expected: str, hint: str | None) -> Problem:
+        cell = self.table.heading[i]
+        return Problem((), f"got {cell.text!r}, expected {expected}", cell.place, hint)
+
+
+def factor(name: str, unit: str, si: str, *, percent: bool = False, needed: bool = False) -> float:
+    """The factor from a unit that a heading gives to SI; no unit is SI, unless it is needed. Raises QuantityError.
+
+    percent : whether a pure number may be one.
+    """
+    if si == "1":
+        if percent and unit in PERCENT:
+            return 0.01
+        if unit not in PURE:
+            raise QuantityError("no unit", f"{name} is a pure number")
+        return 1.0
+    if needed and not unit:
+        raise QuantityError("its unit in brackets", f"for instance '{name} [{units.spelled(si)}]'")
+    return units.si_value(f"1 {column_unit(unit, si)}", si) if unit else 1.0
+
+
+def example(columns: Sequence[Parameter]) -> str:
+    """A line that names the columns there must be."""
+    return ", ".join(titled(column) for column in columns if column.default is None)
+
+
+def titled(column: Parameter) -> str:
+    """The name of a column with a unit that people use: ``speed [mm/s]``."""
+    return f"{column.name} [{units.example(column.units).split(' ', 1)[1]}]" if column.units != "1" else column.name
+
+
+# --- what lines above the heading tell --------------------------------------------------------------------------------
+
+
+def load_above(table: Table) -> tuple[float, int] | None:
+    """The load (N) that a remark or a line above the heading gives, `Prüflast;15;N`, and that line; None if none does.
+
+    Raises ConfigError where several say different loads, or one says it in a way nobody understands.
+    """
+    return stated(table, "load", PARAMETERS["normal_load"], [*((remark,) for remark in table.remarks), *table.above])
+
+
+def is_load_stated(table: Table) -> bool:
+    """True where a line above the heading gives a load, or several."""
+    try:
+        return load_above(table) is not None
+    except ConfigError:
+        return True
+
+
+def stated(
+    table: Table, kind: str, row: Parameter, lines: Iterable[Sequence[Cell]], only_numbers: bool = False
+) -> tuple[float, int] | None:
+    """A quantity that lines give as `Name;15;N` or `Name: 15 N`, in SI, and the line of the first; None if none does.
+
+    kind : of heading that its name is. only_numbers : leave out what is none, such as "varied". Raises ConfigError.
+    """
+    known: list[tuple[float, int]] = []
+    for line in lines:
+        words = [cell.text for cell in line if cell.text]
+        if len(words) > 1:
+            name, value = words[0], " ".join(words[1:]).strip()
+        else:
+            name, _, value = (part.strip() for part in "".join(words).replace("=", ":").partition(":"))
+        title = heading(name.strip(" :="), (kind,))
+        if title.kind != kind or title.label and only_numbers or not value or only_numbers and not value[0].isdigit():
+            continue
+        try:
+            if re.match(r"[1-9]\d{0,2}[.,]\d{3}(?!\d)", value):  # 1.500 N may be 1500 N
+                raise QuantityError(row.expected)
+            number, _, unit = value.replace(",", ".").partition(" ")
+            si = row.read(f"{number} {column_unit(unit.strip(' []()') or title.unit, row.units)}")
+        except QuantityError:
+            message = f"got {' '.join(words)!r}, expected a {kind} such as '{units.example(row.units)}'"
+            raise ConfigError.of(table.name, message, place=line[0].place) from None
+        known.append((si, line[0].place.line))
+    if len({si for si, _ in known}) > 1:
+        values = listed([f"{si:g} {units.spelled(row.units)}" for si, _ in known], "and")
+        raise ConfigError.of(table.name, f"got the {kind}s {values}, expected one", place=Place(known[1][1], 1))
+    return known[0] if known else None
+
+
+def newtons(load: float | str) -> float:
+    """A load that people give, in N: a number, or a text with a unit. Raises ConfigError."""
+    try:
+        return PARAMETERS["normal_load"].read(float(load) if NUMBER.fullmatch(str(load)) else load)
+    except QuantityError as error:
+        raise ConfigError.of("--load", f"got {load!r}, expected {error.expected}", error.hint) from None

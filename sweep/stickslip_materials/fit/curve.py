@@ -1,0 +1,232 @@
+"""A fitted friction curve, the curves that the points allow beside it, and draws of these."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.theory.curve import SHAPES
+from stickslip.vocabulary.models import CURVE, FITTED
+from stickslip_materials.fit.models import FALLING, LEAST, STRAIGHT, STRENGTHENING, Chosen, MeasuredPoints
+from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, covariance, student
+
+_BATCHES = 200  # of draws, until enough of them lie within the bounds
+
+
+class Drawn(NamedTuple):
+    """Curves drawn. coefficients : a1 to a4 by name, each (count,). kept : share of the draws within the bounds."""
+
+    coefficients: dict[str, Floats]
+    kept: float
+
+    @property
+    def falling(self) -> Flags:
+        """Curves that fall for ever, since a2 < 0."""
+        return np.asarray(self.coefficients["a2"] < 0)
+
+    @classmethod
+    def in_batches(cls, batch: Callable[[], Floats], count: int) -> Drawn | None:
+        """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
+        inside: list[Floats] = []
+        for batches in range(1, _BATCHES + 1):
+            inside.append(batch())
+            if (enough := sum(map(len, inside))) >= count:
+                values = np.concatenate(inside)[:count].T
+                return cls(dict(zip(CURVE, values, strict=True)), enough / (batches * count))
+        return None
+
+
+class Allowed:
+    """The curves that points allow, in SI: 95 % intervals by profile likelihood, and draws of the same likelihood."""
+
+    def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
+        self._points, self._chosen = points, chosen
+        self.region = points.region(chosen.form.whole)
+
+    def intervals(self) -> Mapping[str, Interval]:
+        """Of a1 to a4 and of mu_start; an end that the points leave open is inf, or 0."""
+        form, units = self._chosen.form, self._points.units
+        names = ("a1", "a2", "a3", "mu_start")
+        if form is STRAIGHT:  # a branch that the points do not show may hide in any of them
+            return dict.fromkeys(FITTED, (0.0, math.inf))
+        rows = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1]])
+        low, high = self.region.extent(lambda scale: np.broadcast_to(rows, (scale.size, 4, 3)))
+        best = np.append(self._chosen.best[:3], self._chosen.best[0] + self._chosen.best[2])
+        ends = {
+            name: (float(min(a, b) * unit), float(max(c, b) * unit))
+            for name, a, b, c, unit in zip(names, low, best, high, units[[0, 1, 2, 0]], strict=True)
+        }
+        slow, fast = self.region.scale
+        if slow == 0.0 and self._points.speed.min() > 0 and form is not STRENGTHENING:
+            # a branch below the slowest point may be as steep as it likes
+            ends |= {name: (ends[name][0], math.inf) for name in ("a3", "mu_start")}
+        if math.isinf(fast):  # a1 and a3 are one coefficient then, and with a2 a straight line
+            ends |= {**dict.fromkeys(("a1", "a3"), (0.0, math.inf)), "a2": (ends["a2"][0], math.inf)}
+        floor = (*form.nonnegative, "mu_start")
+        ends = {name: (max(a, 0.0) if name in floor else a, b) for name, (a, b) in ends.items()}
+        ends["a4"] = float(slow * units[3]), float(fast * units[3])
+        if form is FALLING:  # without the rise that was assumed away, the others are not known
+            ends |= dict.fromkeys(("a1", "a2", "a3"), (0.0, math.inf))
+        return ends
+
+    def friction(self, speed: Floats) -> tuple[Floats, Floats]:
+        """Lower and upper ends of the friction coefficient at slip speeds (c,) in m/s."""
+        points = self._points
+        u, size = speed / points.units[3], points.units[0]
+        if self._chosen.form is STRAIGHT:
+            low, high = self._line(np.column_stack([np.ones_like(u), u]))
+            return low * size, high * size
+
+        def rows(scale: Floats) -> Floats:
+            weakening = SHAPES[points.law](u / scale[:, None])
+            return np.stack([np.ones_like(weakening), np.broadcast_to(u, weakening.shape), weakening], axis=2)
+
+        low, high = self.region.extent(rows)
+        return np.broadcast_to(low, u.shape) * size, np.broadcast_to(high, u.shape) * size
+
+    def _line(self, rows: Floats) -> tuple[Floats, Floats]:
+        """The ends of combinations (c, 2) of the two coefficients of a straight line."""
+        points, best, known = self._points, self._chosen.best, self._points.deviation is not None
+        spare = points.freedom(STRAIGHT)
+        variance = 1.0 if known else points.left(best) / spare
+        error = np.sqrt(variance * np.einsum("ci,ij,cj->c", rows, covariance(points.jacobian(best)[:, :2]), rows))
+        reach = student(math.inf if known else spare) * error
+        middle = rows @ best[:2]
+        return middle - reach, middle + reach
+
+    @property
+    def can_draw(self) -> bool:
+        """True where points are to spare, so that their scatter is known."""
+        least = 1 if self._points.deviation is not None else LEAST
+        return self._points.freedom(self._chosen.form.whole) >= least
+
+    def draw(self, count: int, random: np.random.Generator) -> Floats:
+        """a1 to a4 of curves, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be < 0.
+
+        Of points that show no branch: those with one they may hide, its a4 anywhere between the slowest and the
+        fastest of them.
+        """
+        form, speed = self._chosen.form, self._points.place
+        hidden = (float(speed[speed > 0].min()), 1.0) if form is STRAIGHT else None
+        values, scale = self.region.draw(count, random, hidden)
+        start, branch = values[:, 0] + values[:, 2], values[:, 2] <= 0 if form is STRENGTHENING else values[:, 2] >= 0
+        inside = (values[:, 0] >= 0) & (start >= 0) & branch
+        return np.asarray(np.column_stack([values, scale])[inside] * self._points.units)
+
+
+@dataclass(frozen=True)
+class CurveFit:
+    """A friction curve through measured points, in SI.
+
+    a1, a3 pure numbers, a2 s/m, a4 m/s; all >= 0, except where friction rises from zero speed: there a3 < 0, and a2 may
+    be. Points without a branch have a3 = 0, and then a4 means nothing.
+    standard_error : by name, of a1 to a4 and of mu_start = a1 + a3, to first order.
+    interval : by name, 95 % by profile likelihood, without the part below a bound at 0; an end that the points
+        leave open is inf, or 0; all are where another curve is said to fit better.
+    covariance : (4, 4), in the order a1 to a4, to first order. freedom : points to spare, inf where sigma was given.
+    speeds : the slowest and the fastest point, m/s. searched : between which a4 was looked for, m/s.
+    residual_rms : of mu. r_squared : explained share of the variance of mu, NaN if mu does not vary.
+    unidentified : coefficients that the points do not determine. assumed : those of them that were fixed.
+    at_bound : those (and mu_start) that the points would have beyond their bound.
+    outliers : positions of points that were left out. scatter : standard deviation at the fastest point over that at
+        the slowest, by which points were weighted; 1 unless they show that it differs, or sigma was given.
+    determined : whether the points tell where vibration ends; a material whose points do not is not ranked.
+    has_intervals : whether what follows from the curve has an interval: points are to spare, and follow its shape.
+    good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
+    law : of the curve. preferred : by how much its AICc is below that of the Stribeck curve.
+    allowed : the curves that the points allow, which bands and draws come from.
+    """
+
+    a1: float
+    a2: float
+    a3: float
+    a4: float
+    standard_error: Mapping[str, float]
+    interval: Mapping[str, Interval]
+    covariance: Floats = field(repr=False)
+    freedom: float
+    speeds: Interval
+    searched: Interval
+    residual_rms: float
+    r_squared: float
+    points: int
+    unidentified: tuple[str, ...]
+    assumed: tuple[str, ...]
+    at_bound: tuple[str, ...]
+    outliers: tuple[int, ...]
+    scatter: float
+    determined: bool
+    has_intervals: bool
+    good: bool
+    quality: str
+    law: str
+    preferred: float
+    allowed: Allowed = field(repr=False, compare=False)
+
+    @property
+    def mu_start(self) -> float:
+        """Friction coefficient at break-away, a1 + a3."""
+        return self.a1 + self.a3
+
+    @property
+    def declines(self) -> bool:
+        """True where friction falls from standstill on."""
+        return self.a3 > 0
+
+    def coefficients(self) -> dict[str, float]:
+        """a1 to a4 by name, as `evaluate` and `simulate` take them."""
+        return {name: float(getattr(self, name)) for name in CURVE}
+
+    def predict(self, speed: ArrayLike) -> Floats:
+        """Friction coefficient at slip speeds (m/s)."""
+        w = np.asarray(speed, np.float64)
+        return np.asarray(self.a1 + self.a2 * w + self.a3 * SHAPES[self.law](w / self.a4))
+
+    def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
+        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s), by profile likelihood; not
+        below 0, and infinite where the points determine nothing. What was assumed is taken as it is.
+        """
+        w = np.asarray(speed, np.float64)
+        low, high = (end.reshape(w.shape) for end in self.allowed.friction(w.ravel()))
+        middle = self.predict(w)
+        return np.minimum(np.maximum(low, 0.0), middle), np.maximum(high, middle)
+
+    def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
+        """Curves as likely as the points leave them, or as the repeats of a `RepeatedFit` do.
+
+        a4 has the confidence distribution of the fit's profile likelihood, the others are t-distributed about the best
+        ones for it, with the fit's degrees of freedom: quantiles of what follows from draws are profile-likelihood
+        intervals. Draws beyond the bounds of the fit are drawn again. What the fit assumed is in all of them; where the
+        points show no branch, the draws have those that they may hide.
+
+        Parameters
+        ----------
+        count : of the curves
+        seed : the same gives the same draws
+        falling : include curves with a2 < 0, which fall for ever: where the points do not show that friction rises
+            again, leaving these out would make it look certain
+
+        Returns
+        -------
+        Drawn or None
+            None where the points are too few to draw any.
+        """
+        if not self.allowed.can_draw:
+            return None
+        random = np.random.default_rng(seed)
+
+        def batch() -> Floats:
+            values = self.allowed.draw(count, random)
+            return values if falling or self.a3 < 0 else values[values[:, 1] >= 0]
+
+        return Drawn.in_batches(batch, count)
+
+
+def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
+    """Curves as likely as the points leave them: `CurveFit.draw`."""
+    return fit.draw(count, seed, falling=falling)

@@ -1,0 +1,314 @@
+"""Contacts with memory from records: rate-and-state friction from velocity steps and holds, bristles from pre-sliding.
+
+    time [s], speed [um/s], mu               displacement [um], mu
+    0.00,     1,            0.601            0.00,              0.000
+    0.10,     1,            0.600            0.05,              0.012
+
+Left a record of a drive whose speed takes steps, 0 during a hold; right one of small motions back and forth.
+
+A drive at the speed V pulls the slider by a spring of stiffness k over the load N, slowly enough that its mass does not
+count: mu' = (k/N)(V - w), and w follows from friction (J. C. Gu et al., J. Mech. Phys. Solids 32 (1984) 167; fitted so
+by A. Reinen and J. D. Weeks, J. Geophys. Res. 98 (1993) 15937). Bristles that hold, loaded along x, obey
+d mu/dx = (sigma_0/N)(1 - s mu/mu_k), s being the sign of the motion (P. R. Dahl, AIAA J. 14 (1976) 1675): an
+exponential from sample to sample.
+"""
+
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip_materials.fit.quality import say
+from stickslip_materials.fit.signals import Signals
+from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, r_squared, rms, student
+
+RATE_STATE = ("rate_state_ageing", "rate_state_slip")
+BRISTLES = "lugre"
+_STEP = 0.05  # by which a speed differs from those of the step before it
+_FEWEST = 20  # samples
+_MOST_STEPS = 0.1  # of the samples
+_DECADES, _LEVELS, _RATIOS = 9, (0.4, 1.5), (0.4, 0.9, 1.3, 2.0)  # where the search begins: of D_c, a and b/a
+_STIFFNESSES = (1.0, 10.0, 100.0)  # and k/N times D_c, where the stiffness is not known
+_FOLLOWED = 3  # of these
+_ALIKE, _EXPLAINED = 0.5, 0.9  # residuals as correlated with those before, or so little explained: another law
+_BEYOND = 3.0  # times the largest friction of a loop, where the friction that it tends to is not seen
+_WIDE = 8.0  # ratio of the ends of an interval of what is not determined
+
+
+@dataclass(frozen=True)
+class MemoryFit:
+    """A contact with memory, fitted to a record.
+
+    law : "rate_state_ageing", "rate_state_slip" or "lugre". values : its parameters in SI, by the names of a
+    configuration; `mu_k`, friction at the end of pre-sliding, is none. interval : their 95 % intervals. along : what
+    the record goes along, time (s) or displacement (m), at each sample. mu, predicted : friction coefficient there.
+    good : whether the record determines them. quality : that in plain words. columns : what those of a file were taken
+    for.
+    """
+
+    law: str
+    values: Mapping[str, float]
+    interval: Mapping[str, Interval]
+    along: Floats
+    mu: Floats
+    predicted: Floats
+    residual_rms: float
+    r_squared: float
+    good: bool
+    quality: str
+    columns: str = ""
+
+
+def fit_rate_state(
+    time: ArrayLike, speed: ArrayLike, mu: ArrayLike, *, law: str = "rate_state_ageing", stiffness: float | None = None
+) -> MemoryFit:
+    """Rate-and-state friction from a record of velocity steps and holds.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing.
+    speed : (n,) of the drive, m/s, in steps; 0 during a hold. The record begins at steady sliding, and its first speed
+        is v_0.
+    mu : (n,) friction coefficient, the force of the spring over the load.
+    law : "rate_state_ageing" or "rate_state_slip".
+    stiffness : of the drive over the load, 1/m; None fits it as well (`drive_stiffness` of the result).
+
+    Returns
+    -------
+    MemoryFit
+        With mu_0, v_0, a, b, D_c. Intervals are those of linear least squares, widened by the correlation of residuals
+        that follow each other.
+
+    Raises
+    ------
+    ValueError
+        For impossible records, and for one without steps of speed.
+    """
+    if law not in RATE_STATE:
+        raise ValueError(f"law: got {law!r}, expected {' or '.join(RATE_STATE)}")
+    t, v, y = _record(time=time, speed=speed, mu=mu)
+    if not (np.diff(t) > 0.0).all():
+        raise ValueError("time: expected an increasing one")
+    if stiffness is not None and not (math.isfinite(stiffness) and stiffness > 0.0):
+        raise ValueError(f"stiffness: got {stiffness!r}, expected a value > 0 (1/m)")
+    steps = _steps(v)
+    slip, v_0 = float(np.sum(v[:-1] * np.diff(t))), steps[0][1]
+
+    def predict(p: Floats) -> Floats:
+        rate = stiffness or math.exp(p[4])
+        return _motion(t, steps, law, (p[0], math.exp(p[1]), p[2], math.exp(p[3])), rate)
+
+    def starts() -> list[Floats]:
+        change = max(float(np.ptp(y)), 1e-6)
+        free = _STIFFNESSES if stiffness is None else (1.0,)
+        distances = np.geomspace(slip / 3e4, slip / 3.0, _DECADES)
+        count = 5 if stiffness is None else 4
+        return [
+            np.array([y[0], math.log(level * change), ratio * level * change, math.log(d), math.log(k / d)][:count])
+            for d, level, ratio, k in product(distances, _LEVELS, _RATIOS, free)
+        ]
+
+    p, spread, predicted = _least_squares(predict, starts(), y)
+    ends = {"mu_0": (p[0], spread[0], False), "a": (p[1], spread[1], True), "b": (p[2], spread[2], False),
+            "D_c": (p[3], spread[3], True)}  # fmt: skip
+    if stiffness is None:
+        ends["drive_stiffness"] = p[4], spread[4], True
+    return _fit(law, ends, {"v_0": v_0}, t, y, predicted)
+
+
+def fit_presliding(displacement: ArrayLike, mu: ArrayLike, load: float) -> MemoryFit:
+    """Contact stiffness of bristles from a record of small motions back and forth.
+
+    Parameters
+    ----------
+    displacement : (n,) m, of the two bodies against each other, the spring of the drive left out.
+    mu : (n,) friction coefficient.
+    load : N.
+
+    Returns
+    -------
+    MemoryFit
+        With contact_stiffness (N/m), and mu_k, to which friction tends at the end of pre-sliding.
+
+    Raises
+    ------
+    ValueError
+        For impossible records, and for one that does not move.
+    """
+    x, y = _record(displacement=displacement, mu=mu)
+    if not (math.isfinite(load) and load > 0.0):
+        raise ValueError(f"load: got {load!r}, expected a value > 0 (N)")
+    moves = np.diff(x)
+    way, level = float(np.abs(moves).sum()), float(np.abs(y).max())
+    if not way > 0.0 or not level > 0.0:
+        raise ValueError("displacement and mu: got a record in which nothing moves")
+
+    def predict(p: Floats) -> Floats:
+        stiffness, most = math.exp(p[1]), math.exp(p[2])
+        stay, pull = np.exp(-stiffness / most * np.abs(moves)), np.sign(moves) * most
+        values = [float(p[0])]
+        for keep, towards in zip(stay.tolist(), pull.tolist(), strict=True):
+            values.append(towards + (values[-1] - towards) * keep)
+        return np.array(values)
+
+    starts = [
+        np.array([y[0], math.log(slope * level / float(np.ptp(x))), math.log(times * level)])
+        for slope, times in product((1.0, 3.0, 10.0, 30.0, 100.0), (1.0, 2.0))
+    ]
+    p, spread, predicted = _least_squares(predict, starts, y)
+    p[1] += math.log(load)
+    if p[2] > math.log(_BEYOND * level):
+        spread[2] = math.inf
+    ends = {"contact_stiffness": (p[1], spread[1], True), "mu_k": (p[2], spread[2], True)}
+    return _fit(BRISTLES, ends, {}, x, y, predicted)
+
+
+# --- records ----------------------------------------------------------------------------------------------------------
+
+
+def fit_memory_file(
+    path: str | Path, law: str, *, load: float | None = None, stiffness: float | None = None
+) -> MemoryFit:
+    """The fit of this law to a CSV file.
+
+    Parameters
+    ----------
+    path : with the columns time, speed and mu (rate-and-state friction), or displacement and mu (lugre); a friction
+        force with a column of loads, or `load`, serves for mu.
+    law : as in `MemoryFit`.
+    load : N, where the file tells none.
+    stiffness : of the drive, N/m, for rate-and-state friction; None fits it.
+
+    Raises
+    ------
+    ConfigError
+        Naming file, line and column of what cannot be read.
+    ValueError
+        As the fits do, and for a load that is missing.
+    """
+    names = ("displacement",) if law == BRISTLES else ("time", "speed")
+    record = Signals(Path(path), f"{', '.join(names)}, mu", (*names, "mu", "friction_force", "force", "load"))
+    along = [record.read(name) for name in names]
+    loads = record.read("load") if "load" in record else np.full(along[0].shape, record.given("load", load))
+    mu, weight = record.friction(loads, np.ones(loads.shape, np.bool_)), float(np.median(loads))
+    known = math.isfinite(weight)
+    if not known and (law == BRISTLES or stiffness is not None):
+        raise record.error("got no load", "name it: --load '10 N'")
+    if law == BRISTLES:
+        fit = fit_presliding(along[0], mu, weight)
+    else:
+        fit = fit_rate_state(
+            along[0], along[1], mu, law=law, stiffness=stiffness / weight if stiffness and known else None
+        )
+    return replace(fit, columns=record.describe(load))
+
+
+def _record(**columns: ArrayLike) -> list[Floats]:
+    arrays = [np.asarray(values, np.float64) for values in columns.values()]
+    for name, one in zip(columns, arrays, strict=True):
+        if one.ndim != 1 or one.size < _FEWEST or one.shape != arrays[0].shape:
+            raise ValueError(f"{name}: got the shape {one.shape}, expected {_FEWEST} samples or more, and all as long")
+        if not np.isfinite(one).all():
+            raise ValueError(f"{name}: expected finite numbers, got {one[~np.isfinite(one)][0]}")
+    return arrays
+
+
+def _steps(speed: Floats) -> list[tuple[int, float]]:
+    """First sample and speed of each step. Raises ValueError where there are none, or nothing but steps."""
+    if not speed[0] > 0.0 or (speed < 0.0).any():
+        raise ValueError("speed: expected steady sliding at first, and no speed below 0")
+    begins = [0]
+    for i in range(1, speed.size):
+        if abs(speed[i] - speed[begins[-1]]) > _STEP * max(speed[i], speed[begins[-1]]):
+            begins.append(i)
+    if not 1 < len(begins) <= _MOST_STEPS * speed.size:
+        raise ValueError(f"speed: got {len(begins)} steps in {speed.size} samples, expected 2 to a tenth of them")
+    return [(a, float(np.mean(speed[a:b]))) for a, b in zip(begins, [*begins[1:], speed.size], strict=True)]
+
+
+def _motion(
+    t: Floats, steps: Sequence[tuple[int, float]], law: str, parameters: tuple[float, ...], rate: float
+) -> Floats:
+    """Friction at each sample; NaN from where it cannot be integrated. rate : k/N, 1/m."""
+    from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
+
+    mu_0, a, b, d = parameters
+    v_0, ends = steps[0][1], [*(i for i, _ in steps[1:]), t.size]
+    state, values = [mu_0, 0.0], np.full(t.size, np.nan)
+    for (begin, speed), end in zip(steps, ends, strict=True):
+        stop = t[min(end, t.size - 1)]
+
+        def slopes(_: float, s: Floats, speed: float = speed) -> list[float]:
+            log_w = min((s[0] - mu_0 - b * s[1]) / a, 200.0)  # over v_0; s[1] = ln(v_0 theta/D_c)
+            w = v_0 * math.exp(log_w)
+            if law == "rate_state_slip":
+                return [rate * (speed - w), -w * (log_w + s[1]) / d]
+            return [rate * (speed - w), (v_0 * math.exp(min(-s[1], 200.0)) - w) / d]
+
+        times = t[begin : end + 1]
+        solved = solve_ivp(slopes, (t[begin], stop), state, "LSODA", t_eval=times, rtol=1e-7, atol=1e-9)
+        if solved.status != 0 or not np.isfinite(solved.y).all():
+            return values
+        values[begin:end] = solved.y[0][: end - begin]
+        state = solved.y[:, -1].tolist()
+    return values
+
+
+# --- least squares ----------------------------------------------------------------------------------------------------
+
+
+def _least_squares(
+    predict: Callable[[Floats], Floats], starts: Sequence[Floats], y: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """The best values, half the widths of their 95 % intervals, and what they predict.
+
+    The best few of the starts are followed.
+    """
+    from scipy.optimize import least_squares  # type: ignore[import-untyped]
+
+    def residuals(p: Floats) -> Floats:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.nan_to_num(predict(p) - y, nan=1e3, posinf=1e3, neginf=-1e3)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of LSODA, on starts that are no good
+        first = sorted(starts, key=lambda p: float(np.sum(residuals(p) ** 2)))[:_FOLLOWED]
+        best = min((least_squares(residuals, p, x_scale="jac", max_nfev=60) for p in first), key=lambda one: one.cost)
+    left, freedom = best.fun, y.size - best.x.size
+    alike = _correlation(left)
+    worth = max((1.0 - alike) / (1.0 + alike), 1.0 / y.size) if alike > 0.0 else 1.0  # independent ones, of all
+    errors = np.sqrt(np.diag(covariance(best.jac)) * float(left @ left) / freedom / worth)
+    return best.x.copy(), student(max(freedom * worth, 1.0)) * errors, y + left
+
+
+def _correlation(residuals: Floats) -> float:
+    """Of residuals with those that follow them."""
+    return float(np.corrcoef(residuals[1:], residuals[:-1])[0, 1]) if residuals.std() > 0.0 else 0.0
+
+
+def _fit(
+    law: str, ends: Mapping[str, tuple[float, float, bool]], known: Mapping[str, float], along: Floats, y: Floats,
+    predicted: Floats,
+) -> MemoryFit:  # fmt: skip
+    """The fit of values with half their intervals; logarithms, where the flag says so."""
+    values, interval, open_ones = dict(known), {}, []
+    for name, (middle, half, is_log) in ends.items():
+        low, high = middle - half, middle + half
+        if is_log:
+            middle, low, high = (math.exp(max(min(x, 700.0), -700.0)) for x in (middle, low, high))
+        values[name], interval[name] = float(middle), (float(low), float(high))
+        if (is_log and not high < _WIDE * low) or not math.isfinite(half):
+            open_ones.append(name)
+    left = y - predicted
+    share = r_squared(y, left, np.ones_like(y))
+    names = ", ".join(open_ones)
+    is_other = _correlation(left) > _ALIKE or share < _EXPLAINED
+    quality = say("record open", names=names) if open_ones else say("record", share=100 * share, rms=rms(left))
+    quality += f" {say('record other')}" * is_other
+    good = not open_ones and not is_other
+    return MemoryFit(law, values, interval, along, y, predicted, rms(left), share, good, quality)

@@ -1,0 +1,378 @@
+"""Measured points from tables: CSV files of people, of their instruments and of Excel (`files/tables.py`).
+
+    # felt on PC-ABS, 10 N            speed [mm/s]; grease A; grease B
+    speed [mm/s], mu                  0,5;          0,141;    0,120
+    0.5, 0.61                         1;            0,132;
+    1,   0.58
+
+The first line that is not a comment names the columns, in any order, with their units in brackets (or in a line of
+their own below); without a unit a column is in SI, or in the unit the caller names. `headings.py` knows what columns
+are called. A table without a column of that name is wide: every other column of plain numbers is a material, named by
+its heading, and may have gaps. A column called material, lubricant or sample tells materials apart row by row.
+"""
+
+import itertools
+import re
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
+from stickslip.files import layout, tables
+from stickslip.files.layout import NUMBER
+from stickslip.files.tables import Cell, Table
+from stickslip.files.texts import is_workbook
+from stickslip.vocabulary import units
+from stickslip.vocabulary.column_units import column_unit, is_column_unit
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.suggest import listed
+from stickslip_materials.fit.columns import HeadedTable, example, load_above, newtons, titled
+from stickslip_materials.fit.headings import are_units, heading
+from stickslip_materials.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
+from stickslip_materials.fit.words import plain
+
+_FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
+_LOAD = Parameter("load", "N", "normal load", "points", above=0)
+_MOST_SAMPLES = 10  # of a speed that follow each other, in a table of points
+_RECORD = 8  # steps of time, of which most are alike in a record
+_COURSE = re.compile(r"cycl|zykl|loop|schleife|run|lauf|repe|wiederh|pass|sweep|ramp|step|schritt|\bn[or]\b|index")
+_CONDITION = 1.25  # ratio of friction by which two conditions are told from scatter
+_SAME_LOAD = 0.01  # share by which two loads that are the same may differ
+_SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
+
+
+class Columns(dict[str, NDArray[np.float64]]):
+    """Columns by name, in SI, row by row.
+
+    assumed : those that were read in SI for want of a unit. units : in which the others were written, by name.
+    read : headings they came from, by name. ignored : headings of columns that were left out. notes : what else was
+    done with columns. above : numbers of the first and the last line above the heading that were left out. lines : of
+    the file, row by row.
+    """
+
+    assumed: tuple[Parameter, ...] = ()
+    units: dict[str, str] = {}
+    read: dict[str, str] = {}
+    ignored: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    above: tuple[int, int] | None = None
+    lines: tuple[int, ...] = ()
+
+    def caution(self) -> str:
+        """A sentence on each unit that was assumed; empty if none was."""
+        sentences = []
+        for column in self.assumed:
+            unit, values = units.spelled(column.units), self[column.name]
+            sentences.append(
+                f"The header gives no unit of {column.name}, so the numbers were read in {unit} ({values.min():.4g} to "
+                f"{values.max():.4g} {unit}): write '{titled(column)}', or the unit they have."
+            )
+        return " ".join(sentences)
+
+
+def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None = None) -> Columns:
+    """The columns of a CSV file by name, in SI, row by row.
+
+    Parameters
+    ----------
+    path : CSV or .xlsx with the points of one material
+    columns : CURVE_COLUMNS or AGEING_COLUMNS; that of sigma may be missing, and then is missing in the result
+    unit : of the speeds or times, where the header does not name it; None takes SI
+
+    Returns
+    -------
+    Columns
+        Arrays by name, of equal length.
+
+    Raises
+    ------
+    ConfigError
+        With everything that is wrong, by line and column, and for a table of several materials.
+    """
+    return only(Path(path), read_materials(path, columns, Wanted(unit or "")))
+
+
+def only(path: Path, materials: dict[str, Columns]) -> Columns:
+    """The points of a table of one material. Raises ConfigError for one of several."""
+    if len(materials) > 1:
+        message = f"got {len(materials)} materials ({', '.join(materials)}), expected one"
+        raise ConfigError.of(path, message, "name the column to take, or compare them")
+    return next(iter(materials.values()))
+
+
+def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
+    """The kind of points in a table: CURVE_COLUMNS or AGEING_COLUMNS. Raises ConfigError."""
+    if wanted.speed or wanted.time:
+        return CURVE_COLUMNS if wanted.speed else AGEING_COLUMNS
+    (_, table), *_ = _tables(path, CURVE_COLUMNS, ("speed", "time"), wanted)
+    headings = HeadedTable(table).headings
+    has_speed = any(column.kind == "speed" or is_column_unit(column.unit, "m s-1") for column in headings)
+    return AGEING_COLUMNS if not has_speed and any(column.kind == "time" for column in headings) else CURVE_COLUMNS
+
+
+def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wanted | None = None) -> dict[str, Columns]:
+    """The points of every material of a table, by name; that of a single unnamed one is empty.
+
+    Parameters
+    ----------
+    path, columns : as for `read_points`
+    wanted : which columns to take, and in which units, where the headings do not say
+
+    Returns
+    -------
+    dict of Columns
+        By name, in the order of the table.
+
+    Raises
+    ------
+    ConfigError
+        With everything that is wrong, by line and column.
+    """
+    wanted = wanted or Wanted()
+    read: dict[str, Columns] = {}
+    sheets = _tables(Path(path), columns, (columns[0].name,), wanted)
+    for title, table in sheets:
+        for name, points in _materials(HeadedTable(table), columns, wanted).items():
+            read[" ".join(filter(None, (title if len(sheets) > 1 else "", name)))] = points
+            if others := tables.sheets_without(Path(path), [title for title, _ in sheets]):
+                points.notes += (f"sheets not read: {', '.join(map(repr, others))}",)
+    return read
+
+
+def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted) -> dict[str, Columns]:
+    """The points of every material of one table."""
+    table, headings, rows = headed.table, headed.headings, list(tables.cells(headed.table))
+    if not wanted.speed and not wanted.time:
+        _check_record(headed, rows)
+    roles, group, notes = Search(headed, rows, columns, wanted).roles()
+    materials = _Reader(table, rows, roles, group).materials()
+    _ask_about_load(headed, rows, wanted)
+    for role in roles:
+        if role.column.name == MU:
+            largest = max(
+                (float(p[MU].max()) for name, p in materials.items() if role.label in ("", name)), default=0.0
+            )
+            headed.check_friction(role.position, largest if role.load is None else 0.0)
+    if columns is AGEING_COLUMNS and not wanted.time:
+        _check_waiting(headed, roles, materials)
+    with_unit = {role.column.name: role.unit for role in roles if role.column.units != "1" and role.unit}
+    assumed = tuple(role.column for role in roles if role.column.units != "1" and not role.unit)
+    if assumed:
+        _check_units_above(table, assumed[0])
+    used = {group, *(i for role in roles for i in role.positions)}
+    if len(materials) == 1:
+        _check_conditions(headed, rows, used, *materials.values())
+    if table.left_out:
+        summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in table.left_out], "and")
+        notes = (*notes, f"left out, since they are no measurements: {summaries}")
+    for name, points in materials.items():
+        own = (role for role in roles if role.label in ("", name) or group is not None)
+        points.assumed, points.units, points.notes = assumed, with_unit, notes
+        points.read = {role.column.name: headings[role.position].text for role in own}
+        points.ignored = tuple(one.text for i, one in enumerate(headings) if i not in used and one.text)
+        points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
+    return materials
+
+
+def _tables(
+    path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wanted: Wanted
+) -> list[tuple[str, Table]]:
+    """The parts of a file, or of each sheet of a workbook with such headings, by title where there are several.
+
+    Where no line has headings that are known, the names of columns stand over the numbers.
+
+    along : speed, time, or both, of which the table has one beside a column that may be friction. Raises ConfigError.
+    """
+
+    def may_be_headings(texts: Sequence[str]) -> bool:
+        headings = [heading(text) for text in texts]
+        named = [word for word in (wanted.speed, wanted.time) if word]
+        over = (*along, "rotation")
+        steps = {i for i, one in enumerate(headings) if one.kind in over or any(map(one.is_called, named))}
+        kinds = ("", MU, "kinetic", "static", "friction_force")
+        others = (one for i, one in enumerate(headings) if i not in steps and one.text and one.kind in kinds)
+        frictions = (one for one in headings if any(map(one.is_called, wanted.friction)))
+        return not are_units(texts) and bool(steps) and bool([*others, *frictions])
+
+    def are_words(texts: Sequence[str]) -> bool:
+        return not any(are_units([text]) for text in texts if text)
+
+    def read(sheet: str | None = None) -> Table:
+        table = tables.read_table(path, example(columns), "points", may_be_headings, sheet)
+        if may_be_headings([cell.text for cell in table.heading]):
+            return table
+        return tables.read_table(path, example(columns), "points", are_words, sheet)
+
+    if not is_workbook(path):
+        return [("", read())]
+    titles = tables.sheets_with_tables(path, may_be_headings)
+    return [(title, read(title)) for title in titles]
+
+
+def _check_record(headed: HeadedTable, rows: Sequence[Sequence[Cell]]) -> None:
+    """Raises ConfigError for samples over time at steps of a speed: which are points, the steps tell."""
+    kinds = {one.kind: i for i, one in reversed([*enumerate(headed.headings)])}
+    speed = kinds.get("speed", kinds.get("rotation"))
+    if "time" not in kinds or speed is None:
+        return
+    values = [row[speed].text for row in rows if speed < len(row)]
+    steps = 1 + sum(a != b for a, b in itertools.pairwise(values))
+    if len(values) >= _MOST_SAMPLES * steps:
+        message = f"this is a record with {steps} steps of {headed.headings[speed].text!r}, expected a point of each"
+        raise headed.error(message, "stickslip points RECORD -o points.csv averages them")
+
+
+def _check_waiting(headed: HeadedTable, roles: Sequence[Role], materials: dict[str, Columns]) -> None:
+    """Raises ConfigError for friction over the time of a record, which is no time at rest."""
+    over, mu = (headed.headings[role.position] for role in roles[:2])
+    if over.is_waiting() or mu.kind == "static":
+        return
+    for points in materials.values():
+        steps = np.diff(points["time"])
+        usual = float(np.median(steps)) if steps.size >= _RECORD else np.nan
+        if points["time"].min() <= 0 or np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7:
+            hint = (
+                "a record becomes points by `stickslip points RECORD --plan PLAN`; call times at rest 'hold time [s]'"
+            )
+            raise headed.refused(roles[0].position, "hold times; this looks like a record over time", hint)
+
+
+def _check_conditions(
+    headed: HeadedTable, rows: Sequence[Sequence[Cell]], used: set[int | None], points: Columns
+) -> None:
+    """Raises ConfigError where a column that is not used tells parts of very different friction at one speed."""
+    along, mu = (points[name] for name in (*points,)[:2])
+    for i, one in enumerate(headed.headings):
+        texts = np.array([row[i].text if i < len(row) else "" for row in rows])
+        values = list(dict.fromkeys(texts.tolist()))
+        is_course = one.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(one.name))
+        if i in used or is_course or not 1 < len(values) <= mu.size / 3:
+            continue
+        order = np.argsort(along, kind="stable")
+        x, y, parts = along[order], mu[order], texts[order]
+        first, others = parts == values[0], (parts != values[0]) & (y > 0)
+        shared = others & (x >= x[first].min()) & (x <= x[first].max())
+        ratios = np.interp(x[shared], x[first], y[first]) / y[shared]
+        if ratios.size > 2 and (ratios.min() > _CONDITION or ratios.max() < 1 / _CONDITION):
+            times = float(np.median(np.maximum(ratios, 1 / ratios)))
+            expected = f"one of {listed(values, 'and')}: friction at one speed differs by a factor of {times:.2g}"
+            raise headed.refused(i, expected, "keep the rows of one, or call the column 'material'")
+
+
+def _check_units_above(table: Table, column: Parameter) -> None:
+    """Raises ConfigError where a line above the heading holds a unit that the heading lacks."""
+    for cell in (cell for line in table.above for cell in line if is_column_unit(cell.text, column.units)):
+        message = f"got the unit {cell.text!r} above the heading, expected it behind {column.name}"
+        hint = f"write '{column.name} [{cell.text}]', or say --unit {cell.text}"
+        raise ConfigError.of(table.name, message, hint, place=cell.place)
+
+
+def _ask_about_load(headed: HeadedTable, rows: Sequence[Sequence[Cell]], wanted: Wanted) -> None:
+    """Warn of a load that a column, or a line above the heading, tells otherwise than whoever gives one."""
+    if wanted.load is None:
+        return
+    given, place = newtons(wanted.load), "the file"
+    with suppress(ConfigError, QuantityError):  # several loads, of which this may be one
+        if (i := headed.pick("load")) is not None:
+            unit, place = column_unit(headed.headings[i].unit, "N"), repr(headed.headings[i].text)
+            own = float(np.median([units.si_value(f"{row[i].text.replace(',', '.')} {unit}", "N") for row in rows]))
+        elif (above := load_above(headed.table)) is not None:
+            own, place = above[0], f"line {above[1]}"
+        else:
+            return
+        if abs(own - given) > _SAME_LOAD * given:
+            text = f"measured with {own:g} N ({place}), which counts, and the load given is {given:g} N: is that meant?"
+            warnings.warn(f"{headed.table.name}: {text}", UnitWarning, stacklevel=2)
+
+
+# --- the numbers ------------------------------------------------------------------------------------------------------
+
+
+class _Reader:
+    """Reads the numbers of the columns that have a role, and collects what is wrong with them."""
+
+    def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: list[Role], group: int | None) -> None:
+        self._table, self._rows, self._roles, self._group = table, rows, roles, group
+        texts = [[cell.text for cell in row] for row in rows]
+        used = [i for role in roles for i in role.positions]
+        self._comma = tables.has_decimal_commas(table, texts, used)
+        self._thousands = {i for i in used if layout.thousands([row[i] for row in texts if i < len(row)], self._comma)}
+        self._problems: list[Problem] = []
+
+    def materials(self) -> dict[str, Columns]:
+        """The points by material. Raises ConfigError with everything that is wrong."""
+        along, *others = self._roles
+        sigmas = {role.label: role for role in others if role.column.name != MU}
+        materials: dict[str, dict[str, list[float]]] = {}
+        lines: dict[str, list[int]] = {}
+        for row in self._rows:
+            if len(self._problems) >= tables.MOST_PROBLEMS:
+                break
+            if len(row) != len(self._table.heading):
+                self._problems.append(tables.wrong_count(self._table, row))
+                continue
+            numbers = {along.position: self._number(along, row)}
+            group = "" if self._group is None else row[self._group].text
+            group = whole[1] if (whole := WHOLE.fullmatch(group)) else group
+            for mu in (role for role in others if role.column.name == MU):
+                if mu.label and row[mu.position].text.lower() in GAPS:
+                    continue  # of a wide table, whose materials need not be measured at the same speeds
+                roles = [along, mu, *([sigmas[mu.label]] if mu.label in sigmas else [])]
+                name = " ".join(filter(None, (group, mu.label)))
+                points = materials.setdefault(name, {role.column.name: [] for role in roles})
+                lines.setdefault(name, []).append(row[along.position].place.line)
+                for role in roles:
+                    if role.position not in numbers:
+                        numbers[role.position] = self._number(role, row)
+                    points[role.column.name].append(numbers[role.position])
+        if self._problems:
+            raise ConfigError(self._table.name, self._problems)
+        read = {
+            name: Columns({key: np.array(one) for key, one in points.items()}) for name, points in materials.items()
+        }
+        for name, columns in read.items():
+            columns.lines = tuple(lines[name])
+        return read
+
+    def _number(self, role: Role, row: Sequence[Cell]) -> float:
+        """One number in SI; what is wrong with it becomes a problem."""
+        cell = row[role.position]
+        try:
+            if role.position in self._thousands:
+                raise QuantityError("a number without separators of thousands", f"write {cell.text!r} as '1234.5'")
+            value = _number(cell.text, role.unit, role.column if role.load is None else _FORCE, self._comma)
+            if isinstance(role.load, tuple):
+                cell = row[role.load[0]]
+                return value / _number(cell.text, role.load[1], _LOAD, self._comma)
+            return value if role.load is None else value / role.load
+        except QuantityError as error:
+            got = f"got {cell.text!r}, expected" if cell.text else "empty, expected"
+            self._problems.append(Problem((role.column.name,), f"{got} {error.expected}", cell.place, error.hint))
+            return 0.0
+
+
+def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
+    """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
+    plain = text.replace(",", ".") if comma else text
+    if not NUMBER.fullmatch(plain) or layout.mixed_marks(text, comma):
+        hint = layout.mixed_marks(text, comma) or None
+        if layout.DECIMAL_COMMA.fullmatch(text):
+            hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
+        elif text.lower() in GAPS:
+            hint = "leave out points that were not measured"
+        raise QuantityError("a number", hint)
+    if unit == "%":
+        value = float(Decimal(plain) / 100)
+    else:
+        value = units.si_value(f"{plain} {unit}" if unit else float(plain), column.units)
+    if not column.allows(value):
+        raise QuantityError(column.expected)
+    if value and not _SMALLEST <= value <= _LARGEST:
+        raise QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
+    return value

@@ -1,0 +1,390 @@
+"""Materials compared: ranks, borders and intervals against direct calls, and against points measured again."""
+
+import json
+import re
+import warnings
+from dataclasses import fields, replace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from openpyxl import load_workbook
+
+import stickslip
+from stickslip.cli import main
+from stickslip.config.examples import points_path
+from stickslip.errors import ConfigError, UnitWarning
+from stickslip_materials.compare.page import material_page
+from stickslip_materials.compare.table import RankTable
+from stickslip_materials.fit import CurveFit, draw_curves, fit_curve, fit_materials
+
+FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
+SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
+OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N"]
+SPEED = np.array([0.5, 1, 2, 5, 10, 20, 35, 50, 75, 100, 150, 200, 300, 400]) / 1000
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def law(w, a1, a2, a3, a4):
+    return a1 + a2 * w + a3 * np.exp(-w / a4)
+
+
+@pytest.fixture(scope="module")
+def compared():
+    return stickslip.compare(FILES, **SYSTEM, belt_speed="20 mm/s", draws=150)
+
+
+def test_materials_are_ranked_by_the_border_of_their_fitted_curves(compared):
+    curves = {name: compared[name].values for name in ("a1", "a2", "a3", "a4")}
+    between = (compared.attrs["searched_from"], compared.attrs["searched_to"])
+    found = stickslip.border({**SI, **curves}, "belt_speed", between)
+    last = np.nanmax(found["border"].values, axis=1)
+    np.testing.assert_allclose(compared["quiet_above"], last, rtol=3e-9)
+    assert list(compared["material"].values) == ["grease_b", "grease_a", "dry"]
+    assert compared["rank"].values.tolist() == [1, 2, 3] and (np.diff(last) > 0).all()
+    assert (compared["quiet_state"] == 1).all()
+
+
+def test_fits_files_and_curves_without_points_are_compared_together():
+    dry, grease = fit_materials(FILES[:2])
+    mixed = stickslip.compare([dry, FILES[1]], **SYSTEM, draws=0)
+    assert sorted(mixed["material"].values) == ["dry", "grease_a"]
+    bare = stickslip.compare({"dry": dry.curve, "grease_a": grease.curve}, **SYSTEM, draws=0)
+    assert bare["quiet_above"].values.tolist() == mixed["quiet_above"].values.tolist()
+    assert bare.sizes["point"] == 0 and "dry" in material_page(bare)
+
+
+def test_just_above_the_border_it_is_quiet_and_just_below_it_is_not(compared):
+    curves = {name: np.repeat(compared[name].values, 2) for name in ("a1", "a2", "a3", "a4")}
+    speed = np.outer(compared["quiet_above"].values, [1 - 1e-6, 1 + 1e-6]).ravel()
+    regime = stickslip.evaluate({**SI, **curves, "belt_speed": speed})["regime"].values.reshape(3, 2)
+    assert (regime[:, 0] == 1).all() and np.isin(regime[:, 1], (2, 3)).all()
+
+
+def test_at_a_belt_speed_margin_regime_and_probability_agree_with_the_border(compared):
+    quiet = 0.02 > compared["quiet_above"].values
+    np.testing.assert_allclose(compared["margin"], 0.02 / compared["quiet_above"])
+    assert ((compared["regime"] == 1).values == ~quiet).all()
+    assert (compared["quiet_probability"].values[~quiet] < 0.5).all()
+    assert (compared["quiet_probability"].values[quiet] > 0.5).all()
+    inside = compared["quiet_above"]
+    assert ((compared["quiet_above_low"] < inside) & (inside < compared["quiet_above_high"])).all()
+
+
+def test_tendency_is_eq_3_on_a_curve_whose_friction_at_standstill_is_that_at_break_away(compared):
+    """As the hysteretic law says it, with mu_stop = mu_start."""
+    one = compared.sel(material="dry")
+    cell = {**SI, **{name: float(one[name]) for name in ("a1", "a2", "a3", "a4")}, "belt_speed": 0.02}
+    direct = stickslip.evaluate({**cell, "mu_stop": float(one["mu_start"]) * (1 - 1e-12)})
+    assert float(one["tendency"]) == pytest.approx(float(direct["tendency"][0]), rel=1e-6)
+
+
+@pytest.mark.parametrize("order", [(2, 1, 0), (1, 0, 2)])
+def test_the_order_of_the_files_changes_nothing(compared, order):
+    again = stickslip.compare([FILES[i] for i in order], **SYSTEM, belt_speed=0.02, draws=150)
+    xr.testing.assert_equal(again, compared)
+
+
+def test_a_wide_table_compares_as_its_columns_do(compared):
+    wide = stickslip.compare(points_path("configs/measured/table.csv"), **SYSTEM, belt_speed=0.02, draws=150)
+    assert list(wide["material"].values) == ["grease B", "grease A", "dry"]
+    for i in (0, 2):  # a point of grease A is missing there
+        np.testing.assert_allclose(wide["quiet_above"][i], compared["quiet_above"][i], rtol=1e-9)
+        np.testing.assert_allclose(wide["quiet_above_high"][i], compared["quiet_above_high"][i], rtol=1e-9)
+    assert abs(float(wide["quiet_above"][1]) / float(compared["quiet_above"][1]) - 1) < 0.1
+
+
+@pytest.mark.slow
+def test_the_interval_is_that_of_points_measured_again_and_again():
+    """The fit repeated on points of the curve with new noise, and the border of each: the middle 68 % of them."""
+    random = np.random.default_rng(3)
+    truth, scatter, trials = (0.27, 0.19, 0.15, 0.024), 0.004, 60
+    ds = stickslip.compare(
+        {"dry": fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size), scatter)},
+        **SYSTEM, level=0.68, draws=800,
+    )  # fmt: skip
+    again = [fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size)) for _ in range(trials)]
+    curves = {name: np.array([getattr(one, name) for one in again]) for name in ("a1", "a2", "a3", "a4")}
+    found = stickslip.border({**SI, **curves}, "belt_speed", (0.01, 1.0), 1e-4, scan=24)["border"].values
+    low, high = np.quantile(np.nanmax(found, axis=1), [0.16, 0.84])
+    width = float(ds["quiet_above_high"][0] - ds["quiet_above_low"][0])
+    assert 0.8 < width / (high - low) < 1.25  # either is known to a tenth
+    assert ds["quiet_above_low"][0] - width < low and high < ds["quiet_above_high"][0] + width
+
+
+def test_draws_have_the_mean_and_the_covariance_of_the_fit_and_stay_within_its_bounds():
+    random = np.random.default_rng(4)
+    speed = np.linspace(0, 0.4, 60)
+    fit = fit_curve(speed, law(speed, 0.27, 0.19, 0.15, 0.024) + random.normal(0, 0.004, speed.size), 0.004)
+    drawn = draw_curves(fit, 20_000)
+    values = np.stack(list(drawn.coefficients.values()))
+    np.testing.assert_allclose(values.mean(axis=1), list(fit.coefficients().values()), rtol=0.01)
+    scale = np.sqrt(np.outer(*[np.diag(fit.covariance)] * 2))
+    np.testing.assert_allclose(np.cov(values) / scale, fit.covariance / scale, atol=0.04)
+    assert drawn.kept > 0.999
+    few = fit_curve(speed[:8], law(speed[:8], 0.08, 0.3, 0.01, 0.02) + random.normal(0, 0.003, 8))
+    assert all((draw_curves(few, 100).coefficients[name] >= 0).all() for name in ("a1", "a2", "a3", "a4"))
+
+
+def test_friction_that_only_rises_is_quiet_throughout_and_says_so():
+    points = {"oil": (SPEED, 0.1 - 0.05 * np.exp(-SPEED / 0.05)), "dry": (SPEED, law(SPEED, 0.27, 0.19, 0.15, 0.024))}
+    ds = stickslip.compare(points, **SYSTEM, belt_speed=0.05, draws=50)
+    assert list(ds["material"].values) == ["oil", "dry"] and ds["quiet_state"].values.tolist() == [2, 1]
+    assert float(ds["quiet_above"][0]) == ds.attrs["searched_from"] and np.isinf(ds["margin"][0])
+    assert float(ds["quiet_above_high"][0]) == 0.0 and float(ds["tendency"][0]) <= 0.0
+
+
+def test_friction_that_falls_without_end_and_no_damper_vibrates_throughout_and_the_damper_is_asked_for(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    options = [*OPTIONS, "--draws", 50, "--between", "1 mm/s", "10 mm/s"]
+    done = call("compare", tmp_path / "grease.csv", *options)
+    assert done.exit_code == 0, done.output
+    assert "> 10" in done.stdout and "vibrates up to the fastest speed searched" in done.stdout
+    assert "the damping is 0: give the damping" in done.stdout
+    damped = call("compare", tmp_path / "grease.csv", *options, "--damping", "50 N s/m", "--json")
+    (one,) = json.loads(damped.stdout)["materials"]
+    assert one["quiet_state"] in ("border", "quiet_throughout")
+    wide = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 50, "--damping", "5 N s/m", "--json")
+    (one,) = json.loads(wide.stdout)["materials"]
+    assert one["quiet_state"] == "border" and one["quiet_above_low"] is None  # five points tell nothing of the scatter
+    w = np.array([0.5, 1, 2, 3, 4, 5, 6, 8, 10])
+    mu = 0.105 + 0.04 * np.exp(-w / 3) + 1e-3 * np.array([1, -1, 0.5, -1, 1, 0, -0.6, 1, -1])
+    lines = "\n".join(f"{speed}, {one:.4f}" for speed, one in zip(w, mu, strict=True))
+    (tmp_path / "grease.csv").write_text(f"speed [mm/s], mu\n{lines}\n")
+    wide = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 50, "--damping", "5 N s/m", "--json")
+    (one,) = json.loads(wide.stdout)["materials"]
+    assert one["quiet_above_low"] < one["quiet_above"] and one["draws_used"] > 0
+
+
+def test_points_that_leave_all_open_give_no_interval():
+    four = [0, 3, 6, 13]
+    ds = stickslip.compare({"four": (SPEED[four], law(SPEED[four], 0.27, 0.19, 0.15, 0.024))}, **SYSTEM, draws=50)
+    assert np.isnan(ds["quiet_above_low"][0]) and ds["draws_used"][0] == 0 and not ds["fit_good"][0]
+
+
+@pytest.mark.parametrize("kind", ["nc", "zarr"])
+def test_a_result_comes_back_from_its_file(compared, tmp_path, kind):
+    from stickslip.files import writing
+
+    writing.write(compared, tmp_path / f"found.{kind}")
+    back = stickslip.open(tmp_path / f"found.{kind}").load()
+    xr.testing.assert_equal(back, compared)
+    again = stickslip.run(stickslip.config.reader.parse_config(str(back.attrs["configuration"])))
+    np.testing.assert_allclose(np.nanmax(again["border"], axis=1), compared["quiet_above"], rtol=3e-9)
+
+
+def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
+    names = {kind: tmp_path / f"found.{kind}" for kind in ("csv", "xlsx", "nc", "png", "html")}
+    outputs = [word for kind in ("csv", "xlsx", "nc") for word in ("-o", names[kind])]
+    done = call("compare", *FILES, *OPTIONS, "--damping", 1, "--speed", "20 mm/s", "--draws", 100, *outputs,
+                "--plot", names["png"], "--report", names["html"])  # fmt: skip
+    assert done.exit_code == 0, done.output
+    rows = [line.split() for line in done.stdout.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
+    assert [row[1] for row in rows] == ["grease_b", "grease_a", "dry"]
+    ds = stickslip.open(names["nc"])
+    for table in (pd.read_csv(names["csv"]), pd.read_excel(names["xlsx"], "data")):
+        assert list(table["material"]) == list(ds["material"].values)
+        np.testing.assert_allclose(table["quiet_above [mm/s]"], 1e3 * ds["quiet_above"], rtol=5e-6)
+        assert list(table["quiet_state"]) == ["border"] * 3 and "stick_slip" in list(table["regime"])
+    about = pd.read_excel(names["xlsx"], "about").set_index("what")["value"]
+    assert about["title"] == "3 materials compared" and "belt_speed" in about["configuration"]
+    page = names["html"].read_text()
+    assert page.startswith("<!DOCTYPE html>") and "At 20 mm/s grease_b (P(quiet) " in page
+    assert (
+        "Warning" not in page
+        and "spring stiffness 5 N/mm" in page
+        and "frequency" not in page.partition("configuration")[0]
+    )
+    assert "<img" in page and "http://" not in page.replace("http://www.w3.org", "")
+    told = json.loads(call("compare", *FILES, *OPTIONS, "--damping", 1, "--draws", 100, "--json").stdout)
+    assert [one["name"] for one in told["materials"]] == ["grease_b", "grease_a", "dry"]
+    assert told["materials"][0]["quiet_above"] == pytest.approx(float(ds["quiet_above"][0]), rel=1e-8)
+    assert told["units"]["quiet_above"] == "m s-1" and told["system"]["mass"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--mass", "100 N"], "mass: got '100 N', expected a mass"),
+        (["--stiffness", "-5"], "expected a stiffness above 0 N/m"),
+        (["--speed", "0"], "belt_speed: got 0, expected a speed above 0 m/s"),
+        (["--between", "2", "1"], "expected two speeds above 0, the slower one first"),
+        (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
+        (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
+        (["--report", "x.doc"], "pages end in .html, .htm"),
+        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected one value"),
+        (["--plot", "x.txt"], "plots end in"),
+    ],
+)
+def test_wrong_input_is_refused_before_anything_is_computed(words, said):
+    options = [*zip(OPTIONS[::2], OPTIONS[1::2], strict=True)]
+    others = [word for pair in options for word in pair if pair[0] not in words]
+    done = call("compare", FILES[0], *others, *words)
+    assert done.exit_code == 2 and said in done.stderr
+
+
+def test_ageing_is_no_curve(tmp_path):
+    (tmp_path / "aged.csv").write_text("time [s], mu\n1, 0.2\n10, 0.21\n100, 0.22\n1000, 0.23\n")
+    with pytest.raises(ConfigError, match="friction over waiting time, expected it over speed"):
+        stickslip.compare(tmp_path / "aged.csv", **SYSTEM)
+    with pytest.raises(ValueError, match="expected at least one"):
+        stickslip.compare({}, **SYSTEM)
+
+
+def test_plot_and_inspect_know_a_comparison_from_its_file(compared, tmp_path, monkeypatch):
+    from stickslip.files import writing
+
+    monkeypatch.chdir(tmp_path)
+    writing.write(compared, "found.nc")
+    done = call("plot", "found.nc")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "found.png").read_bytes().startswith(b"\x89PNG") and not done.stderr
+    told = call("plot", "found.nc", "-o", "found.html")
+    assert told.exit_code == 0 and "Which is quiet" in (tmp_path / "found.html").read_text()
+    told = call("inspect", "found.nc")
+    assert told.exit_code == 0 and "grease_b" in told.stdout and "quiet above" in told.stdout
+    assert json.loads(call("inspect", "found.nc", "--json").stdout)["materials"][2]["name"] == "dry"
+
+
+def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
+    options = ["--load", "10 N", "--draws", 0, "--damping", 1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
+    assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr and "did you mean 20 mm/s?" in done.stderr
+    assert "lies beyond the speeds that were measured" in done.stdout and "damping 0" not in done.stdout.lower()
+    with pytest.warns(UnitWarning, match="100 understood as 100 kg; did you mean 100 g"):
+        ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)
+    assert ds.attrs["damping_assumed"] == 1
+
+
+def test_the_margin_of_what_vibrates_throughout_is_a_bound_and_the_damping_is_asked_for(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    done = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 0, "--speed", "5 mm/s")
+    assert "< x 0." in done.stdout and "Damping 0 N s/m was assumed" in done.stdout and not done.stderr
+
+
+def test_points_that_may_fall_for_ever_leave_the_interval_open_upwards_unless_a_damper_ends_it():
+    """Points of a curve with a2 = 0: about half of the curves drawn fall for ever."""
+    noise = 0.0012 * np.array([1, -1, 0.5, -0.5, 1, 0, -1, 0.8, -0.6, 0.4, -0.9, 0.7, 0.6, -0.5])
+    points = {"oil": (SPEED, law(SPEED, 0.1, 0.004, 0.05, 0.02) + noise)}
+    ds = stickslip.compare(points, **{**SYSTEM, "damping": 0}, belt_speed=0.05, draws=200)
+    assert 0.1 < ds["draws_falling"][0] < 0.6 and np.isinf(ds["quiet_above_high"][0])
+    words = RankTable(ds)
+    assert "may be 0 (95 %)" in fit_curve(*points["oil"]).quality
+    assert any("fall for ever (a2 < 0)" in said for said in words.remarks())
+    assert "> " in next(one for one in words.columns() if "interval" in one.name).cells[0]
+    assert "a2 = 0" not in " ".join(words.method())
+    held = stickslip.compare(points, **{**SYSTEM, "damping": 20}, draws=200)
+    assert held["draws_falling"][0] == ds["draws_falling"][0] and np.isfinite(held["quiet_above_high"][0])
+
+
+def test_remarks_tell_speeds_in_the_unit_of_the_points(tmp_path):
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    done = call("compare", tmp_path / "grease.csv", *OPTIONS, "--draws", 0)
+    assert "at 0.5 mm/s to 0.11 at 10 mm/s" in done.stdout and " m/s" not in done.stdout
+
+
+def test_the_page_tells_ends_of_intervals_apart_and_speeds_in_one_unit():
+    curve = {"glass": (SPEED, law(SPEED, 0.13, 0.19, 0.15, 0.024))}  # without noise: the intervals have no width to see
+    noise = 1e-6 * np.cos(7.0 * np.arange(SPEED.size))
+    ds = stickslip.compare({"glass": (SPEED, curve["glass"][1] + noise)}, **SYSTEM, draws=0)
+    page = material_page(ds, "mm/s")
+    low, value, high = (float(ds[f"a1{end}"][0]) for end in ("_low", "", "_high"))
+    told = re.search(r"<td>(0\.1\d+) \((0\.1\d+) to (0\.1\d+)\)</td>", page)
+    assert float(told[2]) < float(told[1]) < float(told[3])
+    np.testing.assert_allclose([float(told[i]) for i in (2, 1, 3)], [low, value, high], atol=5e-6)
+    assert '<th scope="col">a4<br><small>mm/s</small></th>' in page
+    assert RankTable(ds).answer().startswith("The border of glass: quiet above ")
+
+
+def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp_path):
+    """Oil is quiet throughout, the grease vibrates throughout: neither has a border."""
+    (tmp_path / "grease.csv").write_text("speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
+    oil = "\n".join(f"{1000 * w}, {0.1 + 0.1 * w - 0.05 * np.exp(-w / 0.05)}" for w in SPEED)
+    (tmp_path / "oil.csv").write_text(f"speed [mm/s], mu\n{oil}\n")
+    names = [tmp_path / "ranks.csv", tmp_path / "ranks.xlsx", tmp_path / "ranks.nc"]
+    done = call("compare", tmp_path / "grease.csv", tmp_path / "oil.csv", FILES[0], *OPTIONS, "--draws", 0,
+                "--speed", "5 mm/s", *(word for name in names for word in ("-o", name)))  # fmt: skip
+    assert done.exit_code == 0, done.output
+    table = pd.read_csv(names[0]).set_index("material")
+    assert list(table["quiet_state"]) == ["quiet_throughout", "border", "vibrates_throughout"]
+    assert list(table["quiet_above [mm/s]"].isna()) == list(table["margin"].isna()) == [True, False, True]
+    assert table["quiet_above [mm/s]"]["dry"] < table["searched_to [mm/s]"]["dry"]
+    book = load_workbook(names[1])
+    assert book.sheetnames == ["data", "about"]
+    assert [row[0].value for row in book["data"].iter_rows()] == ["material", *table.index]
+    rows = [line for line in done.stdout.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
+    assert [row.split()[2] for row in rows][::2] == ["<", ">"]
+    assert "viscous damping coefficient 0 N s/m (assumed)" in done.stdout and "grease: Friction falls" in done.stdout
+
+
+def test_the_faults_of_all_files_are_told_at_once(tmp_path):
+    """A heading that nobody knows, too few points, and friction over waiting time."""
+    (tmp_path / "odd.csv").write_text("this, that\n1, 2\n2, 3\n")
+    (tmp_path / "few.csv").write_text("speed [mm/s], mu\n1, 0.2\n2, 0.19\n")
+    (tmp_path / "aged.csv").write_text("time [s], mu\n1, 0.2\n10, 0.21\n100, 0.22\n1000, 0.23\n")
+    names = [tmp_path / f"{name}.csv" for name in ("odd", "few", "aged")]
+    with pytest.raises(ConfigError) as raised:
+        stickslip.compare([*names, FILES[0]], **SYSTEM)
+    assert all(str(name) in str(raised.value) for name in names) and str(FILES[0]) not in str(raised.value)
+    done = call("compare", *names, FILES[0], *OPTIONS)
+    assert done.exit_code == 2 and all(str(name) in done.stderr for name in names)
+    assert "hint: stickslip fit ranks lubricants by their ageing" in done.stderr
+
+
+def test_speeds_that_no_contact_has_are_asked_about_and_never_ranked(tmp_path):
+    """The heading says m/s, the numbers are mm/s."""
+    lines = [f"{1000 * w:g};{mu:.4f}" for w, mu in zip(SPEED, law(SPEED, 0.1, 0.2, 0.03, 0.02), strict=True)]
+    (tmp_path / "wrong.csv").write_text("\n".join(["v [m/s];mu", *lines]))
+    with pytest.warns(UnitWarning, match="measured at up to 400 m/s; did you mean 400 mm/s"):
+        ds = stickslip.compare([tmp_path / "wrong.csv", FILES[0]], **SYSTEM, draws=0)
+    assert ds["material"].values.tolist() == ["dry", "wrong"] and np.isnan(ds["rank"].values[1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert "did you mean 400 mm/s" in call("fit", tmp_path / "wrong.csv").stderr
+
+
+def test_all_options_that_are_missing_are_named_at_once():
+    done = call("compare", "--mass", "1 kg")
+    assert done.exit_code == 2 and "missing FILES..., --stiffness, --load" in done.stderr
+    assert '--stiffness "5 N/mm" --load "10 N"' in done.stderr
+
+
+class Hysteretic(CurveFit):
+    """A fit whose friction is less on the way down to standstill."""
+
+    def coefficients(self):
+        return super().coefficients() | {"mu_stop": 0.9 * self.mu_start}
+
+    def draw(self, count, seed=1, *, falling=False):
+        drawn = super().draw(count, seed, falling=falling)
+        stop = 0.9 * (drawn.coefficients["a1"] + drawn.coefficients["a3"])
+        return drawn._replace(coefficients=drawn.coefficients | {"mu_stop": stop})
+
+
+def test_friction_on_the_way_down_is_in_the_border_its_interval_and_eq_3():
+    plain = fit_materials(FILES[:1])[0].curve
+    fit = Hysteretic(**{field.name: getattr(plain, field.name) for field in fields(CurveFit)})
+    fit = replace(fit, interval={**fit.interval, "mu_stop": (0.3, 0.4)})
+    ds = stickslip.compare({"down": fit, "plain": plain}, **SYSTEM, belt_speed=0.02, draws=60)
+    one, other = ds.sel(material="down"), ds.sel(material="plain")
+    cell = {**SI, **fit.coefficients()}
+    between = (ds.attrs["searched_from"], ds.attrs["searched_to"])
+    border = stickslip.border(cell, "belt_speed", between)["border"]
+    assert float(one["quiet_above"]) == pytest.approx(float(np.nanmax(border)), rel=3e-9)
+    drawn = stickslip.border(SI | fit.draw(60, falling=True).coefficients, "belt_speed", between, 1e-4)["border"]
+    ends = np.sort(np.nanmax(drawn, axis=1))[[2, -3]]  # 1 - 2/60 of them lie between
+    np.testing.assert_allclose([one["quiet_above_low"], one["quiet_above_high"]], ends, rtol=2e-3)
+    direct = stickslip.evaluate(cell | {"belt_speed": 0.02})
+    assert float(one["tendency"]) == pytest.approx(float(direct["tendency"][0]), rel=1e-6)
+    assert float(one["mu_stop"]) == pytest.approx(0.9 * fit.mu_start) and np.isnan(other["mu_stop"])
+    again = stickslip.run(stickslip.config.reader.parse_config(str(ds.attrs["configuration"])))
+    np.testing.assert_allclose(np.nanmax(again["border"], axis=1), ds["quiet_above"], rtol=3e-9)
+    assert "mu_stop" in material_page(ds)

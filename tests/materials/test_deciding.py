@@ -1,0 +1,262 @@
+"""The decision between materials: what is not ranked, several speeds and ranges, verdicts and their numbers."""
+
+import json
+import math
+import re
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+import stickslip
+from stickslip.cli import main
+from stickslip.config.examples import points_path
+from stickslip.errors import UnitWarning
+from stickslip.plots import plot_materials
+from stickslip.vocabulary.flags import REGIMES
+from stickslip_materials.compare.table import RankTable, verdict
+
+FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
+SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}
+SI = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
+SPEED = np.geomspace(0.0005, 0.4, 14)
+NOISE = 0.003 * np.array([1, -1, 0.5, -0.5, 1, 0, -1, 0.8, -0.6, 0.4, -0.9, 0.7, 0.6, -0.5])
+DRY = 0.27 + 0.19 * SPEED + 0.15 * np.exp(-SPEED / 0.024) + NOISE
+FOUR = (SPEED[[0, 5, 8, 12]], DRY[[0, 5, 8, 12]])
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def compared(points, **options):
+    return stickslip.compare(points, **{**SYSTEM, "draws": 100, "scan": 24, "tolerance": 1e-6, **options})
+
+
+# --- what is not ranked -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("factor", [5, 60, 100])
+def test_friction_in_percent_is_asked_about_and_never_ranked(factor):
+    with pytest.warns(UnitWarning, match="odd: measured friction"):
+        ds = compared({"odd": (SPEED, factor * DRY), "dry": (SPEED, DRY)}, belt_speed=0.02)
+    assert list(ds["material"].values) == ["dry", "odd"]
+    assert ds["rank"].values[0] == 1 and np.isnan(ds["rank"].values[1])
+    odd = ds.isel(material=1)
+    assert str(odd["quiet_state"].attrs["flag_meanings"]).split()[int(odd["quiet_state"])] == "not_determined"
+    assert np.isnan(odd["quiet_above"]) and np.isnan(odd["quiet_probability"]) and np.isnan(odd["margin"])
+    assert "measured friction" in str(odd["fit_quality"].values)
+    words = RankTable(ds, "mm/s")
+    assert "odd is not determined" in words.answer() and [c.cells[1] for c in words.columns()][0] == "-"
+
+
+def test_an_extrapolated_friction_at_break_away_is_no_friction():
+    """Points that are plausible, and a curve that is not before the first of them."""
+    late = np.geomspace(0.1, 0.4, 14)
+    steep = 0.2 + 0.1 * late + 30 * np.exp(-late / 0.02) + 1e-4 * NOISE
+    with pytest.warns(UnitWarning, match="follows from the fit, not from a point"):
+        ds = compared({"steep": (late, steep), "dry": (SPEED, DRY)}, draws=0)
+    assert list(ds["material"].values) == ["dry", "steep"] and np.isnan(ds["rank"].values[1])
+
+
+@pytest.mark.filterwarnings("ignore::stickslip.errors.UnitWarning")
+def test_where_nothing_is_determined_nothing_is_best(tmp_path):
+    points = {"four": FOUR, "percent": (SPEED, 100 * DRY)}
+    ds = compared(points, belt_speed=[0.01, 0.03])
+    assert np.isnan(ds["rank"]).all() and np.isnan(ds["quiet_above"]).all()
+    assert (ds["regime"] == 0).all()
+    words = RankTable(ds)
+    assert words.answer().count("four and percent are not determined") == 2
+    plot_materials(ds)
+    assert "do not tell where the vibration of four and percent ends" in RankTable(compared(points, draws=0)).answer()
+
+
+def test_points_that_determine_too_little_come_last_with_the_reason():
+    ds = compared({"a four": FOUR, "dry": (SPEED, DRY)})
+    assert list(ds["material"].values) == ["dry", "a four"] and np.isnan(ds["rank"].values[1])
+    assert any(said.startswith("a four: not determined, and not ranked. ") for said in RankTable(ds).remarks())
+    assert np.isfinite(ds.attrs["searched_to"])
+
+
+@pytest.mark.parametrize("start", [2.0, 23.0, 42.0])
+def test_implausible_friction_is_asked_about_everywhere(start, tmp_path):
+    cell = {**SI, "belt_speed": 0.02, "a1": 0.3, "a2": 0.2, "a3": start - 0.3, "a4": 0.01}
+    with pytest.warns(UnitWarning, match=f"mu_start = {start:g} is more than"):
+        stickslip.evaluate(cell)
+    stickslip.evaluate(cell | {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "damping": 0.0})  # ratios
+    stickslip.evaluate(cell | {"a3": 0.2})
+    system = "{mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N, belt_speed: 20 mm/s}"
+    friction = f"{{mu_start: {start}, mu_reversal: 0.2, v_reversal: 900 mm/s, a4: 60 mm/s}}"
+    with pytest.warns(UnitWarning, match="a friction coefficient"):
+        stickslip.load_config(_written(tmp_path, f"system: {system}\nfriction: {friction}\n"))
+    table = "\n".join(f"{w}, {y}" for w, y in zip(SPEED, DRY * start / 0.42, strict=True))
+    (tmp_path / "odd.csv").write_text(f"speed [m/s], mu\n{table}\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        done = call("fit", tmp_path / "odd.csv")
+    assert done.exit_code == 2 or "odd: measured friction" in done.stderr  # refused, or asked about
+
+
+def _written(folder, text):
+    (folder / "odd.yaml").write_text(text)
+    return folder / "odd.yaml"
+
+
+# --- belt speeds ------------------------------------------------------------------------------------------------------
+
+
+def test_several_belt_speeds_say_what_each_says_alone():
+    both = compared(FILES, belt_speed=["30 mm/s", "0.01 m/s"])
+    assert both["belt_speed"].values.tolist() == [0.01, 0.03] and "belt_speed" not in both.attrs
+    for speed in (0.01, 0.03):
+        one, same = compared(FILES, belt_speed=speed), both.sel(belt_speed=speed)
+        for name in ("regime", "frequency", "margin", "quiet_probability", "tendency", "quiet_above"):
+            np.testing.assert_array_equal(one[name], same[name])
+    assert compared(FILES, belt_speed=[0.01, 0.01]).sizes.get("belt_speed") is None
+
+
+def test_a_range_counts_its_worst_speed():
+    ds = compared(FILES, speed_range=("25 mm/s", "60 mm/s"))
+    np.testing.assert_allclose(ds["margin"], 0.025 / ds["quiet_above"])
+    quiet = ds["quiet_above"].values < 0.025
+    assert (np.isin(ds["regime"], (1, 4)) == ~quiet).all() and quiet.any() and not quiet.all()
+    assert (ds["worst_speed"].values[quiet] == 0.025).all() and (ds["worst_speed"].values[~quiet] > 0.025).all()
+    alone = compared(FILES, belt_speed="25 mm/s")
+    np.testing.assert_array_equal(ds["quiet_probability"], alone["quiet_probability"])
+    said = RankTable(ds, "mm/s").answer()
+    assert (
+        said.startswith("From 25 to 60 mm/s grease_b")
+        and "is probably quiet throughout" in said
+        and said.endswith("dry (P(quiet) < 0.1 %) vibrates.")
+    )
+    same = compared(FILES, belt_speed="25..60 mm/s")
+    np.testing.assert_array_equal(same["worst_speed"], ds["worst_speed"])
+
+
+OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--draws", 0]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--speed", "60..5 mm/s"], "swap the ends"),
+        (["--speed", "5..5 mm/s"], "the lower end first"),
+        (["--speed", "5 mm/s..60"], "upper end has no unit"),
+        (["--speed", "-5..60 mm/s"], "expected a speed above 0"),
+        (["--speed", "0..60 mm/s"], "expected a speed above 0"),
+        (["--speed", "5...60 mm/s"], "with two dots"),
+        (["--speed", "5..6..7 mm/s"], "with two dots"),
+        (["--speed", "..60 mm/s"], "with two dots"),
+        (["--speed", "5..60 kg"], "expected a speed"),
+        (["--speed", "5-60 mm/s"], "expected a speed"),
+        (["--speed", "5..60 mm/s", "--speed", "7 mm/s"], "several values or one range"),
+        (["--damping", "-1 %"], "a share of critical damping"),
+        (["--damping", "0,5 %"], "a share of critical damping"),
+        (["--damping", "nan %"], "a share of critical damping"),
+        (["--damping", "0.5..5 %"], "a share of critical damping"),
+        (["--mass", "1..2 kg"], "takes one value"),
+        (["--between", "1 mm/s", "10 mm/s", "--speed", "20 mm/s"], "expected it to hold the belt speed"),
+        (["--between", "1 m/s", "2 m/s", "--between", "1 m/s", "3 m/s"], "--between is given 2 times"),
+        (["--level", "0.9", "--level", "0.8"], "--level is given 2 times"),
+    ],
+)
+def test_what_is_no_speed_or_range_is_refused(words, said):
+    done = call("compare", FILES[0], *OPTIONS, *words)
+    assert done.exit_code == 2 and said in done.stderr, done.output
+
+
+def test_ends_of_a_range_may_have_units_of_their_own():
+    done = call("compare", FILES[0], *OPTIONS, "--damping", "1 N s/m", "--speed", "5 mm/s..0.06 m/s", "--json")
+    told = json.loads(done.stdout)
+    assert (told["speed_range_from"], told["speed_range_to"]) == (0.005, 0.06)
+
+
+@pytest.mark.parametrize(
+    "words", [("run", "quickstart.yaml", "-o", "a.nc", "-o", "b.nc"), ("fit", "x.csv", "--unit", "mm/s", "--unit=m/s"),
+              ("rig", "run", "x.yaml", "--plot", "a.png", "--plot", "b.png")],
+)  # fmt: skip
+def test_an_option_that_takes_one_value_is_not_taken_twice(words):
+    done = call(*words)
+    assert done.exit_code == 2 and "is given 2 times, and takes one value" in done.stderr
+
+
+# --- damping ------------------------------------------------------------------------------------------------------
+
+
+def test_damping_in_percent_is_a_share_of_critical_damping():
+    share = compared(FILES[:1], damping="3 %", draws=0)
+    assert share.attrs["system_damping"] == pytest.approx(0.03 * 2 * np.sqrt(5000 * 0.1))
+    assert dict(RankTable(share).conditions())["viscous damping coefficient"] == "1.342 N s/m, 3 % of critical"
+    said = " ".join(RankTable(stickslip.compare(FILES[0], **{**SYSTEM, "damping": None}, draws=0)).remarks())
+    assert "Metal in one piece" in said and "Metal" not in " ".join(RankTable(share).remarks())
+
+
+def test_the_answer_for_programs_has_a_row_a_speed():
+    done = call("compare", *FILES, *OPTIONS, "--damping", "1 %", "--speed", "10 mm/s", "--speed",
+                "30 mm/s", "--json")  # fmt: skip
+    told = json.loads(done.stdout)
+    best = told["materials"][0]
+    assert [row["belt_speed"] for row in best["at"]] == [0.01, 0.03] and best["at"][1]["regime"] == "damped"
+    assert best["at"][0]["margin"] == pytest.approx(0.01 / best["quiet_above"])
+
+
+# --- a verdict and its numbers ----------------------------------------------------------------------------------------
+
+STATES = ("border", "quiet_throughout", "vibrates_throughout", "unresolved", "not_determined")
+SHARE = st.floats(0, 1) | st.just(math.nan)
+
+
+MARGIN = st.floats(0.01, 100) | st.just(math.inf)
+FASTEST = st.floats(0.5, 5) | st.just(math.nan)
+
+
+@given(st.sampled_from(STATES), st.integers(0, len(REGIMES) - 1), MARGIN, SHARE, SHARE, FASTEST)
+def test_no_verdict_contradicts_a_number_beside_it(state, regime, margin, quiet, undecided, fastest):
+    """Whatever the numbers of a material are, at one speed (1 m/s), or from there to a fastest one."""
+    undecided *= 1.0 - quiet  # no share where there is none of the other
+    row = SimpleNamespace(state=state, regime=regime, margin=margin, quiet_above=1.0 / margin, quiet_probability=quiet,
+                          undecided_probability=undecided)  # fmt: skip
+    kind, vibrates = verdict(row, fastest), REGIMES[regime] in ("stick_slip", "sustained")
+    vibrating = 1.0 - quiet - undecided
+    if kind == "quiet":
+        assert REGIMES[regime] in ("damped", "creep", "stuck") and margin > 1 and not quiet < 0.5
+    if kind in ("vibrates", "partly", "settles"):
+        assert margin <= 1 and not vibrating < 0.5 and (kind != "vibrates" or vibrates)
+    if kind == "partly":
+        assert 1.0 / margin < fastest
+    if state == "not_determined":
+        assert kind == "unknown"
+
+
+def test_ranked_borders_lie_in_their_intervals_and_agree_with_their_verdicts():
+    """Tables of all shapes, scatters and lengths, some with rows of a footer among their points."""
+    random, points = np.random.default_rng(2026), {}
+    for i in range(24):
+        speed = np.geomspace(random.uniform(0.3, 3) * 1e-3, random.uniform(0.1, 0.5), random.integers(6, 21))
+        drop, decay = random.choice([-0.02, 0, 0.01, 0.05, 0.2]), 10 ** random.uniform(-3, -1)
+        mu = 0.2 + random.uniform(0, 0.6) * speed + drop * np.exp(-speed / decay)
+        mu *= 1 + random.choice([0, 0.01, 0.03, 0.08]) * random.standard_normal(speed.size)
+        if i % 3 == 0:  # Mittelwert, Maximum, Minimum, in the columns of the points
+            speed, mu = (np.append(column, [column.mean(), column.max(), column.min()]) for column in (speed, mu))
+        points[f"m{i}"] = speed, mu
+    ds = compared(points, belt_speed="5..60 mm/s", draws=80)
+    ranked = ds.isel(material=np.isfinite(ds["rank"].values) & np.isfinite(ds["quiet_above_low"].values))
+    assert ranked.sizes["material"] >= 8
+    known = str(ds["quiet_state"].attrs["flag_meanings"]).split()
+    for i in range(ranked.sizes["material"]):
+        one = ranked.isel(material=i)
+        state, border = known[int(one["quiet_state"])], float(one["quiet_above"])
+        border = {"quiet_throughout": 0.0, "vibrates_throughout": math.inf}.get(state, border)
+        assert float(one["quiet_above_low"]) <= border <= float(one["quiet_above_high"]), str(one["material"].values)
+        if state == "quiet_throughout":
+            assert one["quiet_probability"] >= 0.5
+    kinds = {"is quiet": 0.975, "is probably quiet": 0.5, "are quiet": 0.975, "are probably quiet": 0.5}
+    said = RankTable(ds, "mm/s").answer()
+    for part in said.removeprefix("From 5 to 60 mm/s ").split("; "):
+        least = next((share for words, share in kinds.items() if f"{words} throughout" in part), None)
+        shares = re.findall(r"(m\d+) \(P\(quiet\)", part)
+        assert least is None or shares and all(ds["quiet_probability"].sel(material=name) >= least for name in shares)

@@ -1,0 +1,199 @@
+"""What goes to a boss: a page of two sheets, a picture for a slide, tables that open in Excel."""
+
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import stickslip
+from stickslip import plots
+from stickslip.cli import main
+from stickslip.errors import StoreError
+from stickslip.files.targets import check_target
+from stickslip.plots.layout import ROW, fit, resize
+from stickslip.plots.options import inches, marks_in
+from stickslip_materials.compare.page import material_page
+from stickslip_materials.plots import look_of
+
+NAMES = [
+    "Fett A (lithiumverseift, Öl ISO VG 68)", "Gleitlack Größe 2 – äußere Führung Süd", "PTFE", "Trocken", "Wachs $1$",
+    "Polyharnstofffett mit Festschmierstoffen", "Silikonfett, hochviskos, Charge 2024-11", "=cmd|' /C calc'!A0",
+    "Kalziumsulfonat-Komplexfett, Prüfmuster Ü", "Molybdändisulfid-Paste auf Naßschicht 9",
+]  # fmt: skip
+SLIDE = 16 / 2.54, 9 / 2.54  # inches
+MAP = """\
+title: small
+system: {mass: 100 g, normal_load: 10 N}
+friction: {a1: 1.0, a2: 0.1, a3: 0.3, a4: 0.1}
+axes:
+  stiffness: {start: 100 N/m, stop: 10000 N/m, num: 6, spacing: log}
+  belt_speed: {start: 10 mm/s, stop: 1200 mm/s, num: 8}
+"""
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def ten():
+    speed = np.geomspace(0.5e-3, 0.5, 24)
+    scatter = np.random.default_rng(3).normal(size=(10, 24))
+    points = {
+        name: (speed, (0.06 + 0.03 * k + 0.1 * speed + (0.03 + 0.02 * k) * np.exp(-speed / (0.006 + 0.003 * k)))
+               * (1 + 0.02 * scatter[k]))
+        for k, name in enumerate(NAMES)
+    }  # fmt: skip
+    return stickslip.compare(
+        points, mass=0.1, stiffness=5000, normal_load=10, damping=1, belt_speed="30 mm/s", draws=50
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("map")
+    (path / "small.yaml").write_text(MAP)
+    assert call("run", path / "small.yaml", "-o", path / "map.nc", "-q").exit_code == 0
+    return path
+
+
+def share_of(artist, figure):
+    box = artist.get_window_extent()
+    return box.width * box.height / (figure.bbox.width * figure.bbox.height)
+
+
+def test_a_slide_of_ten_materials_has_its_names_beside_the_data_in_a_quarter(ten):
+    figure = plots.plot_materials(ten)
+    resize(figure, *SLIDE)
+    figure.canvas.draw()
+    rows = [text for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
+    assert len(rows) == 10 and [" ".join(text.get_text().split()) for text in rows][2] == "PTFE"
+    boxes = [text.get_window_extent() for text in rows]
+    assert all(not box.overlaps(ax.get_window_extent()) for box in boxes for ax in figure.axes)
+    assert all(upper.y0 >= lower.y1 - 1 for upper, lower in zip(boxes, boxes[1:], strict=False))
+    assert max(box.x1 for box in boxes) <= figure.bbox.width
+    assert figure.bbox.width - min(box.x0 for box in boxes) <= 0.25 * figure.bbox.width
+    assert all(share_of(one, figure) <= 0.25 for one in figure.legends)
+    assert min(ax.get_window_extent().height for ax in figure.axes) > 0.5 * figure.bbox.height
+
+
+def test_ten_looks_differ_in_mark_line_and_colour():
+    looks = [look_of(i) for i in range(10)]
+    for part in ("color", "marker", "linestyle"):
+        assert len({str(look[part]) for look in looks}) == 10
+    assert len({str(look_of(i)) for i in range(10)}) == 10
+
+
+def test_the_page_begins_with_verdict_table_and_picture_and_has_one_note_a_material(ten):
+    text = material_page(ten)
+    order = ["At 0.03 m/s", "<table>", "<img ", "<h2>Notes", "<h2>The fitted curves", 'id="configuration"']
+    places = [text.index(one) for one in order]
+    assert places == sorted(places)
+    notes = text[text.index("<h2>Notes") : text.index("<h2>The fitted curves")]
+    named = [unescape(name) for name in re.findall("<dt>(.*?)</dt>", notes)]
+    assert named and len(set(named)) == len(named) and {*named} <= {"all", *NAMES}
+
+
+def test_pages_are_html(tmp_path):
+    for name in ("page.doc", "page.pdf"):
+        with pytest.raises(StoreError, match=r"pages end in \.html, \.htm$"):
+            check_target(tmp_path / name, "page")
+
+
+POINTS = "label;stiffness [N/mm];Belt speed (mm/s)\nFett 1: gut, Öl;0,9;90\nB;2;400\nC;0,2;700\nD;0,1;1100\n"
+
+
+def test_marks_of_a_file_have_their_regimes_and_a_legend_of_a_quarter(folder, monkeypatch):
+    (folder / "points.csv").write_text(POINTS, encoding="utf-8")
+    drawn = []
+
+    def save(figure, _path, dpi, size):
+        resize(figure, *inches(size, dpi))
+        drawn.append(figure)
+
+    monkeypatch.setattr(plots, "save", save)
+    done = call("plot", folder / "map.nc", "--marks", folder / "points.csv", "--size", "16 cm x 9 cm")
+    assert done.exit_code == 0, done.output
+    said = re.findall(r"^mark     (.*): (\S+)$", done.stdout, re.MULTILINE)
+    ds = stickslip.open(folder / "map.nc")
+    exact = [
+        ds.stickslip.cell(stiffness=k, belt_speed=v) for k, v in ((900, 0.09), (2000, 0.4), (200, 0.7), (100, 1.1))
+    ]
+    codes = [int(stickslip.evaluate(cell)["regime"][0]) for cell in exact]
+    names = [ds["regime"].attrs["flag_meanings"].split()[code] for code in codes]
+    assert said == list(zip(["Fett 1: gut, Öl", "B", "C", "D"], names, strict=True)) and len(set(names)) > 1
+    figure = drawn[0]
+    figure.canvas.draw()
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert any("1: Fett 1: gut, Öl" in " ".join(label.split()) for label in labels)
+    assert share_of(figure.legends[0], figure) <= 0.25
+    assert not figure.legends[0].get_window_extent().overlaps(figure.axes[0].get_window_extent())
+    rings = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert len(rings) == 4 and all(line.get_linestyle() == "None" for line in rings)
+    assert len({line.get_markerfacecolor() for line in rings}) == len(set(names))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("label,stiffness,belt_speed [mm/s]\nA,500,5000\n", "points.csv:2: belt_speed=5000 mm/s: outside of the map"),
+        ("label,stiffness [N/s],belt_speed\nA,5,1\n", "points.csv:2: stiffness: got '5 N/s', expected a stiffness"),
+        ("label,stiffness,damping\nA,500,1\n", "points.csv:2: 'damping' is no axis of this map"),
+        ("stiffness,belt_speed\n500,1\n", "points.csv:1: no column of labels"),
+        ("label,stiffness,belt_speed\nA,500\n", "points.csv:2: got 2 values, expected 3"),
+        ("label,stiffness\nA,500\n", "where along belt_speed?"),
+    ],
+)
+def test_a_file_of_marks_that_is_wrong_is_refused_with_its_line(folder, tmp_path, text, said):
+    (tmp_path / "points.csv").write_text(text)
+    done = call("plot", folder / "map.nc", "--marks", tmp_path / "points.csv", "-o", tmp_path / "x.png")
+    assert done.exit_code == 2 and said in done.stderr and not (tmp_path / "x.png").exists()
+
+
+def test_marks_in_python_come_from_the_same_table(folder):
+    (folder / "points.csv").write_text(POINTS, encoding="utf-8")
+    ds = stickslip.open(folder / "map.nc")
+    found = list(marks_in(ds, folder / "points.csv"))
+    assert found[0].label == "Fett 1: gut, Öl"
+    assert dict(found[0].at) == pytest.approx({"stiffness": 900.0, "belt_speed": 0.09})
+
+
+def test_levels_are_drawn_as_levels_by_command_page_and_python(tmp_path):
+    from stickslip.files import writing
+    from stickslip.pages.result import pictures_of
+
+    coordinates = {"stiffness": [1.0, 2.0], "belt_speed": [0.1, 0.2, 0.3]}
+    ds = stickslip.sweep(
+        system={"mass": 1.0, "normal_load": 1.0},
+        friction={"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1},
+        axes=coordinates,
+    )
+    level = xr.DataArray(80 + np.arange(6.0).reshape(2, 3), dims=("stiffness", "belt_speed"))
+    ds["acceleration_level_a"] = level.assign_attrs(units="1", long_name="level, dB")
+    writing.write(ds, tmp_path / "levels.nc")
+    figure = ds.stickslip.plot()
+    assert figure.axes[-1].get_ylabel() == "level, dB"
+    done = call("plot", tmp_path / "levels.nc")
+    assert done.exit_code == 0 and (tmp_path / "levels.png").exists()
+    assert call("plot", tmp_path / "levels.nc", "--variable", "regime").exit_code == 0
+    assert (tmp_path / "levels-regime.png").exists()
+    assert [one.caption for one in pictures_of(ds)][:2] == ["level, dB", "regime of motion"]
+
+
+def test_borders_and_comparisons_are_drawn_from_python_as_by_the_command(ten):
+    text = MAP + "border: {along: belt_speed, scan: 8}\n"
+    config = stickslip.config.reader.parse_config(text)
+    figure = stickslip.run(config).stickslip.plot()
+    assert figure.axes[0].get_xlabel().startswith("belt speed") and len(figure.axes[0].collections) > 1
+    assert len(ten.stickslip.plot().axes) == 2
+
+
+def test_named_points_are_not_joined_by_lines(ten):
+    figure = plots.plot_map(ten, "quiet_above")
+    fit(figure)
+    assert not [
+        line for ax in figure.axes for line in ax.lines if line.get_linestyle() == "-" and len(line.get_xdata()) == 10
+    ]
