@@ -159,8 +159,6 @@ def test_the_accessor_draws_what_the_command_draws(kind, tmp_path):
     np.testing.assert_array_equal(*pictures)
     expected = {"borders": "border", "probability": "uncertain"} | dict.fromkeys(("refined", "cells", "levels"), "map")
     assert plots.kind_of(ds) == expected.get(kind, kind)
-    ds.attrs.pop("result", None)  # as in files of older versions
-    assert plots.kind_of(ds) == expected.get(kind, kind)
 
 
 def test_what_has_no_plot_is_refused_with_the_reason(ds):
