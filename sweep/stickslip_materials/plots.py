@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.errors import PlotError
 from stickslip.plots.layout import ROW, Figure, entitle, legend
-from stickslip.plots.palette import FLAG_COLOURS, look_of
+from stickslip.plots.palette import BLACK, FLAG_COLOURS, look_of
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip_materials.compare.dataset import speeds_of
