@@ -91,7 +91,7 @@ def test_a_wide_table_is_a_fit_for_each_material_with_gaps_where_it_was_not_meas
         read_points(write(tmp_path, text), CURVE_COLUMNS)
 
 
-def test_a_workbook_is_read_from_its_first_sheet(tmp_path):
+def test_a_workbook_is_read_from_the_sheet_that_holds_points(tmp_path):
     pd = pytest.importorskip("pandas")
     pytest.importorskip("openpyxl")
     table = pd.DataFrame(
