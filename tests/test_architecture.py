@@ -37,7 +37,7 @@ FLOORS = (
 INNER_FLOORS = {
     "rig": (
         {"quantities", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
-        {"evaluation"}, {"calibration", "identification"}, {"pairs", "apparatus", "simulation"},
+        {"evaluation"}, {"calibration"}, {"pairs", "apparatus", "simulation"},
         {"observation", "plots"}, {"report"},
     ),
     "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"},

@@ -53,7 +53,7 @@ def test_help_lists_every_command_once_under_a_heading():
 
 def test_the_commands_of_rigs_are_a_group_and_the_old_spellings_are_the_same_commands():
     rig = main.commands["rig"].commands
-    assert list(rig) == ["run", "features", "calibrate", "identify"]
+    assert list(rig) == ["run", "features", "calibrate"]
     for old, new in (("rig-features", "features"), ("calibrate", "calibrate")):
         assert main.commands[old].callback is rig[new].callback and main.commands[old].hidden
     for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"], ["rig-features"]):
@@ -292,7 +292,7 @@ def completed(words, incomplete=""):
 
 def test_commands_options_and_names_are_completed():
     assert "rig" in completed([], "r") and "rig-features" not in completed([], "r")
-    assert completed(["rig"]) == ["run", "features", "calibrate", "identify"]
+    assert completed(["rig"]) == ["run", "features", "calibrate"]
     assert "--plot" in completed(["run"], "--p")
     assert "quickstart" in completed(["init", "--from"], "qu")
     assert "spring_force_max" in completed(["plot", "map.nc", "--variable"], "spring")

@@ -29,7 +29,7 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
     "Test rigs": {"rig": "rig"},
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
 }  # fmt: skip
-OLD = {"rig-features": "rig_features:features", "calibrate": "rig_fits:calibrate"}  # spellings of earlier versions
+OLD = {"rig-features": "rig_features:features", "calibrate": "rig_calibrate:calibrate"}  # spellings of earlier versions
 
 
 @click.group(

@@ -157,7 +157,7 @@ class _Outputs(Outputs):
 rig = SectionedGroup(
     "rig",
     default="run",
-    sections={"Commands": {"run": "rig", "features": "rig_features", "calibrate": "rig_fits", "identify": "rig_fits"}},
+    sections={"Commands": {"run": "rig", "features": "rig_features", "calibrate": "rig_calibrate"}},
     help="""Test rigs: simulated ones, records of measured ones, and the risk number.
 
     `stickslip rig my_rig.yaml` is short for `stickslip rig run my_rig.yaml`.""",

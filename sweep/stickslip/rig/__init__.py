@@ -6,7 +6,7 @@ is known, and the conditions of the test as coordinates.
     quantities, settings, labels           shared by all: names and units, settings, words
     records, signals                       records read from files, or made; filters, slopes, gaps
     sticks, hum, defects, evaluation       stick phases, features, and what is wrong with a record
-    calibration, pairs, identification     the model RPN, or parameters of a rig, fitted to records
+    calibration, pairs                     the model RPN fitted to records
     apparatus, simulation                  simulated rigs
     observation                            a record as an observation of `stickslip explain`
     plots, report                          plots, and the page about a test matrix
@@ -24,21 +24,20 @@ from stickslip.config.rigs import FeatureSettings
 from stickslip.config.risk import RPN_NAME, Risk
 from stickslip.rig.calibration import Calibration, calibrate
 from stickslip.rig.evaluation import feature_table, features
-from stickslip.rig.identification import Identification, identify
 from stickslip.rig.records import make_record, read_record
 from stickslip.rig.settings import RecordSettings, Settings, load_settings
 from stickslip.rig.sticks import Sticks, find_sticks
 
 if TYPE_CHECKING:
-    from stickslip.rig.simulation import RigTests, load_rig, make_rig, simulator
+    from stickslip.rig.simulation import RigTests, load_rig, make_rig
 
 __all__ = [
-    "Calibration", "FeatureSettings", "Identification", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
-    "Sticks", "calibrate", "feature_table", "features", "find_sticks", "identify", "load_rig", "load_settings",
-    "make_record", "make_rig", "read_record", "run_matrix", "simulator",
+    "Calibration", "FeatureSettings", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
+    "Sticks", "calibrate", "feature_table", "features", "find_sticks", "load_rig", "load_settings",
+    "make_record", "make_rig", "read_record", "run_matrix",
 ]  # fmt: skip
 
-_SIMULATED = ("RigTests", "load_rig", "make_rig", "simulator")
+_SIMULATED = ("RigTests", "load_rig", "make_rig")
 
 
 def __getattr__(name: str) -> Any:

@@ -1,5 +1,4 @@
-"""Simulated rigs: records of tests as sensors would make them, the features of a matrix of tests, and records as a
-function of parameters."""
+"""Simulated rigs: records of tests as sensors would make them, and the features of a matrix of tests."""
 
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -18,18 +17,16 @@ from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import grid_coordinates, variable_of
-from stickslip.errors import NotReachedError, StoppedError
+from stickslip.errors import StoppedError
 from stickslip.rig import apparatus
 from stickslip.rig.evaluation import PEAKS, features, rate
-from stickslip.rig.identification import Parameters, Simulator
 from stickslip.rig.labels import Dimension, dimensions, point_name
 from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, SIGNALS
 from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
 from stickslip.studies.study import joined
-from stickslip.vocabulary.flags import MODES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.flags import MODES, STATUSES
 from stickslip.vocabulary.settings import CONDITIONS
-from stickslip.vocabulary.suggest import listed
 
 _SAMPLES = 4_000_000  # of motions that are computed together
 _REACHED = STATUSES.index("horizon_reached")
@@ -200,66 +197,3 @@ def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterabl
 def make_rig(data: Mapping[str, Any], name: str = "<data>") -> Config:
     """The configuration of a rig in mappings shaped like the YAML. Raises ConfigError."""
     return make_config(data, name, rig=True)
-
-
-# --- a function of parameters -----------------------------------------------------------------------------------------
-
-
-def simulator(rig: Config, names: Sequence[str], number: int = 0) -> Simulator:
-    """Make one test of a rig a function of some quantities, for `identify`.
-
-    Noise is that of the configuration, the same in every record; where the measured record is simulated too, give the
-    two different seeds.
-
-    Parameters
-    ----------
-    rig
-        The configuration of the rig.
-    names
-        Quantities that the function takes, in SI.
-    number
-        Of the test, whose other quantities stay as they are.
-
-    Returns
-    -------
-    function
-        From quantities by name to the record. Raises ConfigError for those that do not fit together, and
-        NotReachedError for a test that is not integrated to its end.
-
-    Raises
-    ------
-    ValueError
-        For names of nothing that the configuration gives.
-    """
-    values_of(rig, names, number)
-    fixed = _one_test(rig, number)
-
-    def simulate(parameters: Parameters) -> xr.Dataset:
-        if parameters.keys() != set(names):
-            raise ValueError(f"parameters: got {listed(parameters, 'and')}, expected {listed(names, 'and')}")
-        values = {name: float(value) for name, value in parameters.items()}
-        (test,) = RigTests(make_rig(fixed.at(**values).resolved(), rig.title)).tests([0])
-        if test.record is None:
-            status = STATUSES[int(test.exact["status"])]
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-            raise NotReachedError(f"{at}: {STATUS_MESSAGES[status]}")
-        return test.record
-
-    return simulate
-
-
-def values_of(rig: Config, names: Sequence[str], number: int = 0) -> dict[str, float]:
-    """Quantities of one test of a rig, in SI. Raises ValueError for names of nothing that the configuration gives."""
-    given = _one_test(rig, number).fixed()
-    if foreign := [name for name in names if name not in given]:
-        raise ValueError(f"names: got {listed(foreign, 'and')}, expected some of {listed(given)}")
-    return {name: given[name] for name in names}
-
-
-def _one_test(rig: Config, number: int) -> Config:
-    """The configuration of one test, without axes. Raises IndexError."""
-    shape = tuple(axis.size for axis in rig.axes)
-    if not 0 <= number < int(np.prod(shape, dtype=int)):
-        raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
-    places = zip(rig.axes, np.unravel_index(number, shape) if shape else (), strict=True)
-    return rig.at(**{member.name: float(member.points()[i]) for axis, i in places for member in axis.members})
