@@ -36,8 +36,8 @@ FLOORS = (
 # The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
     "rig": (
-        {"quantities", "labels", "settings"}, {"signals", "records"}, {"sticks", "hum"}, {"defects"},
-        {"evaluation"}, {"calibration"}, {"pairs", "apparatus", "simulation"},
+        {"quantities", "labels", "settings"}, {"signals"}, {"records"}, {"drive"}, {"sticks", "hum", "dropouts"},
+        {"defects"}, {"evaluation"}, {"calibration"}, {"pairs", "apparatus", "simulation"},
         {"observation", "plots"}, {"report"},
     ),
     "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "explain", "margins"},

@@ -4,8 +4,8 @@ A record is a dataset over `time` (s): the force on the specimen and its acceler
 is known, and the conditions of the test as coordinates.
 
     quantities, settings, labels           shared by all: names and units, settings, words
-    records, signals                       records read from files, or made; filters, slopes, gaps
-    sticks, hum, defects, evaluation       stick phases, features, and what is wrong with a record
+    records, signals, drive                records read from files, or made; filters, slopes, gaps; motion of the drive
+    sticks, hum, dropouts, defects, evaluation    stick phases, features, and what is wrong with a record
     calibration, pairs                     the model RPN fitted to records
     apparatus, simulation                  simulated rigs
     observation                            a record as an observation of `stickslip explain`
