@@ -12,10 +12,12 @@ measured table takes the place of the coefficients of a curve; points are fitted
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import reduce
+from math import nan
 from operator import getitem
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -31,6 +33,7 @@ from stickslip.vocabulary.models import CURVE, PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
+from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.settings import CURVE_COLUMNS, EXPLAIN, OF_PRIOR, law_of
 from stickslip.vocabulary.suggest import listed
 
@@ -49,6 +52,34 @@ def _named_file(document: Document, name: str) -> FilePath:
     """A file of points beside the configuration, or the one of the package that is called so."""
     beside, shipped = FilePath(document.name).parent / name, points_path(name)
     return beside if beside.exists() or not shipped.exists() else shipped
+
+
+# --- damping ----------------------------------------------------------------------------------------------------------
+
+_SHARE = re.compile(r"\s*([-+0-9.eE]+)\s*%(\s*of critical)?\s*")
+
+
+def with_damping(document: Document) -> Document:
+    """The document with a damping in percent of critical damping, 2 sqrt(k m), in N s/m.
+
+    Raises ConfigError where mass or stiffness is not one value beside it.
+    """
+    data = document.data
+    system = data.get("system") if isinstance(data, dict) else None
+    written = system.get("damping") if isinstance(system, dict) else None
+    share = _SHARE.fullmatch(written) if isinstance(written, str) else None
+    if share is None or not isinstance(system, dict):
+        return document
+    try:
+        own = [name for name in system if name in QUANTITIES and name != "damping"]
+        by = scales_of({name: QUANTITIES[name].read(system[name]) for name in own})
+        damping = float(share[1]) / 100.0 * float(by.critical_damping)
+    except ValueError:  # QuantityError is one
+        damping = nan
+    if not damping >= 0.0:
+        text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"
+        raise document.refused(("system", "damping"), text, "or write the damping in N s/m")
+    return replace(document, data={**data, "system": {**system, "damping": f"{damping!r} N s/m"}})
 
 
 # --- observations -----------------------------------------------------------------------------------------------------

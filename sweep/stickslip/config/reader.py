@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from stickslip.config import checks, examples, rules
-from stickslip.config.document import LAWS_FITTED, with_fits, with_observations, with_table
+from stickslip.config.document import LAWS_FITTED, with_damping, with_fits, with_observations, with_table
 from stickslip.config.draws_section import with_draws
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values
 from stickslip.config.overrides import Setting, overridden
@@ -91,7 +91,7 @@ def make_config(data: Mapping[str, Any], name: str = "<data>", rig: bool | None 
 def _read(document: Document, rig: bool | None) -> Config:
     """A document with the curve of its points, if it names some, and then checked."""
     rig = _has_drive(document) if rig is None else rig
-    whole = with_records(with_fits(with_draws(with_table(document))))
+    whole = with_records(with_fits(with_draws(with_table(with_damping(document)))))
     return _Reader(whole, rig).config().shown_in(written_units(document.data))
 
 

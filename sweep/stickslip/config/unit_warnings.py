@@ -16,6 +16,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import reduce
+from itertools import product
 from operator import add, getitem
 from typing import Any, NamedTuple
 
@@ -30,7 +31,8 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
 from stickslip.vocabulary.parameter import FRICTION
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.quantities import OSCILLATOR, QUANTITIES
+from stickslip.vocabulary.scales import Scales, scales_of
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
 _FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit ...
@@ -68,10 +70,6 @@ class Span:
         """The numbers times a factor."""
         return Span(self.least * factor, self.most * factor)
 
-    def root(self) -> Span:
-        """Their square roots."""
-        return Span(math.sqrt(self.least), math.sqrt(self.most))
-
     def text(self, unit: str = "", digits: int = 3) -> str:
         """`1 to 500 m/s`."""
         ends = dict.fromkeys(f"{end:.{digits}g}" for end in (self.least, self.most))
@@ -79,12 +77,22 @@ class Span:
 
 
 Spans = Mapping[str, Span]
+
+
+def _by_scales(spans: Spans, value: Callable[[Scales], NDArray[np.float64]]) -> Span:
+    """What follows from the scales of a cell, in the corners of the spans. Raises KeyError."""
+    oscillator = dict.fromkeys(("mass", "stiffness", *(name for name in spans if name in OSCILLATOR)))
+    corners = product(*((spans[name].least, spans[name].most) for name in oscillator))
+    values = value(scales_of(dict(zip(oscillator, np.transpose([*corners]), strict=True))))
+    return Span(float(values.min()), float(values.max()))
+
+
 # What several quantities come to, by name. `friction` is that at break-away, `slope` and `decay` are of the curve.
 _DERIVED: dict[str, Callable[[Spans], Span]] = {
-    "natural frequency": lambda q: (q["stiffness"] / q["mass"]).root().scaled(0.5 / math.pi),
+    "natural frequency": lambda q: _by_scales(q, lambda by: by.natural_frequency),
     "static deflection": lambda q: q["friction"] * q["normal_load"] / q["stiffness"],
     "speeds": lambda q: q["belt_speed"] / q["decay"],
-    "damping ratio": lambda q: q["damping"] / (q["stiffness"] * q["mass"]).root().scaled(2.0),
+    "damping ratio": lambda q: q["damping"] / _by_scales(q, lambda by: by.critical_damping),
     "rise": lambda q: q["slope"] * q["belt_speed"],
 }
 # Of a number without a unit: what it comes to with others, from where on that is implausible, and why.

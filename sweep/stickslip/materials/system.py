@@ -14,6 +14,7 @@ from stickslip.errors import QuantityError
 from stickslip.studies.borders import Border
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.units import ends_of, is_number
 
 Amount = float | str
@@ -84,7 +85,7 @@ def system_of(given: Mapping[str, Amounts]) -> tuple[dict[str, float], dict[str,
         if not isinstance(value, str | int | float | np.number) or (isinstance(value, str) and ".." in value):
             raise ValueError(f"{name}: got {value!r}, expected one value")
         system[name] = quantity(name, value)
-    critical = 2.0 * math.sqrt(system["stiffness"] * system["mass"])
+    critical = float(scales_of(system).critical_damping)
     steps = {name: values_of(name, given[name], critical).steps for name in VARIED}
     over = {name: values for name, values in steps.items() if len(values) > 1}
     return system | {name: (min if name == "damping" else max)(values) for name, values in steps.items()}, over
@@ -92,7 +93,7 @@ def system_of(given: Mapping[str, Amounts]) -> tuple[dict[str, float], dict[str,
 
 def critical_damping(ds: xr.Dataset) -> float:
     """2 sqrt(k m) of the system of a comparison, N s/m."""
-    return 2.0 * math.sqrt(float(ds.attrs["system_stiffness"]) * float(ds.attrs["system_mass"]))
+    return float(scales_of({name: ds.attrs[f"system_{name}"] for name in ("mass", "stiffness")}).critical_damping)
 
 
 def values_of(name: str, given: Amounts, critical: float = math.nan) -> Values:

@@ -13,7 +13,7 @@ import xarray as xr
 from scipy import signal  # type: ignore[import-untyped]
 
 from stickslip.rig.drive import counted_step, drive_displacement, drive_velocity, unusable_drive
-from stickslip.rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceleration, spikes
+from stickslip.rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceleration, markers, spikes
 from stickslip.rig.hum import LAG, Tone, bend_of
 from stickslip.rig.quantities import FORCES
 from stickslip.rig.records import acceleration_of, condition_of, force_of
@@ -102,12 +102,10 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
         values = record[name].values
         if name == "acceleration":
             bad = dropouts_of_acceleration(values, record[force].values)
-        else:
-            bad = (
-                dropouts(values, acceleration_of(record))
-                if name in FORCES
-                else spikes(values, 4.0 * counted_step(values))
-            )
+        elif name == force:
+            bad = dropouts(values, acceleration_of(record))
+        else:  # friction beside a spring force jumps where the contact breaks away
+            bad = spikes(values, 4.0 * counted_step(values)) if name in DRIVE else markers(values)
         if not bad.any():
             continue
         text = f"{name} shows a marker, a spike or a value held in {_samples(record, bad)}; those samples are left out"

@@ -25,7 +25,7 @@ _MOST = 0.1  # of the samples: more of them are the signal
 
 def dropouts(force: Floats, acceleration: Floats) -> Flags:
     """Samples of a force that are none; acceleration : of the specimen, 0 where it is not known."""
-    bad = _markers(force)
+    bad = markers(force)
     if bad.all():
         return bad
     bad |= spikes(bridged(force, bad), _LEAST * float(np.abs(force[~bad]).max()))
@@ -35,7 +35,7 @@ def dropouts(force: Floats, acceleration: Floats) -> Flags:
 def dropouts_of_acceleration(acceleration: Floats, force: Floats) -> Flags:
     """The same of an acceleration, which jumps where the contact breaks away, and shows shocks of some samples: spikes
     of one sample where the force does nothing, or beyond all others."""
-    bad = _markers(acceleration)
+    bad = markers(acceleration)
     if bad.all():
         return bad
     found = spikes(bridged(acceleration, bad), _LEAST * float(np.abs(acceleration[~bad]).max()))
@@ -89,7 +89,7 @@ def bridged(values: Floats, bad: Flags) -> Floats:
     return np.interp(at, at[~bad], values[~bad]) if bad.any() else values
 
 
-def _markers(values: Floats) -> Flags:
+def markers(values: Floats) -> Flags:
     """Samples far beyond all others, as -9999 stands for none."""
     bad = np.zeros(values.size, np.bool_)
     for extreme in (values.min(), values.max()):

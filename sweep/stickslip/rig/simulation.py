@@ -26,6 +26,7 @@ from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
 from stickslip.studies.study import joined
 from stickslip.vocabulary.flags import MODES, STATUSES
+from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.settings import CONDITIONS
 
 _SAMPLES = 4_000_000  # of motions that are computed together
@@ -113,7 +114,8 @@ class RigTests(Study):
         acceleration = apparatus.accelerations(signals["velocity"], sensor)
         spring = cell["stiffness"] * apparatus.midway(signals["displacement"])
         damper = cell["damping"] * apparatus.midway(signals["velocity"])
-        friction = cell["mass"] * acceleration + damper + spring
+        mass = float(scales_of(cell).mass)
+        friction = mass * acceleration + damper + spring
         time = apparatus.times(signals["velocity"].size, sensor)
         noise = self.noise(number)
         speed, way = apparatus.motion(drive, time + cell["waiting_time"])
@@ -131,7 +133,7 @@ class RigTests(Study):
         }
         recorded = {name: make() for name, make in sources.items() if name in self.recorded}
         conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}
-        conditions |= {"drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
+        conditions |= {"mass": mass, "drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
         return make_record(time, recorded, conditions).assign_attrs(title=self.label(number))
 
     def _material(self, number: int) -> str:
