@@ -17,7 +17,6 @@ from stickslip.cli.rig_features import CONDITIONS, CONFIG_OPTION, record_setting
 Examples:
   stickslip rig calibrate pairs.csv > risk.yaml
   stickslip rig calibrate rated.csv -c rig.yaml --bandwidth "2 kHz"
-  stickslip rig calibrate pairs.csv --scales
 Columns of FILE (.csv or .xlsx), either
   sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn
 as `stickslip rig features -o` writes them, with a column rpn added, or
@@ -26,15 +25,14 @@ as `stickslip rig features -o` writes them, with a column rpn added, or
 @click.argument("file", type=click.Path(path_type=Path))
 @CONFIG_OPTION
 @CONDITIONS
-@click.option("--scales", is_flag=True, help="Fit the scales as well; needs pairs over several decades.")
 @JSON
 @reports_errors
 def calibrate(
-    file: Path, config: Path | None, load: str | None, speed: str | None, bandwidth: str | None, scales: bool
+    file: Path, config: Path | None, load: str | None, speed: str | None, bandwidth: str | None
 ) -> dict[str, Any]:
     """Fit the risk model to measured pairs of features, or records, and RPN.
 
-    At least five pairs of different features are needed, eight with --scales. Records of which a feature is not
+    At least five pairs of different features are needed. Records of which a feature is not
     determined are left out.
 
     Prints the parameters ready to paste into a configuration; how well the model predicts pairs it has not seen, and
@@ -42,7 +40,7 @@ def calibrate(
     """
     from stickslip.rig.pairs import calibrate_file
 
-    fit = calibrate_file(file, record_settings(config, load, speed, bandwidth), scales)
+    fit = calibrate_file(file, record_settings(config, load, speed, bandwidth))
     for pair in fit.omitted:
         screen.notice(f"left out  {pair}")
     screen.notice(fit.prediction())
