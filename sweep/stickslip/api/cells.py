@@ -17,12 +17,11 @@ from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
 from stickslip.theory.memory import time_to_cycle
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cell_values import as_cells, scales_of
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.settings import SOLVER
 
 

@@ -14,11 +14,11 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.scales import scales_of
 
 if TYPE_CHECKING:
     import xarray as xr

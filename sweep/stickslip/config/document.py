@@ -29,11 +29,11 @@ from stickslip.config.examples import points_path
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Path, Place, QuantityError, UnitWarning
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.models import CURVE, PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table, fault_of_points
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
-from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.settings import CURVE_COLUMNS, EXPLAIN, OF_PRIOR, law_of
 from stickslip.vocabulary.suggest import listed
 

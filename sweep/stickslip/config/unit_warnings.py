@@ -28,11 +28,12 @@ from stickslip.config.model import Config
 from stickslip.config.yaml import Document
 from stickslip.errors import Problem, UnitWarning
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
 from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import OSCILLATOR, QUANTITIES
-from stickslip.vocabulary.scales import Scales, scales_of
+from stickslip.vocabulary.scales import Scales
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
 _FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit ...

@@ -18,12 +18,12 @@ from stickslip.config.select import Recipe, settings_at
 from stickslip.config.unit_warnings import one_regime_question
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.errors import ConfigError
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import FLAGS, REGIMES, flag_label
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
-from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact

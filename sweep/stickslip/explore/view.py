@@ -14,12 +14,11 @@ from stickslip.config.select import point_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.explore.source import Source
 from stickslip.studies.borders.lines import broken_rules
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cell_values import as_cells, scales_of
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.display_units import Unit, unit_for
 from stickslip.vocabulary.models import Model, Slider, laws_with, model_of
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.scales import scales_of
 
 Sides = tuple[int, int]  # most points along y and x
 At = Mapping[str, float | int]  # a value of each side, or a position where its points are listed

@@ -12,9 +12,9 @@ import xarray as xr
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
 from stickslip.studies.borders import Border
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.units import ends_of, is_number
 
 Amount = float | str

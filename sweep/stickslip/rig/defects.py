@@ -16,8 +16,8 @@ from stickslip.rig.drive import counted_step, drive_displacement, drive_velocity
 from stickslip.rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceleration, markers, spikes
 from stickslip.rig.hum import LAG, Tone, bend_of
 from stickslip.rig.quantities import FORCES
-from stickslip.rig.records import acceleration_of, condition_of, force_of
-from stickslip.rig.signals import Flags, Floats, Positions, cumulative, find_drops, noise_of, runs_of
+from stickslip.rig.records import acceleration_of, condition_of, force_of, has_inertia
+from stickslip.rig.signals import Flags, Floats, Positions, cumulative, find_drops, noise_of, runs_of, turning_points
 from stickslip.rig.sticks import Sticks, within
 from stickslip.vocabulary.suggest import listed
 
@@ -40,6 +40,7 @@ _LOST = 0.01  # of the record: what may be missing of it before sums and maxima 
 _PLAUSIBLE = (3e-3, 5.0)  # friction coefficients
 _DECADES = 30.0  # a factor from here on is one of a wrong unit
 _CLEAR = 0.05  # of the largest force, beyond which its sign is that of the stroke
+_SWING = 0.02  # of the largest force, a swing that counts
 _SUDDEN = 0.4  # of the time from drop to drop, that one takes at most
 _OFFSET = 0.1  # of the sliding force
 _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
@@ -103,7 +104,8 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
         if name == "acceleration":
             bad = dropouts_of_acceleration(values, record[force].values)
         elif name == force:
-            bad = dropouts(values, acceleration_of(record))
+            jumps = name == "friction_force" and has_inertia(record)
+            bad = dropouts(values, acceleration_of(record), jumps)
         else:  # friction beside a spring force jumps where the contact breaks away
             bad = spikes(values, 4.0 * counted_step(values)) if name in DRIVE else markers(values)
         if not bad.any():
@@ -251,7 +253,8 @@ def of_scales(
     if late:
         spoils = FORCE if "spring_force" not in record else ()
         yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force: do they share a clock?", spoils)
-    yield from _of_counts(force, sticks)
+    if "stick" not in record:
+        yield from _of_counts(force, sticks)
     yield from _of_drive(samples, force_of(samples), drive_velocity(record, tolerance))
 
 
@@ -263,8 +266,9 @@ def _of_counts(force: Floats, sticks: Sticks) -> Iterator[Defect]:
     large = int(np.count_nonzero(sizes >= 0.5 * sizes.max(initial=0.0)))
     if large > 1 and np.median(drops.ends - drops.starts) > _SUDDEN * np.median(np.diff(drops.starts)):
         large = 0  # friction that falls while the drive speeds up, or a wave
+    swings = turning_points(force, _SWING * float(np.abs(force).max())).size // 2 if force.any() else 0
     strokes = np.count_nonzero(np.diff(np.sign(force[np.abs(force) > _CLEAR * np.abs(force).max()]))) + 1
-    if large > max(2 * sticks.count, 2) or sticks.count > 2 * (sizes.size + strokes):
+    if large > max(2 * sticks.count, 2) or sticks.count > 2 * (max(sizes.size, swings) + strokes):
         text = (f"{sticks.count} sticks and {sizes.size} drops of the force: is each column what its heading says, and "
                 "is it the motion of the drive, not of the specimen? Else it vibrates without sticking")  # fmt: skip
         yield Defect("columns", text)

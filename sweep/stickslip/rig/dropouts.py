@@ -16,6 +16,7 @@ _MARKER = 10.0  # times the largest other magnitude
 SHORT = 10  # samples: a straight line across them loses nothing; a spike is no longer
 _ROUNDS = 3
 _FROZEN = 3.0  # times the steps beside it: the jump after a value was held, where a channel hardly repeats one
+_BEYOND = 3.0  # times the largest other acceleration
 _CALM = 3.0  # times its usual step: how far a force changes while nothing happens
 _SPAN = 13  # steps, whose median is the usual one
 _LEAST = 0.02  # of the largest force: a smaller spike is no drop
@@ -23,29 +24,30 @@ _RETURNS = 0.25  # of a spike: how far the samples before and after it may be ap
 _MOST = 0.1  # of the samples: more of them are the signal
 
 
-def dropouts(force: Floats, acceleration: Floats) -> Flags:
-    """Samples of a force that are none; acceleration : of the specimen, 0 where it is not known."""
+def dropouts(force: Floats, acceleration: Floats, jumps: bool) -> Flags:
+    """Samples of a force that are none.
+
+    acceleration : of the specimen, 0 where it is not known. jumps : whether the force may, as friction does where the
+    contact breaks away.
+    """
     bad = markers(force)
     if bad.all():
         return bad
-    bad |= spikes(bridged(force, bad), _LEAST * float(np.abs(force[~bad]).max()))
+    if not jumps:
+        bad |= spikes(bridged(force, bad), _LEAST * float(np.abs(force[~bad]).max()))
     return bad | _held(bridged(force, bad), acceleration)
 
 
 def dropouts_of_acceleration(acceleration: Floats, force: Floats) -> Flags:
-    """The same of an acceleration, which jumps where the contact breaks away, and shows shocks of some samples: spikes
-    of one sample where the force does nothing, or beyond all others."""
+    """The same of an acceleration, which shows shocks: a sample beyond all others while the force does nothing."""
     bad = markers(acceleration)
     if bad.all():
         return bad
     found = spikes(bridged(acceleration, bad), _LEAST * float(np.abs(acceleration[~bad]).max()))
     steps = np.abs(np.diff(force, append=force[-1]))
     calm = ndimage.maximum_filter1d(steps, _SPAN) <= _CALM * float(np.median(steps))
-    starts, ends = runs_of(found)
-    found[:] = False
-    found[starts[starts == ends]] = True
-    beyond = np.abs(acceleration) > 2.0 * float(np.abs(acceleration[~(bad | found)]).max())
-    return np.asarray(bad | (found & (calm | beyond)))
+    beyond = np.abs(acceleration) > _BEYOND * float(np.abs(acceleration[~(bad | found)]).max())
+    return np.asarray(bad | (found & calm & beyond))
 
 
 def spikes(values: Floats, least: float) -> Flags:

@@ -25,8 +25,8 @@ from stickslip.rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, SIGNAL
 from stickslip.rig.records import make_record
 from stickslip.rig.signals import Floats
 from stickslip.studies.study import joined
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import MODES, STATUSES
-from stickslip.vocabulary.scales import scales_of
 from stickslip.vocabulary.settings import CONDITIONS
 
 _SAMPLES = 4_000_000  # of motions that are computed together

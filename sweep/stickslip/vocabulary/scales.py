@@ -8,9 +8,7 @@ from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from stickslip.vocabulary.quantities import PARAMETERS
+from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
@@ -62,13 +60,3 @@ class Scales:
     def speed(self) -> Floats:
         """m/s."""
         return np.asarray(self.load / self.impedance)
-
-
-def scales_of(given: Mapping[str, ArrayLike]) -> Scales:
-    """The scales of cells of which some quantities are given, in SI: the others are at their defaults, or NaN.
-
-    Mass, stiffness and load of an oscillator are asked of `Scales` alone: further parameters may add to them.
-    """
-    defaults = {name: np.nan if row.default is None else row.default for name, row in PARAMETERS.items()}
-    known = {name: value for name, value in given.items() if name in PARAMETERS}
-    return Scales({name: np.asarray(value, np.float64) for name, value in (defaults | known).items()})
