@@ -126,6 +126,45 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 """)
 
 
+@pytest.mark.slow
+def test_an_added_mass_is_seen_wherever_the_mass_is_asked_for(copy):
+    """Half of the mass as a parameter of its own is the mass."""
+    row = '\n    Parameter("added_mass", "kg", "mass of the fixture", "system", default=0.0, at_least=0),'
+    copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
+    copy.insert("sweep/stickslip/vocabulary/scales.py", '= cells["mass"]', ' + cells["added_mass"]')
+    copy.run(f"""
+import numpy as np
+import stickslip
+from stickslip import rig, sound
+from stickslip.api.cells import time_span
+from stickslip.config.describe import describe
+from stickslip.config.reader import make_config
+from stickslip.dataset.summary import duration_of
+from stickslip_explore.view import _ends
+from stickslip.vocabulary.models import model_of
+def system(**masses):
+    data = {CONFIG}
+    data["system"].pop("mass")
+    return data | dict(system=data["system"] | masses | dict(damping="20 %"))
+def of_config(data):
+    config = make_config(data)
+    drive = dict(stroke="10 mm", strokes=2)
+    tests = rig.RigTests(rig.make_rig(data | dict(system=data["system"] | dict(belt_speed="10 mm/s"), drive=drive)))
+    record = next(tests.tests([0])).record
+    rows = [row.value for row in describe(config) if row.name in ("natural frequency", "damping")]
+    return rows, float(record["mass"]), record["friction_force"].values.tolist()
+assert of_config(system(mass=0.5, added_mass=0.5)) == of_config(system(mass=1.0))
+cell = {CELL} | dict(damping=0.05, belt_speed=0.4, displacement=1.0, velocity=0.0)
+whole, half = cell, cell | dict(mass=0.5, added_mass=0.5)
+one, other = stickslip.evaluate(whole), stickslip.evaluate(half)
+assert one["regime"] == other["regime"] and time_span(one) == time_span(other)
+assert duration_of(dict(), one.isel(cell=0)) == duration_of(dict(), other.isel(cell=0))
+np.testing.assert_array_equal(sound.of(whole, 0.1, transient=True).acceleration,
+                              sound.of(half, 0.1, transient=True).acceleration)
+assert _ends(whole, model_of("stribeck"))["damping"] == _ends(half, model_of("stribeck"))["damping"]
+""")
+
+
 def test_a_new_metric_is_one_row_and_its_conversion(copy):
     """How far the belt moves in a cycle."""
     row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'

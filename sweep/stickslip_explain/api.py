@@ -9,6 +9,7 @@ import xarray as xr
 from stickslip.api.runs import run
 from stickslip.api.studies import Ends, rtol_of
 from stickslip.config.reader import parse_config
+from stickslip.config.select import in_si
 from stickslip.config.studies import section_of_call
 from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError, ContradictionError
@@ -16,8 +17,10 @@ from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.suggest import listed
 from stickslip_explain.goal.section import Goal
-from stickslip_explain.proposals import DRAWS, POINTS, axis_of, check_scatter, proposals
+from stickslip_explain.proposals import DRAWS, POINTS, axis_of, check_scatter, conditions_of, proposals
 
 __all__ = ["explain", "goal", "next_measurement"]
 
@@ -92,6 +95,7 @@ def next_measurement(
     explained: xr.Dataset | str | os.PathLike[str],
     over: str | Sequence[str] | Mapping[str, tuple[float | str, float | str] | None],
     *,
+    at: Mapping[str, float | str] | None = None,
     scatter: Mapping[str, float] | None = None,
     points: int = POINTS,
     draws: int = DRAWS,
@@ -106,6 +110,8 @@ def next_measurement(
     over : str, sequence of str, or Mapping
         One or two parameters in which an observation may differ, with ranges in SI or texts with units; without them
         those of the prediction, else three times beyond what was observed.
+    at : Mapping, optional
+        Values, in SI or as texts with units, of what differs between observations and is not among the axes.
     scatter : Mapping, optional
         Results that will be measured, with their relative standard deviation; those observed before unless given.
     points : int
@@ -133,11 +139,15 @@ def next_measurement(
     config = parse_config(str(ds.attrs["configuration"]), "configuration of the explanation")
     names = {over: None} if isinstance(over, str) else dict.fromkeys(over) if not isinstance(over, Mapping) else over
     config = config.shown_in(units_shown(ds) | written_units(names))
+    known = [name for name in conditions_of(config) if name not in names]
+    if foreign := [name for name in at or {} if name not in known]:
+        raise ArgumentError("at", f"got {foreign[0]}, expected what observations name: {listed(known) or 'nothing'}")
+    held = {name: in_si(PARAMETERS[name], str(value), "at", name) for name, value in (at or {}).items()}
     if scatter is not None:
         check_scatter(scatter)
     axes = [axis_of(config, name, ends, points) for name, ends in names.items()]
     with watched(progress, "draws") as moved:
-        return proposals(ds, config, axes, scatter, draws, moved)
+        return proposals(ds, config, axes, held, scatter, draws, moved)
 
 
 def goal(

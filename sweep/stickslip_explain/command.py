@@ -85,6 +85,7 @@ Examples:
 @click.argument("more", nargs=-1, metavar="[NAME]")
 @click.option("--over", multiple=True, metavar="NAME[=RANGE]",
               help="One or two parameters in which an observation may differ.")  # fmt: skip
+@params.AT
 @click.option("--scatter", multiple=True, metavar="RESULT=PERCENT",
               help="Result to be measured, with its standard deviation.  [default: those observed before]")  # fmt: skip
 @click.option("--points", type=click.IntRange(2, 1000), default=16, show_default=True, help="Points of each axis.")
@@ -94,12 +95,13 @@ Examples:
 @params.plot_option()
 @reports_errors
 def next_command(
-    file: Location, more: tuple[str, ...], over: tuple[str, ...], scatter: tuple[str, ...], points: int, draws: int,
-    output: Location | None, plot: Path | None,
+    file: Location, more: tuple[str, ...], over: tuple[str, ...], at: tuple[str, ...], scatter: tuple[str, ...],
+    points: int, draws: int, output: Location | None, plot: Path | None,
 ) -> None:  # fmt: skip
     """Say which measurement would tell most.
 
-    FILE is what `stickslip explain` wrote. Over one or two parameters (`--over belt_speed normal_load`) the expected
+    FILE is what `stickslip explain` wrote. Over one or two parameters (`--over belt_speed normal_load`), others that
+    differ between observations at one value (`--at normal_load="10 N"`), the expected
     information of one more observation is computed, its regime and its results being what the draws say, and the best
     three places are named, with what each would narrow.
     """
@@ -115,7 +117,9 @@ def next_command(
             ranges[name.strip()] = ends_of(f"--over {name}", ends) if equals else None
     measured = {name: share / 100.0 for name, share in params.numbers("--scatter", scatter, unit="%").items()}
     with refuses_bad_input(file), screen.progress_bar("draws") as move:
-        ds = next_measurement(str(file), ranges, scatter=measured or None, points=points, draws=draws, progress=move)
+        ds = next_measurement(
+            str(file), ranges, at=params.pairs(at), scatter=measured or None, points=points, draws=draws, progress=move
+        )
     show_result(ds)
     save_result(ds, output)
     Outputs(plot).save(ds)

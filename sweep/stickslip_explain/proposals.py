@@ -65,19 +65,28 @@ class Shown:
 
 
 def proposals(
-    explained: xr.Dataset, config: Config, over: Sequence[Range], scatter: Mapping[str, float] | None = None,
-    draws: int = DRAWS, moved: Callable[[int, int], None] | None = None,
+    explained: xr.Dataset, config: Config, over: Sequence[Range], at: Mapping[str, float],
+    scatter: Mapping[str, float] | None = None, draws: int = DRAWS, moved: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:  # fmt: skip
     """The expected information over axes, and the best observations.
 
-    config : of the result `explained`. over : the axes. scatter : results to be measured with the standard deviation of
-    their logarithms; those that were measured, as they scattered, unless given. moved : called with draws done, in all.
+    config : of the result `explained`. over : the axes. at : values of other conditions, in SI. scatter : results to be
+    measured with the standard deviation of their logarithms; those that were measured, as they scattered, unless given.
+    moved : called with draws done, in all.
     Raises ArgumentError.
     """
     section = config.study
     assert isinstance(section, Explain)
     if not 1 <= len(over) <= 2:
         raise ArgumentError("over", f"got {len(over)} axes, expected one or two")
+    shared = section.shared | {name: float(value) for name, value in at.items()}
+    given = {*shared, *(axis.name for axis in over)}
+    if differ := [name for name in conditions_of(config) if name not in given]:
+        text = f"{listed(differ, 'and')} {'differs' if len(differ) == 1 else 'differ'} between observations: give "
+        along = (
+            f"--over {' '.join([*(axis.name for axis in over), *differ])}, or " if len(over) + len(differ) < 3 else ""
+        )
+        raise ArgumentError("over", text + along + " ".join(f"--at {name}=VALUE" for name in differ))
     grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
     measured = dict(_scatter(section) if scatter is None else scatter)
     chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)
@@ -86,7 +95,7 @@ def proposals(
     laws = explained["posterior_law"].values[chosen].astype(int)
     names_of_laws = section.laws or (config.friction.law,)
     each = [(names_of_laws[law], {name: values[i] for name, values in drawn.items()}) for i, law in enumerate(laws)]
-    shown = _shown(grid, section.shared, each, tuple(measured), options_of(config), moved)
+    shown = _shown(grid, shared, each, tuple(measured), options_of(config), moved)
     rng = np.random.default_rng(int(section.seed))
     outcome = _Outcomes(shown, np.array([*measured.values()]), float(section.mislabelled), rng)
     information = np.array([outcome.information(i) for i in range(grid.size)])
@@ -125,6 +134,12 @@ def _scatter(section: Explain) -> dict[str, float]:
             count = 1 if measured.repeats is None else len(measured.repeats)
             spreads.setdefault(name, []).append(measured.log_std * np.sqrt(count))
     return {name: float(np.median(values)) for name, values in spreads.items()} or {"period": _SCATTER}
+
+
+def conditions_of(config: Config) -> list[str]:
+    """The conditions that some observation of an explanation names."""
+    assert isinstance(config.study, Explain)
+    return list(dict.fromkeys(name for one in config.study.observed for name in one.conditions))
 
 
 def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf, isfinite, isnan, pi, sqrt
+from math import inf, isfinite, isnan, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.scales import Scales
 
 Floats = NDArray[np.float64]
 _CYCLES, _SLOW_CYCLES = 3.4, 1.6  # shown of a cycle, and of one that sticks most of its time
@@ -120,7 +121,7 @@ def _motion(
 
     beside : how long the motion is that it is shown with (s): what settles is not shown longer.
     """
-    natural = 2.0 * pi * sqrt(one["mass"][0] / one["stiffness"][0])
+    natural = 2.0 * pi * float(Scales(one).time[0])
     if "growth_rate" in results and isfinite(results["period"]):  # no break-away; it cannot be begun later either
         far, belt = results["spring_force_max"] / one["stiffness"][0], float(one["belt_speed"][0])
         away = min(time_to_cycle(far, belt, results["growth_rate"]), _LONGEST * natural)

@@ -13,7 +13,7 @@ from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.select import point_text
 from stickslip.errors import ConfigError, Problem
 from stickslip.studies.borders.lines import broken_rules
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cell_values import as_cells, scales_of
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.display_units import Unit, unit_for
 from stickslip.vocabulary.models import Model, Slider, laws_with, model_of
@@ -266,7 +266,7 @@ def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Slider | None]:
     """Ends of sliders that follow from other quantities, and what they show where the quantity is absent."""
     fast = _rounded(2.0 * abs(cell["belt_speed"])) or 1.0
     return {
-        "damping": (0.0, _rounded(sqrt(cell["stiffness"] * cell["mass"])), 0.0),  # half of critical without friction
+        "damping": (0.0, _rounded(float(scales_of(cell).impedance)), 0.0),  # half of critical without friction
         "contact_time": (0.0, 1000.0, 0.0),
         "velocity": (-fast, fast, 0.0),
         **model.sliders(cell, _rounded),

@@ -4,9 +4,9 @@ A record is a dataset over `time` (s): the force on the specimen and its acceler
 is known, and the conditions of the test as coordinates.
 
     quantities, settings, labels           shared by all: names and units, settings, words
-    records, signals                       records read from files, or made; filters, slopes, gaps
-    sticks, hum, defects, evaluation       stick phases, features, and what is wrong with a record
-    calibration, pairs, identification     the model RPN, or parameters of a rig, fitted to records
+    records, signals, drive                records read from files, or made; filters, slopes, gaps; motion of the drive
+    sticks, hum, dropouts, defects, evaluation    stick phases, features, and what is wrong with a record
+    calibration, pairs                     the model RPN fitted to records
     apparatus, simulation                  simulated rigs
     observation                            a record as an observation of `stickslip explain`
     plots, report                          plots, and the page about a test matrix
@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip_rig.calibration import Calibration, calibrate
 from stickslip_rig.evaluation import feature_table, features
-from stickslip_rig.identification import Identification, identify
 from stickslip_rig.records import make_record, read_record
 from stickslip_rig.risk import RPN_NAME, Risk
 from stickslip_rig.sections import FeatureSettings
@@ -31,15 +30,15 @@ from stickslip_rig.sticks import Sticks, find_sticks
 
 if TYPE_CHECKING:
     from stickslip_rig.observation import SimulatedRecords
-    from stickslip_rig.simulation import RigTests, load_rig, make_rig, simulator
+    from stickslip_rig.simulation import RigTests, load_rig, make_rig
 
 __all__ = [
-    "Calibration", "FeatureSettings", "Identification", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
-    "SimulatedRecords", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "identify", "load_rig",
-    "load_settings", "make_record", "make_rig", "read_record", "run_matrix", "simulator",  # noqa: F822
+    "Calibration", "FeatureSettings", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
+    "SimulatedRecords", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "load_rig",
+    "load_settings", "make_record", "make_rig", "read_record", "run_matrix",  # noqa: F822
 ]  # fmt: skip
 
-_SIMULATED = ("RigTests", "load_rig", "make_rig", "simulator")
+_SIMULATED = ("RigTests", "load_rig", "make_rig")
 
 
 def __getattr__(name: str) -> Any:

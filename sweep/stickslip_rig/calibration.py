@@ -1,34 +1,31 @@
 """The risk model fitted to measured pairs: features of a record, and the RPN that a rig maker's program gave it.
 
-Penalised least squares: the level against the number, and each parameter against its default (ridge regression, or the
-most probable parameters where those before any pair are normal about the defaults). A weight and the base have a prior
-standard deviation of one level; a number has the 0.29 of rounding to whole ones, or what the residuals show if that is
-more. Few pairs, or pairs whose features vary together, thus move the model only along what they determine. A number
-at an end of the scale (1 or 10) says that the level is there or beyond, so levels beyond it are no misfit.
+Ridge regression: least squares of the level against the number, and of base and weights against their defaults, from
+which they are expected one level away; weights are never negative. A number has the 0.29 of rounding to whole ones, or
+what the residuals show if that is more. One at an end of the scale (1 or 10) says that the level is there or beyond:
+levels beyond it are no misfit, so such pairs do not count. Few pairs, or pairs whose features vary together, thus move
+the model only along what they determine.
 
-Its quality is that of predictions: each pair is left out in turn, and the others predict it.
+Its quality is that of predictions: each pair is left out in turn, and the others predict it (in closed form).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares  # type: ignore[import-untyped]
+from scipy.optimize import lsq_linear  # type: ignore[import-untyped]
 
 from stickslip.vocabulary import units
 from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, rms, student
 from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
 from stickslip_rig.vocabulary import RISK
 
-LINEAR = ("base", *(f"weight_{name}" for name in INPUTS))
-SCALES = tuple(f"scale_{name}" for name in INPUTS)
+FITTED = ("base", *(f"weight_{name}" for name in INPUTS))
 PRIOR_SD = 1.0  # before any pair; levels: of the base, and of a weight per decade
-_PRIOR_SD_OF_SCALE = log(10.0)  # of the logarithm of a scale: a decade
 ROUNDING_SD = 1.0 / sqrt(12.0)  # levels: a number is a level rounded
-_WIDEST = 1e3  # times the scale at the start, and its inverse: how far a scale is looked for
-_ROUNDS = 20  # of noise and fit in turn, at most; a few do
+_ROUNDS = 50  # of noise, of what counts, and of the fit in turn, at most; a few do
 _DETERMINED = 0.5  # of the variance of the prior: what is left of it where the pairs say something of a parameter
 
 
@@ -36,18 +33,15 @@ _DETERMINED = 0.5  # of the variance of the prior: what is left of it where the 
 class Calibration:
     """A fitted risk model.
 
-    risk : with the range of the features of the pairs. fitted : names of the parameters that were fitted; the others
-    are as they were. interval : of the fitted ones, 95 %; without pairs it would be that of the prior, +- 1.96.
-    unidentified : of those, the ones of which the pairs say little. noise : standard deviation of a number, levels.
+    risk : with the range of the features of the pairs. interval : of base and weights, 95 %; without pairs it would be
+    that of the prior, +- 1.96. unidentified : those of which the pairs say little. noise : of a number, levels.
     level, rpn : fitted and measured, pair by pair. left_out : the level of each pair from a fit to the others.
     default : its level without calibration. names : of the pairs. omitted : pairs without the features, and why.
     """
 
     risk: Risk
-    fitted: tuple[str, ...]
     interval: Mapping[str, Interval]
     unidentified: tuple[str, ...]
-    covariance: Floats
     noise: float
     level: Floats
     left_out: Floats
@@ -55,6 +49,11 @@ class Calibration:
     rpn: Floats
     names: tuple[str, ...] = ()
     omitted: tuple[str, ...] = ()
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """The names of the parameters that were fitted; the others are as they were."""
+        return tuple(self.interval)
 
     @property
     def residuals(self) -> Floats:
@@ -120,17 +119,16 @@ class Calibration:
     def _remark(self, name: str) -> str:
         if name.startswith(("lowest_", "highest_")):
             return "of the pairs"
-        if name not in self.fitted:
+        if name not in FITTED:
             return "as given"
         low, high = self.interval[name]
         return f"95 %: {low:.3g} to {high:.3g}" + ", not determined by the pairs" * (name in self.unidentified)
 
 
 def calibrate(
-    inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None, scales: bool = False,
-    names: Sequence[str] = (),
-) -> Calibration:  # fmt: skip
-    """Fit the risk model to measured numbers; it stays near the default one where they do not determine it.
+    inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None, names: Sequence[str] = ()
+) -> Calibration:
+    """Fit base and weights of the risk model to measured numbers; they stay near their defaults where pairs say little.
 
     Parameters
     ----------
@@ -139,9 +137,7 @@ def calibrate(
     rpn
         The numbers, 1 to 10; means of repetitions need not be whole.
     start
-        Its scales hold, or are those near which fitted ones stay.
-    scales
-        Whether the scales are fitted too; they need pairs over several decades.
+        Its scales hold.
     names
         Of the pairs.
 
@@ -152,98 +148,45 @@ def calibrate(
     """
     begin, measured = start or Risk(), np.atleast_1d(np.asarray(rpn, np.float64))
     columns = np.array([np.broadcast_to(np.asarray(inputs[name], np.float64), measured.shape) for name in INPUTS])
-    fitted = (*LINEAR, *SCALES) if scales else LINEAR
-    _check_pairs(columns, measured, len(fitted))
+    _check_pairs(columns, measured, len(FITTED))
+    terms = np.vstack([np.ones(measured.size), decades(columns, np.array(begin.scales)[:, None])]).T
+    best, noise, counts = _fit(terms, measured)
+    rows, level, is_base = terms[counts] / noise, terms @ best, np.arange(best.size) == 0
+    precision = rows.T @ rows + np.eye(best.size) / PRIOR_SD**2  # the prior makes it regular
+    covariance, free = np.linalg.inv(precision), is_base | (best > 1e-9)  # a weight at zero stays there without a pair
+    moving = terms[:, free] / noise
+    own = np.sum(moving * np.linalg.solve(precision[np.ix_(free, free)], moving.T).T, axis=1)  # a number in its level
+    left_out = np.where(counts, measured - (measured - level) / (1.0 - own), level)
+    half = student(np.inf if noise == ROUNDING_SD else int(counts.sum())) * np.sqrt(np.diag(covariance))
+    low = np.where(is_base, best - half, np.maximum(best - half, 0.0))
+    bounds = {n: (float(a), float(b)) for n, a, b in zip(FITTED, low, best + half, strict=True)}
+    blank = np.diag(covariance) > _DETERMINED * PRIOR_SD**2
     ends = {f"lowest_{name}": float(column.min()) for name, column in zip(INPUTS, columns, strict=True)}
     ends |= {f"highest_{name}": float(column.max()) for name, column in zip(INPUTS, columns, strict=True)}
-    fit = _Ridge(begin.model_copy(update=ends), fitted)
-    best, covariance, noise, informative = fit.run(columns, measured)
-    others = ~np.eye(measured.size, dtype=bool)
-    left_out = [
-        float(fit.level(fit.run(columns[:, rest], measured[rest], best, noise)[0], columns[:, ~rest])[0])
-        for rest in others
-    ]
-    half = student(np.inf if noise == ROUNDING_SD else informative) * np.sqrt(np.diag(covariance))
-    bounds = {name: fit.interval(i, best[i], half[i]) for i, name in enumerate(fitted)}
-    blank = np.diag(covariance) > _DETERMINED * fit.spread**2
+    default = Risk().level(dict(zip(INPUTS, columns, strict=True)))
     return Calibration(
-        fit.risk(best), fitted, bounds, tuple(n for n, b in zip(fitted, blank, strict=True) if b), covariance, noise,
-        fit.level(best, columns), np.array(left_out), Risk().level(dict(zip(INPUTS, columns, strict=True))), measured,
+        begin.model_copy(update=ends | dict(zip(FITTED, best.tolist(), strict=True))), bounds,
+        tuple(n for n, b in zip(FITTED, blank, strict=True) if b), noise, level, left_out, default, measured,
         tuple(names) or tuple(str(i + 1) for i in range(measured.size)),
     )  # fmt: skip
 
 
-# --- the fit ----------------------------------------------------------------------------------------------------------
-
-
-class _Ridge:
-    """Parameters in the order of `names`, scales by their logarithm, near those of the default model."""
-
-    def __init__(self, begin: Risk, names: tuple[str, ...]) -> None:
-        self._begin, self._names = begin, names
-        self._is_scale = np.array([name in SCALES for name in names])
-        of_default, reach = Risk(), log(_WIDEST)
-        self._centre = np.array([log(getattr(begin, n)) if n in SCALES else getattr(of_default, n) for n in names])
-        self.spread = np.where(self._is_scale, _PRIOR_SD_OF_SCALE, PRIOR_SD)
-        lowest = np.array([-np.inf if name == "base" else 0.0 for name in names])
-        self._low = np.where(self._is_scale, self._centre - reach, lowest)
-        self._high = np.where(self._is_scale, self._centre + reach, np.inf)
-
-    def risk(self, p: Floats) -> Risk:
-        """The model of some parameters."""
-        values = np.where(self._is_scale, np.exp(np.where(self._is_scale, p, 0.0)), p)
-        model: Risk = self._begin.model_copy(update=dict(zip(self._names, values.tolist(), strict=True)))
-        return model
-
-    def level(self, p: Floats, columns: Floats) -> Floats:
-        """The levels for features (inputs by pairs)."""
-        return np.asarray(p[0] + p[1:4] @ decades(columns, self._scales(p)))
-
-    def _slopes(self, p: Floats, columns: Floats) -> Floats:
-        """Derivatives of the levels (pairs by parameters)."""
-        scales = self._scales(p)
-        slopes = [np.ones_like(columns[:1]), decades(columns, scales)]
-        if self._is_scale.any():
-            slopes.append(-p[1:4, None] * columns / (columns + scales) / log(10.0))
-        return np.concatenate(slopes).T
-
-    def _scales(self, p: Floats) -> Floats:
-        scales = np.exp(p[4:]) if self._is_scale.any() else np.array(self._begin.scales)
-        return np.asarray(scales)[:, None]
-
-    def run(
-        self, columns: Floats, rpn: Floats, begin: Floats | None = None, noise: float = ROUNDING_SD
-    ) -> tuple[Floats, Floats, float, int]:
-        """The most probable parameters, their covariance, the noise, and how many pairs are not beyond an end.
-
-        begin, noise : where to begin.
-        """
-        best = self._centre if begin is None else begin
-        for _ in range(_ROUNDS):
-
-            def residuals(p: Floats, noise: float = noise) -> Floats:
-                return np.append(_misfit(self.level(p, columns), rpn) / noise, (p - self._centre) / self.spread)
-
-            def slopes(p: Floats, noise: float = noise) -> Floats:
-                inside = ~_beyond(self.level(p, columns), rpn) / noise
-                return np.append(self._slopes(p, columns) * inside[:, None], np.diag(1.0 / self.spread), axis=0)
-
-            run = least_squares(residuals, best, slopes, (self._low, self._high), ftol=1e-12, xtol=1e-11, gtol=1e-11)
-            best, of_pairs = run.x, run.jac[: rpn.size]
-            covariance = np.linalg.inv(run.jac.T @ run.jac)  # the prior makes it regular
-            informative = int(np.count_nonzero(of_pairs.any(axis=1)))
-            freedom = max(informative - float(np.sum((of_pairs @ covariance) * of_pairs)), 1.0)
-            misfit = _misfit(self.level(best, columns), rpn)
-            before, noise = noise, max(ROUNDING_SD, float(np.sqrt(np.sum(misfit**2) / freedom)))
-            if abs(noise - before) < 0.01 * before:
-                break
-        return best, covariance, noise, informative
-
-    def interval(self, i: int, value: float, half: float) -> Interval:
-        """An interval of a parameter; that of a weight begins at zero at the lowest."""
-        ends = np.clip([value - half, value + half], self._low[i] if not self._is_scale[i] else -700.0, 700.0)
-        low, high = np.exp(ends) if self._is_scale[i] else ends
-        return float(low), float(high)
+def _fit(terms: Floats, rpn: Floats) -> tuple[Floats, float, Flags]:
+    """Base and weights for the terms of the levels (pairs, parameters), the noise, and which pairs count."""
+    default, noise, counts = np.array([getattr(Risk(), name) for name in FITTED]), ROUNDING_SD, np.ones(rpn.size, bool)
+    lowest = np.array([-np.inf, 0.0, 0.0, 0.0])
+    for _ in range(_ROUNDS):
+        rows = np.vstack([terms[counts] / noise, np.eye(default.size) / PRIOR_SD])
+        best = lsq_linear(rows, np.append(rpn[counts] / noise, default / PRIOR_SD), (lowest, np.inf), tol=1e-12).x
+        before, counts_before, level = noise, counts, terms @ best
+        counts = ~_beyond(level, rpn)
+        used = terms[counts] / noise
+        share = np.trace(np.linalg.solve(used.T @ used + np.eye(default.size) / PRIOR_SD**2, used.T @ used))
+        spread = sqrt(float(np.sum(_misfit(level, rpn) ** 2)) / max(float(counts.sum() - share), 1.0))
+        noise = max(ROUNDING_SD, spread)
+        if abs(noise - before) < 1e-6 * before and (counts == counts_before).all():
+            break
+    return best, noise, counts
 
 
 def _beyond(level: Floats, rpn: Floats) -> Flags:

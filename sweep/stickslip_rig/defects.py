@@ -12,38 +12,44 @@ import numpy as np
 import xarray as xr
 from scipy import signal  # type: ignore[import-untyped]
 
+from stickslip.vocabulary.suggest import listed
+from stickslip_rig.drive_motion import counted_step, drive_displacement, drive_velocity, unusable_drive
+from stickslip_rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceleration, markers, spikes
 from stickslip_rig.hum import LAG, Tone, bend_of
 from stickslip_rig.quantities import FORCES
-from stickslip_rig.records import condition_of, drive_displacement, force_of
-from stickslip_rig.signals import Flags, Floats, Positions, cumulative, noise_of, runs_of
-from stickslip_rig.sticks import Sticks
+from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
+from stickslip_rig.signals import Flags, Floats, Positions, cumulative, find_drops, noise_of, runs_of, turning_points
+from stickslip_rig.sticks import Sticks, within
 
-FRICTION = ("static_friction", "static_friction_first", "dynamic_friction")
+RAMPS = ("friction_speeding_up", "friction_slowing_down")
+FRICTION = ("static_friction", "static_friction_first", "dynamic_friction", *RAMPS)
 FORCE = ("static_force", "static_force_first", "dynamic_force", "drop_mean", "drop_max", "energy_per_stroke", *FRICTION)
 COUNTS = ("sticks", "slips", "drops", "impulse_rate", "stick_fraction", "time_to_sliding")
 LIMITED = ("acceleration_max_limited", "acceleration_integral_limited")
 ACCELERATION = ("acceleration_max", "acceleration_integral", *LIMITED, "peak_frequency", "peak_acceleration")
 MOTION = ("energy_per_stroke", "strokes", "travel", "impulse_rate")
-_CONTRADICTIONS = ("loading rate", "unit", "channels", "zero", "speed", "clock")
+DRIVE = ("drive_displacement", "drive_velocity")
+_CONTRADICTIONS = ("loading rate", "unit", "channels", "zero", "speed", "clock", "columns")
 _GROUPS = {"counts": COUNTS, "accelerations": ACCELERATION, "forces and friction": FORCE, "strokes and travel": MOTION,
            "friction": FRICTION, "static friction": FRICTION[:2]}  # fmt: skip
 TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", "drop_max", "static_force_first",
           "static_friction_first")  # fmt: skip
 
-_HELD = 5  # samples of the same value, at least, that are suspected
-_REPEATS = 0.02  # of the samples of a channel with noise repeat the one before
-_JUMP = 8.0  # times the steps beside it
-_MARKER = 10.0  # times the largest other magnitude
+_LONG = 5  # samples of the same value, at least, that are suspected
 _LOST = 0.01  # of the record: what may be missing of it before sums and maxima are unknown
 _PLAUSIBLE = (3e-3, 5.0)  # friction coefficients
 _DECADES = 30.0  # a factor from here on is one of a wrong unit
+_CLEAR = 0.05  # of the largest force, beyond which its sign is that of the stroke
+_SWING = 0.02  # of the largest force, a swing that counts
+_SUDDEN = 0.4  # of the time from drop to drop, that one takes at most
 _OFFSET = 0.1  # of the sliding force
 _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
 _ENOUGH = 1_000_000  # samples to see whether channels belong together
 SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
-_DIFFERS = 0.05  # of a speed or a way
+_DIFFERS = 0.05  # of a way
+_FASTER = 0.2  # of a speed, with its noise
 
 
 @dataclass(frozen=True)
@@ -86,69 +92,52 @@ def reason_of(remarks: str) -> str:
 # --- the samples ------------------------------------------------------------------------------------------------------
 
 
-def mended(record: xr.Dataset) -> tuple[xr.Dataset, list[Defect]]:
-    """The record without samples that are none, its force in the direction of the drive, and what was wrong."""
+def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defect]]:
+    """The record without samples that are none, its force in the direction of the drive, and what was wrong.
+
+    tolerance : of the slip speed.
+    """
     force = next(name for name in FORCES if name in record)
-    defects, lost = [], np.zeros(record.sizes["time"], np.bool_)
+    defects, missing = [], np.zeros(record.sizes["time"], np.bool_)
     for name in (str(name) for name in record.data_vars if name != "stick"):
         values = record[name].values
-        bad = _markers(values) | (_held(values, record["acceleration"].values) if name == force else False)
-        if bad.any():
-            lost |= bad
-            text = f"{name} shows a marker or a value held in {_samples(record, bad)}; those samples are left out"
-            defects.append(Defect("dropout", text))
-    if lost.any() and lost.mean() < 0.9:
-        record = record.isel(time=~lost)
+        if name == "acceleration":
+            bad = dropouts_of_acceleration(values, record[force].values)
+        elif name == force:
+            jumps = name == "friction_force" and has_inertia(record)
+            bad = dropouts(values, acceleration_of(record), jumps)
+        else:  # friction beside a spring force jumps where the contact breaks away
+            bad = spikes(values, 4.0 * counted_step(values)) if name in DRIVE else markers(values)
+        if not bad.any():
+            continue
+        text = f"{name} shows a marker, a spike or a value held in {_samples(record, bad)}; those samples are left out"
+        defects.append(Defect("dropout", text))
+        starts, ends = runs_of(bad)
+        brief = ends - starts < SHORT
+        short = within(starts[brief], ends[brief], bad.size)
+        missing |= bad & ~short
+        record = record.assign({name: record[name].copy(data=bridged(values, short))})
+    if missing.any() and missing.mean() < 0.9:
+        record = record.isel(time=~missing)
+    acceleration = acceleration_of(record)
     for name, spoils in ((force, (*FORCE, *COUNTS)), ("acceleration", ACCELERATION)):
+        if name not in record:
+            continue
         values = record[name].values
         if np.ptp(values) == 0:
             text = f"{name} is {values[0]:g} throughout: is the sensor connected?"
             defects.append(Defect("dead channel", text, spoils, again=True))
-        elif (flat := _flat(values, record["acceleration"].values)).any():
+        elif (flat := _flat(values, acceleration)).any():
             text = f"{name} is cut off in {_samples(record, flat)}; its peaks are higher than the range of the sensor"
             defects.append(Defect("saturation", text, spoils, again=True))
+    if reason := unusable_drive(record, record[force].values, tolerance):
+        of_drive = [name for name in DRIVE if name in record]
+        defects.append(Defect("drive", f"{listed(of_drive, 'and')} {reason}; it is not used"))
+        record = record.drop_vars(of_drive)
     if _is_opposite(record, record[force].values):
         defects.append(Defect("sign", f"{force} is opposite to the motion of the drive; it is turned"))
         record = record.assign({name: -record[name] for name in FORCES if name in record})
     return record, defects
-
-
-def _markers(values: Floats) -> Flags:
-    """Samples far beyond all others, as -9999 stands for none."""
-    bad = np.zeros(values.size, np.bool_)
-    for extreme in (values.min(), values.max()):
-        rest = values[(values != extreme) & ~bad]
-        if rest.size and abs(extreme) > _MARKER * np.abs(rest).max() > 0:
-            bad |= values == extreme
-    return bad
-
-
-def _held(values: Floats, acceleration: Floats) -> Flags:
-    """Samples of the same value that a jump leads to and from, or a jump back to where the force was going.
-
-    A spring force does not jump: its steps beside these samples tell how fast it changes. Where no sample repeats both
-    channels but a few, those are held as well.
-    """
-    same = (np.diff(values) == 0) & (np.diff(acceleration) == 0)
-    frozen = same & (acceleration[1:] != 0) if same.mean() < _REPEATS else np.zeros(same.size, np.bool_)
-    bad, last = np.zeros(values.size, np.bool_), values.size - 1
-    starts, ends = runs_of(np.append(np.diff(values) == 0, False))
-    ends = ends + 1
-    suspected = ends - starts + 1 >= _HELD
-    for start, end in zip(starts[suspected].tolist(), ends[suspected].tolist(), strict=True):
-        beside = [np.abs(np.diff(part)) for part in (values[max(start - 6, 0) : start], values[end + 1 : end + 7])]
-        step = max((part.max() for part in beside if part.size), default=0.0)
-        before = values[start] - values[max(start - 1, 0)]
-        after = values[min(end + 1, last)] - values[end]
-        there, back = abs(before) > _JUMP * step, abs(after) > _JUMP * step
-        expected = (values[start] - values[start - 5]) / 5 * (end + 1 - start) if start > 5 else np.nan
-        where_it_went = abs(after - expected) < abs(after) / 2
-        if step > 0 and ((there and back) or (back and where_it_went)):
-            bad[start : end + 1] = True
-    starts, ends = runs_of(np.append(frozen, False))
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        bad[start + 1 : end + 2] |= end - start + 2 >= _HELD
-    return bad
 
 
 def _flat(values: Floats, acceleration: Floats) -> Flags:
@@ -162,7 +151,7 @@ def _flat(values: Floats, acceleration: Floats) -> Flags:
         longest = (ends - starts + 1).max()
         usable = (ends - starts >= 2) & (starts > 6) & (ends < values.size - 7)
         starts, ends = starts[usable], ends[usable]
-        if starts.size < 3 and not (starts.size and longest >= _HELD):
+        if starts.size < 3 and not (starts.size and longest >= _LONG):
             continue
         near_in, far_in = _changes(values, starts - 3, starts - 1), _changes(values, starts - 5, starts - 3)
         near_out, far_out = _changes(values, ends + 1, ends + 3), _changes(values, ends + 3, ends + 5)
@@ -197,7 +186,8 @@ def _samples(record: xr.Dataset, inside: Flags) -> str:
 
 def _spans(time: Floats, starts: Positions, ends: Positions) -> str:
     """The first spans of time (s), from position to position."""
-    first = [f"{time[a]:.4g} to {time[b]:.4g} s" for a, b in zip(starts[:3], ends[:3], strict=True)]
+    first = [f"{time[a]:.4g} to {time[b]:.4g} s" if a < b else f"{time[a]:.4g} s"
+             for a, b in zip(starts[:3], ends[:3], strict=True)]  # fmt: skip
     return ", ".join(first) + (" ..." if starts.size > 3 else "")
 
 
@@ -224,7 +214,9 @@ def of_time(time: Floats, gaps: Positions) -> Iterator[Defect]:
 # --- what contradicts itself ------------------------------------------------------------------------------------------
 
 
-def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Floats]) -> Iterator[Defect]:
+def of_scales(
+    samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Floats], tolerance: float
+) -> Iterator[Defect]:
     """Units, stiffness and speed that cannot be true together; channels and a zero that are not those of the motion."""
     record, ratio = sticks.record, sticks.loading / sticks.expected
     force, mass, stiffness = force_of(record), condition_of(record, "mass"), condition_of(record, "stiffness")
@@ -241,8 +233,8 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
         yield Defect("loading rate", text, spoils)
     elif known and not plausible:
         yield Defect("unit", f"a friction coefficient of {max(known):.3g}: are force (N or mN?) and load right?", FORCE)
-    drop, top = values["drop_max"], float(np.quantile(np.abs(record["acceleration"].values), 0.9999))
-    share = 2.0 * mass * top / float(drop) if mass and np.isfinite(drop) and wrong < _DECADES else 0.0
+    drop, top = values["drop_max"], float(np.quantile(np.abs(acceleration_of(record)), 0.9999))
+    share = 2.0 * mass * top / float(drop) if mass and top and np.isfinite(drop) and wrong < _DECADES else 0.0
     if share and not 1.0 / _DECADES < share < _DECADES:
         text = f"mass times acceleration is {share:.2g} of the force it comes from: is it in m/s2, and the force in N?"
         yield Defect("unit", text, ACCELERATION)
@@ -254,23 +246,53 @@ def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Flo
         text = (f"the sliding force is {low:.3g} or {high:.3g} N, depending on whether the drive rests before it "
                 "reverses; a column of its speed or displacement tells")  # fmt: skip
         yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
-    late = _lag(force, record["acceleration"].values, 1.0 / float(values["sample_rate"]))
+    if _are_swapped(force, acceleration_of(record), 1.0 / float(values["sample_rate"])):
+        yield Defect("columns", "force and acceleration are of one motion only if they are swapped: are they?",
+                     (*ACCELERATION, *FORCE, *COUNTS))  # fmt: skip
+    late = _lag(force, acceleration_of(record), 1.0 / float(values["sample_rate"]))
     if late:
         spoils = FORCE if "spring_force" not in record else ()
         yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force: do they share a clock?", spoils)
-    yield from _of_drive(samples, force_of(samples))
+    if "stick" not in record:
+        yield from _of_counts(force, sticks)
+    yield from _of_drive(samples, force_of(samples), drive_velocity(record, tolerance))
+
+
+def _of_counts(force: Floats, sticks: Sticks) -> Iterator[Defect]:
+    """Sticks and drops of the force that differ by more than a factor of two: each drop ends a stick, and each stick
+    but that after a reversal of the drive begins with one."""
+    drops = find_drops(force)
+    sizes = drops.sizes
+    large = int(np.count_nonzero(sizes >= 0.5 * sizes.max(initial=0.0)))
+    if large > 1 and np.median(drops.ends - drops.starts) > _SUDDEN * np.median(np.diff(drops.starts)):
+        large = 0  # friction that falls while the drive speeds up, or a wave
+    swings = turning_points(force, _SWING * float(np.abs(force).max())).size // 2 if force.any() else 0
+    strokes = np.count_nonzero(np.diff(np.sign(force[np.abs(force) > _CLEAR * np.abs(force).max()]))) + 1
+    if large > max(2 * sticks.count, 2) or sticks.count > 2 * (max(sizes.size, swings) + strokes):
+        text = (f"{sticks.count} sticks and {sizes.size} drops of the force: is each column what its heading says, and "
+                "is it the motion of the drive, not of the specimen? Else it vibrates without sticking")  # fmt: skip
+        yield Defect("columns", text)
+
+
+def _shared(force: Floats, acceleration: Floats, step: float) -> Floats:
+    """Correlation of the bend of the force with that of the motion, up to half a second late or early."""
+    lag, force, acceleration = max(1, round(LAG / step)), force[:_ENOUGH], acceleration[:_ENOUGH]
+    own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
+    most, middle = min(force.size // 4, round(0.5 / step)), force.size // 2
+    shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))[middle - most : middle + most + 1]
+    return np.asarray(shared / max(float(np.linalg.norm(own) * np.linalg.norm(other)), 1e-300))
+
+
+def _are_swapped(force: Floats, acceleration: Floats, step: float) -> bool:
+    """True if the columns are of one motion only when each is taken for the other."""
+    return bool(_shared(acceleration, force, step).max() > 0.9 and _shared(force, acceleration, step).max() < 0.5)
 
 
 def _lag(force: Floats, acceleration: Floats, step: float) -> float:
     """Time (s) by which the acceleration is later than the bend of the force; 0 within 2 ms, or where it is unclear."""
-    lag, force, acceleration = max(1, round(LAG / step)), force[:_ENOUGH], acceleration[:_ENOUGH]
-    own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
-    most = min(force.size // 4, round(0.5 / step))
-    shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))
-    middle = force.size // 2
-    near = shared[middle - most : middle + most + 1] / max(float(np.linalg.norm(own) * np.linalg.norm(other)), 1e-300)
-    late = (int(np.argmax(near)) - most) * step
-    return late if near.max() > 0.5 and near[most] < 0.7 * near.max() and abs(late) > 2e-3 else 0.0
+    near = _shared(force, acceleration, step)
+    late = (int(np.argmax(near)) - near.size // 2) * step
+    return late if near.max() > 0.5 and near[near.size // 2] < 0.7 * near.max() and abs(late) > 2e-3 else 0.0
 
 
 def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats], natural: float) -> Iterator[Defect]:
@@ -290,10 +312,9 @@ def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats
         yield Defect("sampling", text, spoils, True)
 
 
-def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
+def _of_drive(record: xr.Dataset, force: Floats, velocity: Floats | None) -> Iterator[Defect]:
     """A zero of the force that is none, a speed that is not the drive's, and a way that is not that of its speed."""
-    velocity = record["drive_velocity"].values if "drive_velocity" in record else None
-    direction = velocity if velocity is not None else force
+    direction = record["drive_velocity"].values if "drive_velocity" in record else force
     forward = force[direction > 0.5 * max(direction.max(), 0.0)]
     backward = force[direction < 0.5 * min(direction.min(), 0.0)]
     if min(forward.size, backward.size) > 0.05 * force.size:
@@ -305,11 +326,11 @@ def _of_drive(record: xr.Dataset, force: Floats) -> Iterator[Defect]:
     if velocity is None:
         return
     top, speed = float(np.quantile(np.abs(velocity), 0.99)), condition_of(record, "drive_speed")
-    if speed and abs(top / speed - 1.0) > _DIFFERS:
+    if speed and abs(top / speed - 1.0) > _FASTER:
         yield Defect("speed", f"the drive moves at up to {top:.4g} m/s, the speed given is {speed:.4g} m/s")
-    if "drive_displacement" in record:
+    if {*DRIVE} <= {*record}:
         way = float(np.ptp(record["drive_displacement"].values))
-        moved = float(np.ptp(cumulative(velocity, record["time"].values)))
+        moved = float(np.ptp(cumulative(record["drive_velocity"].values, record["time"].values)))
         if way > 0 and abs(moved / way - 1.0) > _DIFFERS:
             text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement; clock or unit?"
             yield Defect("clock", text, MOTION)

@@ -10,10 +10,11 @@ import xarray as xr
 from stickslip.dataset.build import NO_FILL, attributes_of
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip_rig import defects
+from stickslip_rig.drive_motion import drive_displacement, drive_velocity, forces_in_ramps
 from stickslip_rig.hum import subtract_hum
 from stickslip_rig.labels import dimensions, point_name
 from stickslip_rig.quantities import FEATURES, PER_PEAK, RATINGS
-from stickslip_rig.records import condition_of, drive_displacement, force_of
+from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
 from stickslip_rig.risk import BANDS, INPUTS, Risk, band_of, number_of
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.settings import Settings
@@ -93,16 +94,21 @@ def strokes_of(sticks: Sticks, ends: Floats, settings: FeatureSettings) -> dict[
 
 def _evaluated(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks, list[defects.Defect]]:
     """The features of a record without defects that can be mended, its stick phases, and what was wrong with it."""
-    record, wrong = defects.mended(record)
+    record, wrong = defects.mended(record, settings.tolerance)
     numbers, sticks = _measured(record, settings)
     even = sticks.record
     step = 1.0 / sample_rate(even["time"].values)
-    force, acceleration, tones = subtract_hum(force_of(even), even["acceleration"].values, step)
+    force, acceleration, tones = subtract_hum(force_of(even), acceleration_of(even), step)
     if tones:
         before, (numbers, sticks) = numbers, _measured(_replaced(even, force, acceleration), settings)
         wrong += defects.of_hum(tones, sticks, before, numbers, settings.tolerance)
     time = record["time"].values
-    return numbers, sticks, wrong + [*defects.of_time(time, gaps_of(time)), *defects.of_scales(record, sticks, numbers)]
+    return (
+        numbers,
+        sticks,
+        wrong
+        + [*defects.of_time(time, gaps_of(time)), *defects.of_scales(record, sticks, numbers, settings.tolerance)],
+    )
 
 
 def _measured(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks]:
@@ -114,17 +120,17 @@ def _measured(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, S
 def _numbers(record: xr.Dataset, sticks: Sticks, settings: FeatureSettings) -> Numbers:
     """The features of a record with these stick phases."""
     numbers = _acceleration(record, sticks.record, settings) | _contact(sticks, condition_of(record, "normal_load"))
+    numbers |= _in_ramps(sticks, condition_of(record, "normal_load"), settings.tolerance)
     return numbers | _drops(sticks.record, settings) | _motion(record, sticks)
 
 
 def _replaced(record: xr.Dataset, force: Floats, acceleration: Floats) -> xr.Dataset:
     """The record with other values of the measured force and of the acceleration."""
     name = "spring_force" if "spring_force" in record else "friction_force"
-    if name == "friction_force" and "mass" in record.coords:
+    if name == "friction_force" and has_inertia(record):
         force = force + float(record["mass"]) * acceleration
-    return record.assign(
-        {name: record[name].copy(data=force), "acceleration": record["acceleration"].copy(data=acceleration)}
-    )
+    values = {name: force, "acceleration": acceleration}
+    return record.assign({name: record[name].copy(data=values[name]) for name in values if name in record})
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
@@ -261,8 +267,10 @@ def as_records(matrix: xr.Dataset) -> xr.Dataset:
 def _acceleration(record: xr.Dataset, even: xr.Dataset, settings: FeatureSettings) -> Numbers:
     """Maximum and integral of the magnitude, from the samples as they are; the band-limited ones and the spectrum from
     equidistant samples. No integral bridges a gap."""
-    time = record["time"].values
-    rate_ = sample_rate(even["time"].values)
+    time, rate_ = record["time"].values, sample_rate(even["time"].values)
+    if "acceleration" not in record:
+        missing: Numbers = dict.fromkeys(defects.ACCELERATION, np.nan)
+        return missing | dict.fromkeys(PER_PEAK, np.full(PEAKS, np.nan)) | {"sample_rate": rate_}
     plain, spaced = record["acceleration"].values, even["acceleration"].values
     if settings.subtract_offset:
         plain, spaced = plain - np.median(plain), spaced - np.median(spaced)
@@ -317,6 +325,16 @@ def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Posi
     slip, after = slip[usable], after[usable]
     share = (force[after - 1] - means[slip]) / (force[after - 1] - force[after])
     return np.asarray(time[after - 1] + share * (time[after] - time[after - 1]) - time[starts[slip]])
+
+
+def _in_ramps(sticks: Sticks, load: float | None, tolerance: float) -> Numbers:
+    """Friction while the drive slowly speeds up and slows down."""
+    velocity = drive_velocity(sticks.record, tolerance)
+    if velocity is None or not load:
+        return dict.fromkeys(defects.RAMPS, np.nan)
+    step = 1.0 / sample_rate(sticks.time)
+    forces = forces_in_ramps(np.abs(force_of(sticks.record)), np.abs(velocity), step)
+    return {name: force / load for name, force in zip(defects.RAMPS, forces, strict=True)}
 
 
 def _drops(record: xr.Dataset, settings: FeatureSettings) -> Numbers:

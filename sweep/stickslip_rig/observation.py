@@ -6,7 +6,7 @@ other, so that they tell how features scatter, and of a simulated rig the second
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,20 +17,23 @@ from stickslip.config.sections import Friction
 from stickslip.engine import Results, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.studies.uncertainty.inputs import drawn_cells
+from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.suggest import listed
 from stickslip_rig.evaluation import features_of_strokes, strokes_of
-from stickslip_rig.identification import SMOOTH, as_measured, other_test
 from stickslip_rig.quantities import FORCES
 from stickslip_rig.records import read_record
 from stickslip_rig.sections import sections_of
 from stickslip_rig.signals import Floats
 from stickslip_rig.simulation import RigTests, load_rig, make_rig
 from stickslip_rig.sticks import find_sticks
+from stickslip_rig.vocabulary import CONDITIONS
 
 __all__ = ["SimulatedRecords", "observed", "read_record", "rig_of"]  # which are called by the name of this room
-COMPARED = (*(name for name in SMOOTH if name != "time_to_sliding"), "stick_slip_period")  # that goes by stick_fraction
+# Features that change smoothly with parameters, as counts do not.
+COMPARED = ("static_force", "dynamic_force", "drop_mean", "stick_fraction", "acceleration_max", "stick_slip_period")
+_ALIKE = 0.01  # relative: conditions of the measured and the simulated test that differ by less are the same
 _SLIPS = 3  # of a stroke that sticks and slips, at least: it slips once after the reversal in any case
 _SAME = 0.1  # of a stroke: how far the duration of a record may be off
 _FEWEST = "4 at least, since the first and the last one do not count; 3 where the scatter is given, scatter: 2 %"
@@ -65,7 +68,7 @@ def observed(record: xr.Dataset, rig: Config, unknown: Collection[str], scatter:
 
     scatter : whether that of its features is given. Raises ValueError for a record of another test.
     """
-    if text := other_test(record, {**rig.fixed(), "drive_speed": rig.fixed()["belt_speed"]}, unknown):
+    if text := _other_test(record, {**rig.fixed(), "drive_speed": rig.fixed()["belt_speed"]}, unknown):
         raise ValueError(f"{text} in drive, expected the same test")
     drive, _, settings, _ = sections_of(rig)
     time, strokes = record["time"].values, int(drive.strokes)
@@ -85,6 +88,26 @@ def observed(record: xr.Dataset, rig: Config, unknown: Collection[str], scatter:
     quiet = [name for name in DECIDED if name != "stick_slip"]
     known = [str(name) for name in record.variables if name not in ("time", "material")]
     return Observed(kept, ["stick_slip"] if _sticks_and_slips(parts) else quiet, known)
+
+
+def _other_test(record: xr.Dataset, simulated: Mapping[Any, Any], free: Collection[str]) -> str | None:
+    """By which condition the simulated test is another than that of the record, in words; but for those that are free
+    in it. None if they are the same."""
+    for name, row in CONDITIONS.items():
+        is_free = name in free or name == "drive_speed" and "belt_speed" in free
+        if is_free or name not in record.coords or name not in simulated:
+            continue
+        measured, given = float(record[name]), float(simulated[name])
+        if abs(measured - given) > _ALIKE * abs(given):
+            unit = units.spelled(row.units)
+            return f"{name} is {measured:g} {unit}, and {given:g} {unit}"
+    return None
+
+
+def _as_measured(trial: xr.Dataset, known: Collection[Hashable]) -> xr.Dataset:
+    """The part of a simulated record that the measured one, of these names, has as well: features depend on it."""
+    needed = () if any(name in trial and name in known for name in FORCES) else FORCES
+    return trial.drop_vars([name for name in trial.variables if name not in (*known, "time", *needed)])
 
 
 def _sticks_and_slips(parts: Mapping[str, Floats]) -> bool:
@@ -158,5 +181,5 @@ class SimulatedRecords:
 
     def _evaluated(self, record: xr.Dataset, stroke: float) -> dict[str, Floats]:
         settings = sections_of(self._config).features
-        sticks = find_sticks(as_measured(record, self._known), settings)
+        sticks = find_sticks(_as_measured(record, self._known), settings)
         return strokes_of(sticks, sticks.time[0] + stroke * np.array([1.0, 2.0]), settings)

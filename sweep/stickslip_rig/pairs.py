@@ -30,7 +30,7 @@ _EXAMPLE = "sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"
 _NO_FEATURES = "it has no features"
 
 
-def calibrate_file(path: Path, settings: Settings | None = None, scales: bool = False) -> Calibration:
+def calibrate_file(path: Path, settings: Settings | None = None) -> Calibration:
     """Fit the risk model to the pairs of a table: CSV or Excel.
 
     Its column `rpn` holds the measured numbers; a row without one is left out. The features are either columns named
@@ -67,7 +67,7 @@ def calibrate_file(path: Path, settings: Settings | None = None, scales: bool = 
         inputs, rpn = {name: values[known] for name, values in inputs.items()}, rpn[known]
         names = [names[i] for i in np.flatnonzero(known)]
     try:
-        return replace(calibrate(inputs, rpn, settings.risk, scales, names), omitted=tuple(omitted))
+        return replace(calibrate(inputs, rpn, settings.risk, names), omitted=tuple(omitted))
     except ValueError as error:
         hint = f"left out: {'; '.join(omitted)}" if omitted else None
         raise ConfigError(str(path), [Problem((), str(error), hint=hint)]) from None

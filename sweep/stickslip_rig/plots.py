@@ -95,14 +95,17 @@ def plot_records(
         colour = SERIES[i % len(SERIES)]
         _draw(force, part, force_of(part), color=colour, linewidth=1.3)
         thin = {"color": BLACK, "linewidth": 0.7} if len(parts) == 1 else {"color": colour, "linewidth": 0.5}
-        _draw(acceleration, part, part["acceleration"].values, alpha=0.55, **thin)
+        if "acceleration" in part:
+            _draw(acceleration, part, part["acceleration"].values, alpha=0.55, **thin)
         if beside:
             force.set_title(name, fontsize="medium")
         handles.append(Line2D([], [], color=colour, label=name))
     for panel in panels[len(parts) :]:
         panel.set_axis_off()
-    _name_axes(panels, twins, parts[0], columns)
-    _share_zero(panels[0], twins)
+    shown = next((part["acceleration"] for part in parts if "acceleration" in part), None)
+    _name_axes(panels, twins, parts[0], shown, columns)
+    if shown is not None:
+        _share_zero(panels[0], twins)
     if numbers and beside:
         figure.supxlabel(f"in titles: {RPN_NAME}", fontsize="small")
     if not beside:
@@ -141,8 +144,10 @@ def _draw(ax: Axes, record: xr.Dataset, values: Floats, **style: Any) -> None:
         ax.axvspan(time[gap], time[gap + 1], color=style["color"], alpha=0.12, linewidth=0)
 
 
-def _name_axes(panels: Sequence[Axes], twins: Sequence[Axes], record: xr.Dataset, columns: int) -> None:
-    """The names and ticks of the axes: force at the left of a row, acceleration at its right."""
+def _name_axes(
+    panels: Sequence[Axes], twins: Sequence[Axes], record: xr.Dataset, acceleration: xr.DataArray | None, columns: int
+) -> None:
+    """The names and ticks of the axes: force at the left of a row, acceleration, if recorded, at its right."""
     name = "spring_force" if "spring_force" in record else "friction_force"
     label = axis.title(record[name], si_unit(record[name]))
     force = f"force as the rig measures it ({SIGNALS[name].units})" if name == "spring_force" else label
@@ -155,8 +160,9 @@ def _name_axes(panels: Sequence[Axes], twins: Sequence[Axes], record: xr.Dataset
             panel.set_ylabel(force)
         last = i % columns == columns - 1
         twin.tick_params(labelright=last)
-        if last:
-            twin.set_ylabel(axis.title(record["acceleration"], si_unit(record["acceleration"])))
+        twin.set_visible(acceleration is not None)
+        if last and acceleration is not None:
+            twin.set_ylabel(axis.title(acceleration, si_unit(acceleration)))
 
 
 def _share_zero(force_axis: Axes, acceleration_axes: Sequence[Axes]) -> None:

@@ -32,11 +32,11 @@ from stickslip_materials.fit.headings import Heading, words_for
 from stickslip_materials.fit.words import RECORD
 from stickslip_rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip_rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
-from stickslip_rig.signals import Floats, cumulative
+from stickslip_rig.signals import Floats
 from stickslip_rig.vocabulary import CONDITIONS
 
 FEWEST_SAMPLES = 16
-_EXAMPLE = "time [ms], force [N], acceleration [m/s2]"
+_EXAMPLE = "time [ms], force [N]"
 _REMARK = re.compile(r"([A-Za-z][A-Za-z _-]{0,30})\s*[:=]\s*(.*)")
 _NO_FILL = {"_FillValue": None}
 
@@ -49,7 +49,7 @@ def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: M
     time
         s, increasing, at least 16 samples.
     signals
-        By names of `quantities.SIGNALS`, each as long as `time`; a force and the acceleration there must be.
+        By names of `quantities.SIGNALS`, each as long as `time`; a force there must be.
     conditions
         By names of `CONDITIONS` and `material`; they become scalar coordinates.
 
@@ -163,28 +163,31 @@ def write_record(record: xr.Dataset, path: Path) -> None:
 def force_of(record: xr.Dataset) -> Floats:
     """The force a rig measures (N): that of the spring; where only friction is known, friction minus inertia.
 
-    Without the mass, the friction force itself.
+    Without the mass or the acceleration, the friction force itself.
     """
     if "spring_force" in record:
         return np.asarray(record["spring_force"].values, np.float64)
     friction = np.asarray(record["friction_force"].values, np.float64)
-    if "mass" not in record.coords:
+    if not has_inertia(record):
         return friction
     return np.asarray(friction - float(record["mass"]) * record["acceleration"].values, np.float64)
+
+
+def has_inertia(record: xr.Dataset) -> bool:
+    """True if mass and acceleration of the specimen are known."""
+    return "mass" in record.coords and "acceleration" in record
+
+
+def acceleration_of(record: xr.Dataset) -> Floats:
+    """The acceleration (m/s2) at each sample; 0 where it is not recorded."""
+    if "acceleration" in record:
+        return np.asarray(record["acceleration"].values, np.float64)
+    return np.zeros(record.sizes["time"])
 
 
 def condition_of(record: xr.Dataset, name: str) -> float | None:
     """A condition of the test as a number in SI, None where it is not known."""
     return float(record[name]) if name in record.coords else None
-
-
-def drive_displacement(record: xr.Dataset) -> Floats | None:
-    """Position of the drive (m) at each sample, None where its motion is not known."""
-    if "drive_displacement" in record:
-        return np.asarray(record["drive_displacement"].values, np.float64)
-    if "drive_velocity" not in record:
-        return None
-    return cumulative(record["drive_velocity"].values, record["time"].values)
 
 
 # --- the heading ------------------------------------------------------------------------------------------------------
@@ -198,10 +201,9 @@ def _signal(column: Heading, settings: RecordSettings) -> str | None:
 
 
 def _lacking(names: Mapping[str, object], *others: str) -> str:
-    """The names that a record lacks of a force, the acceleration and others, in words; nothing if it has all."""
+    """The names that a record lacks of a force and others, in words; nothing if it has all."""
     lacking = [name for name in others if name not in names]
     lacking += [] if any(name in names for name in FORCES) else ["force"]
-    lacking += [] if "acceleration" in names else ["acceleration"]
     return listed(lacking, "and") if lacking else ""
 
 

@@ -1,5 +1,4 @@
-"""Simulated rigs: records of tests as sensors would make them, the features of a matrix of tests, and records as a
-function of parameters."""
+"""Simulated rigs: records of tests as sensors would make them, and the features of a matrix of tests."""
 
 from __future__ import annotations
 
@@ -23,13 +22,12 @@ from stickslip.config.reader import load_config, make_config
 from stickslip.config.rules import Finding, Space
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import grid_coordinates, variable_of
-from stickslip.errors import NotReachedError, Path, PlotError, Problem, StoppedError
+from stickslip.errors import Path, PlotError, Problem, StoppedError
 from stickslip.studies.study import joined
-from stickslip.vocabulary.flags import MODES, STATUS_MESSAGES, STATUSES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.flags import MODES, STATUSES
 from stickslip_rig import apparatus, checks
 from stickslip_rig.evaluation import PEAKS, features, rate
-from stickslip_rig.identification import Parameters, Simulator
 from stickslip_rig.labels import Dimension, dimensions, point_name
 from stickslip_rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
 from stickslip_rig.records import make_record
@@ -120,7 +118,8 @@ class RigTests(Study):
         acceleration = apparatus.accelerations(signals["velocity"], sensor)
         spring = cell["stiffness"] * apparatus.midway(signals["displacement"])
         damper = cell["damping"] * apparatus.midway(signals["velocity"])
-        friction = cell["mass"] * acceleration + damper + spring
+        mass = float(scales_of(cell).mass)
+        friction = mass * acceleration + damper + spring
         time = apparatus.times(signals["velocity"].size, sensor)
         noise = self.noise(number)
         speed, way = apparatus.motion(drive, time + cell["waiting_time"])
@@ -138,7 +137,7 @@ class RigTests(Study):
         }
         recorded = {name: make() for name, make in sources.items() if name in self.recorded}
         conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}
-        conditions |= {"drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
+        conditions |= {"mass": mass, "drive_speed": cell["belt_speed"], MATERIAL: self._material(number)}
         return make_record(time, recorded, conditions).assign_attrs(title=self.label(number))
 
     def _material(self, number: int) -> str:
@@ -252,66 +251,3 @@ def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterabl
 def make_rig(data: Mapping[str, Any], name: str = "<data>") -> Config:
     """The configuration of a rig in mappings shaped like the YAML. Raises ConfigError."""
     return make_config(data, name, apart="drive")
-
-
-# --- a function of parameters -----------------------------------------------------------------------------------------
-
-
-def simulator(rig: Config, names: Sequence[str], number: int = 0) -> Simulator:
-    """Make one test of a rig a function of some quantities, for `identify`.
-
-    Noise is that of the configuration, the same in every record; where the measured record is simulated too, give the
-    two different seeds.
-
-    Parameters
-    ----------
-    rig
-        The configuration of the rig.
-    names
-        Quantities that the function takes, in SI.
-    number
-        Of the test, whose other quantities stay as they are.
-
-    Returns
-    -------
-    function
-        From quantities by name to the record. Raises ConfigError for those that do not fit together, and
-        NotReachedError for a test that is not integrated to its end.
-
-    Raises
-    ------
-    ValueError
-        For names of nothing that the configuration gives.
-    """
-    values_of(rig, names, number)
-    fixed = _one_test(rig, number)
-
-    def simulate(parameters: Parameters) -> xr.Dataset:
-        if parameters.keys() != set(names):
-            raise ValueError(f"parameters: got {listed(parameters, 'and')}, expected {listed(names, 'and')}")
-        values = {name: float(value) for name, value in parameters.items()}
-        (test,) = RigTests(make_rig(fixed.at(**values).resolved(), rig.title)).tests([0])
-        if test.record is None:
-            status = STATUSES[int(test.exact["status"])]
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-            raise NotReachedError(f"{at}: {STATUS_MESSAGES[status]}")
-        return test.record
-
-    return simulate
-
-
-def values_of(rig: Config, names: Sequence[str], number: int = 0) -> dict[str, float]:
-    """Quantities of one test of a rig, in SI. Raises ValueError for names of nothing that the configuration gives."""
-    given = _one_test(rig, number).fixed()
-    if foreign := [name for name in names if name not in given]:
-        raise ValueError(f"names: got {listed(foreign, 'and')}, expected some of {listed(given)}")
-    return {name: given[name] for name in names}
-
-
-def _one_test(rig: Config, number: int) -> Config:
-    """The configuration of one test, without axes. Raises IndexError."""
-    shape = tuple(axis.size for axis in rig.axes)
-    if not 0 <= number < int(np.prod(shape, dtype=int)):
-        raise IndexError(f"test {number} of {int(np.prod(shape, dtype=int))}")
-    places = zip(rig.axes, np.unravel_index(number, shape) if shape else (), strict=True)
-    return rig.at(**{member.name: float(member.points()[i]) for axis, i in places for member in axis.members})

@@ -21,7 +21,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from stickslip_rig.records import condition_of, drive_displacement, force_of
+from stickslip_rig.drive_motion import drive_velocity
+from stickslip_rig.records import condition_of, force_of
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.signals import (
     Drops,
@@ -79,7 +80,7 @@ class Sticks:
 
     def flags(self) -> Flags:
         """True if the contact sticks, for each sample."""
-        return _within(self.starts, self.ends, self.time.size)
+        return within(self.starts, self.ends, self.time.size)
 
     def slips(self) -> tuple[Positions, Positions]:
         """Positions of the break-aways, and of the re-sticks after them or of the end of the record."""
@@ -143,7 +144,7 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
     return Sticks(even, starts, ends, ends < last, loading, expected, unclear, rest)
 
 
-def _within(starts: Positions, ends: Positions, size: int) -> Flags:
+def within(starts: Positions, ends: Positions, size: int) -> Flags:
     """True for each of `size` samples that lies in one of the intervals, which do not overlap."""
     changes = np.zeros(size + 1, np.int8)
     changes[starts] = 1
@@ -165,8 +166,7 @@ class _Rates:
         self._tolerance, self._smallest_drop = settings.tolerance, settings.smallest_drop
         self._force = force_of(record)
         self._step = 1.0 / sample_rate(record["time"].values)
-        self._drive = record["drive_velocity"].values if "drive_velocity" in record else None
-        self._way = drive_displacement(record)
+        self._record = record
         self._stiffness, speed = condition_of(record, "stiffness"), condition_of(record, "drive_speed")
         self._known = self._stiffness * speed if self._stiffness and speed else None  # N/s, without direction
         self._choose_width(settings.window)
@@ -206,9 +206,7 @@ class _Rates:
     def _measure(self, width: int) -> None:
         self._width = width
         self._rate = slope(self._force, self._step, width)
-        self._velocity = None
-        if self._way is not None:
-            self._velocity = self._drive if self._drive is not None else slope(self._way, self._step, width)
+        self._velocity = drive_velocity(self._record, self._tolerance, width)
         self._full = self._full_loading()
 
     def _full_loading(self) -> float:
@@ -250,7 +248,7 @@ class _Rates:
         starts, ends = runs_of(slow)
         falls = self._force[starts] * self._force[ends] <= 0  # through zero
         is_loading = self._rate * self._force > 0
-        return np.asarray(slow & (is_loading | _within(starts[falls], ends[falls], slow.size)))
+        return np.asarray(slow & (is_loading | within(starts[falls], ends[falls], slow.size)))
 
     # --- the phases ---------------------------------------------------------------------------------------------------
 
@@ -296,7 +294,7 @@ class _Rates:
             a + int(np.argmax(force[a : b + 1] <= force[b] + 4.0 * noise))
             for a, b in zip(drops.starts.tolist(), drops.ends.tolist(), strict=True)
         ], np.intp)  # fmt: skip
-        other = ~_within(starts, ends, size) & (np.abs(self._rate) <= _FAST * self._full)
+        other = ~within(starts, ends, size) & (np.abs(self._rate) <= _FAST * self._full)
         for a, b in zip(drops.starts.tolist(), bottoms.tolist(), strict=True):
             other[a : b + 1] = False
         begins, stops = runs_of(other)
@@ -305,7 +303,7 @@ class _Rates:
         lasting = between | (stops - begins >= brief)
         begins, stops = begins[lasting], stops[lasting]
         known = self._follow_drops(begins, drops, bottoms, starts)
-        unclear = self._unclear(_within(begins[~known], stops[~known], size), noise)
+        unclear = self._unclear(within(begins[~known], stops[~known], size), noise)
         order = np.argsort(np.concatenate([starts, begins[known]]), kind="stable")
         slow = order >= starts.size
         starts = np.concatenate([starts, begins[known]])[order]
@@ -317,14 +315,14 @@ class _Rates:
         last = np.append(bottoms, -1)[np.searchsorted(drops.starts, starts[1:]) - 1]  # of the drops before
         together = (apart <= self._width) & steady & (last <= ends[:-1]) | (apart <= 1) & (slow[1:] | slow[:-1])
         starts, ends = _joined(starts, ends, together)
-        return starts, ends, unclear, self._rest(_within(starts, ends, size))
+        return starts, ends, unclear, self._rest(within(starts, ends, size))
 
     def _rest(self, sticking: Flags) -> float:
         """Time (s) that a drive at full speed would have saved to load the spring as far."""
         share = np.abs(self._rate) / self._full
         starts, ends = runs_of(sticking & (share < 1.0 - self._tolerance))
         long = ends - starts > 2 * self._width
-        return self._step * float(np.sum(1.0 - share[_within(starts[long], ends[long], share.size)]))
+        return self._step * float(np.sum(1.0 - share[within(starts[long], ends[long], share.size)]))
 
     def _follow_drops(self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions) -> Flags:
         """True for positions that follow a drop of usual size, or precede one as the first of a stroke.

@@ -23,7 +23,7 @@ from stickslip.config.select import recipe_of
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
 from stickslip.dataset.provenance import provenance
-from stickslip.engine import Options, Results, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
+from stickslip.engine import Options, Results, Scales, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, compute_study
@@ -33,7 +33,7 @@ from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip_sound.cycles import RTOL, Cycles, cycles_of
-from stickslip_sound.series import HIGHEST, natural_frequency, samples_for, series_of
+from stickslip_sound.series import HIGHEST, samples_for, series_of
 from stickslip_sound.variables import LEVEL, LEVEL_VARIABLES
 
 Floats = NDArray[np.float64]
@@ -80,7 +80,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
     cycles, level = cycles_of(cells, results, options), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
-    intervals = samples_for(windows, HIGHEST, natural_frequency(cycles.cells), OVERSAMPLING)
+    intervals = samples_for(windows, HIGHEST, Scales(cycles.cells).natural_frequency, OVERSAMPLING)
     for some in _together(intervals):
         if stop[0]:
             raise StoppedError

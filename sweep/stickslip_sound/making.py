@@ -23,7 +23,7 @@ from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_with
 from stickslip_sound.cycles import RTOL, cycles_of
-from stickslip_sound.series import HIGHEST, Series, natural_frequency, samples_for, series_of
+from stickslip_sound.series import HIGHEST, Series, samples_for, series_of
 from stickslip_sound.sounds import FULL_SCALE, Sound
 
 Floats = NDArray[np.float64]
@@ -119,7 +119,7 @@ class _Motion:
     def series(self, cell: Parameters, duration: float, begin: Floats | float = 0.0) -> Series:
         """The series of the motion over a duration (s), from `begin` (s) on."""
         harmonics = int(self.highest * duration)
-        intervals = samples_for(np.array([duration]), self.highest, natural_frequency(cell), OVERSAMPLING)
+        intervals = samples_for(np.array([duration]), self.highest, Scales(cell).natural_frequency, OVERSAMPLING)
         motions, ends, status = sampled(cell, duration / intervals, intervals + 1, self.options, begin)
         if status[0] != _REACHED:
             name = STATUSES[int(status[0])]
@@ -169,7 +169,7 @@ def _frequency(cell: Parameters, results: Results) -> float:
         return float(results["frequency"][0])
     ratio = float(results["damping_ratio"][0])
     if REGIMES[int(results["regime"][0])] == "damped" and abs(ratio) < 1.0:
-        natural = np.sqrt((1.0 - ratio * ratio) * cell["stiffness"] / cell["mass"])
+        natural = np.sqrt(1.0 - ratio * ratio) * Scales(cell).rate
         return float(results.get("growth_frequency", natural)[0]) / (2.0 * pi)
     return nan
 

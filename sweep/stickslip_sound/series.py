@@ -11,7 +11,6 @@ between both ends away, so that the rest is periodic with a continuous slope, an
 mean acceleration. A stretch of any motion is thus a series too, though its last acceleration jumps to its first.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,11 +97,6 @@ def samples_for(duration: Floats, highest: float, natural: Floats, oversampling:
     power = np.floor(np.log2(least)) - 2.0
     steps = np.array((*_FEW_SIZES, 8))
     return np.asarray((steps[np.searchsorted(steps, least / 2.0**power)] * 2.0**power).astype(np.int64))
-
-
-def natural_frequency(cells: Mapping[str, Floats]) -> Floats:
-    """Of the mass on its spring, Hz."""
-    return np.asarray(np.sqrt(cells["stiffness"] / cells["mass"]) / (2.0 * np.pi))
 
 
 def _chirp(harmonics: Complex, turn: float, count: int) -> Complex:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from click.testing import CliRunner
 from scipy import stats
 from scipy.optimize import brentq, minimize_scalar
@@ -354,3 +355,29 @@ def test_bad_calls_say_what_is_wrong(tmp_path):
     assert (
         done.exit_code == 2 and "expected a range for each of some parameters: {belt_speed: 5..60 mm/s}" in done.output
     )
+
+
+def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(tmp_path, monkeypatch):
+    """And the picture of a plane of what is measured has ticks on the quiet side of its border."""
+    monkeypatch.chdir(tmp_path)
+    data = measured(goal={"quiet_over": OVER, "axes": ["mu_reversal", "mu_start"], "points": 17, "scan": 9})
+    axes = data.pop("axes")["material"]["zip"]
+    data["friction"] = {name: values[0] for name, values in axes.items()}
+    data["system"]["damping"] = "3 %"
+    data["output"] = {"file": "own.nc", "plot": "own.png"}
+    (tmp_path / "goal.yaml").write_text(yaml.safe_dump(data))
+    done = CliRunner().invoke(main, ["goal", "goal.yaml"])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "own.png").stat().st_size > 0
+    with stickslip.open(tmp_path / "own.nc") as ds:
+        assert float(ds["damping"]) == pytest.approx(0.03 * 2.0 * np.sqrt(0.1 * 5e4))
+        labels = [text.get_text() for text in ds.stickslip.plot().legends[0].get_texts()]
+    assert any("ticks on its quiet side" in label for label in labels)
+
+
+def test_a_damping_in_percent_needs_one_mass_and_one_stiffness():
+    data = measured()
+    data["system"] |= {"damping": "3 %", "stiffness": None}
+    data["axes"]["stiffness"] = [1e4, 5e4]
+    with pytest.raises(ConfigError, match="a share of critical damping, expected one mass and one stiffness"):
+        make_config(data)

@@ -119,3 +119,21 @@ def test_axes_that_nobody_can_choose_are_refused(tmp_path, over, words):
     done = CliRunner().invoke(main, ["next", str(path), "--over", over])
     assert done.exit_code == 2 and words in done.output, done.output
     assert CliRunner().invoke(main, ["next", str(path), "--over", "belt_speed", "--scatter", "perid=3"]).exit_code == 2
+
+
+def test_what_differs_between_observations_is_an_axis_or_has_a_value(kernels):
+    observed = [{"belt_speed": 0.01, "normal_load": load, "regime": "stick_slip"} for load in (10.0, 5.0)]
+    prior = CELL | {"stiffness": 5e3, "damping": 2.0, "a3": {"uniform": [0.0, 0.6]}}
+    prior.pop("normal_load")
+    found = stickslip.explain(observed, prior, particles=20, repetitions=2, progress=False)
+    how = {"draws": 10, "points": 3, "progress": False}
+    speeds = {"belt_speed": (0.005, 0.3)}
+    with pytest.raises(
+        ValueError, match="normal_load differs between observations: give --over belt_speed normal_load"
+    ):
+        stickslip.next_measurement(found, speeds, **how)
+    with pytest.raises(ValueError, match="at: got mass, expected what observations name: normal_load"):
+        stickslip.next_measurement(found, speeds, at={"mass": 1.0}, **how)
+    plane = stickslip.next_measurement(found, speeds | {"normal_load": (5.0, 10.0)}, **how)
+    line = stickslip.next_measurement(found, speeds, at={"normal_load": "5 N"}, **how)
+    np.testing.assert_array_equal(line["chance"], plane["chance"].sel(normal_load=5.0))

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 from stickslip.cli import main
 from stickslip.errors import ConfigError
-from stickslip.rig import read_record
 from stickslip_materials.fit import CURVE_COLUMNS, read_materials, read_steps
 from stickslip_materials.fit.headings import heading
 from stickslip_materials.fit.words import POINTS, RECORD, STEPS
+from stickslip_rig.api import read_record
 
 SPEED = np.array([1, 3, 10, 30, 100, 200.0])  # mm/s
 MU = 0.2 + 0.12 * np.exp(-SPEED / 20) + 0.2 * SPEED / 1000

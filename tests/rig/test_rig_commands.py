@@ -121,7 +121,6 @@ def test_calibrate_prints_a_configuration_and_keeps_its_remarks_apart(tmp_path):
     config.write_text(done.stdout)
     assert load_settings(config).risk.weight_acceleration_max == pytest.approx(1.7, abs=0.3)
     assert "residual" in done.stderr and "numbers reproduced" in done.stderr
-    assert invoke("rig", "calibrate", pairs, "--scales").exit_code == 0
 
 
 def test_calibrate_says_what_is_wrong_with_the_pairs(tmp_path):
@@ -355,39 +354,3 @@ def test_records_without_a_number_are_left_out_of_the_pairs(tmp_path):
     path = pairs_table(tmp_path, f"{FEATURES}, rpn", "#, #, #, 3", 6)
     path.write_text(path.read_text() + "\n9, 9, 9,")
     assert "6 pairs:" in invoke("rig", "calibrate", path).stderr
-
-
-# --- identification ---------------------------------------------------------------------------------------------------
-
-
-def test_parameters_are_identified_from_a_simulated_record(rated):
-    config = rated / "one.yaml"
-    config.write_text(MATRIX.replace("axes: {mu_start: [0.4, 0.45, 0.5, 0.55, 0.6, 0.7]}", "").replace(
-        "mu_reversal: 0.35", "mu_start: 0.5, mu_reversal: 0.3"))  # fmt: skip
-    command = ["rig", "identify", rated / "records" / "test1.csv", "-c", config]
-    done = invoke(*command, "--parameter", "mu_start", "--parameter", "mu_reversal", "--json")
-    assert done.exit_code == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["converged"] and "simulated records at most" in done.stderr
-    for name, value in {"mu_start": 0.45, "mu_reversal": 0.35}.items():
-        assert told["estimates"][name] == pytest.approx(value, rel=0.01)
-        low, high = told["interval"][name]
-        assert low < told["estimates"][name] < high < 1.1 * low
-    assert "estimate" in invoke(*command, "--parameter", "mu_start", "--start", "mu_start=0.47").stdout
-
-
-@pytest.mark.parametrize(
-    "options, expected",
-    [
-        (["--parameter", "friction"], "got friction, expected some of mass"),
-        (["--parameter", "mu_start", "--test", "6"], "test 6 of 6"),
-        (["--parameter", "mu_start", "--set", "system.normal_load=20 N"], "normal_load is 10 N, and 20 N"),
-        (["--parameter", "mu_start", "--start", "mass=1 kg"], "name it with --parameter"),
-        (["--parameter", "mass", "--start", "mass=heavy"], "--start: mass: got 'heavy', expected a mass"),
-        (["--parameter", "mu_static"], "gives no mu_static to begin with"),
-        ([], "--parameter"),
-    ],
-)
-def test_what_cannot_be_identified_is_refused(rated, options, expected):
-    done = invoke("rig", "identify", rated / "records" / "test1.csv", "-c", rated / "rig.yaml", *options)
-    assert done.exit_code == 2 and expected in done.stderr, done.stderr

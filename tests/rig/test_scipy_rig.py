@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helpers.scipy_rig import Rig, trapezoidal
-from stickslip_rig.api import Risk, features, find_sticks, identify, make_record
+from stickslip_rig.api import Risk, features, find_sticks, make_record
 from stickslip_rig.evaluation import risk_inputs
 
 MASS, STIFFNESS, LOAD, SPEED = 0.1, 5000.0, 10.0, 0.01
@@ -132,84 +132,3 @@ def test_the_default_risk_model_meets_the_public_anchors(curve, low, high):
     simulated = rig(curve, strokes=6, stroke=0.02, ramp=0.05, damping=2.0 if curve != SMOOTH else 5.0)
     found = features(recorded(simulated))
     assert low <= int(Risk().number(risk_inputs(found))) <= high
-
-
-# --- identification ---------------------------------------------------------------------------------------------------
-
-
-def coulomb(parameters):
-    """A cheap rig in closed form: Coulomb's cycle repeated, in one direction, no damping."""
-    static, dynamic = (parameters[name] * LOAD for name in ("mu_static", "mu_dynamic"))
-    k = parameters["stiffness"]
-    omega = np.sqrt(k / MASS)
-    drop = (static - dynamic) / k
-    stick, slip = 2 * drop / SPEED, (2 / omega) * (np.pi - np.arctan(drop * omega / SPEED))
-    time = np.linspace(0, 1.5, 6001)
-    phase = np.mod(time, stick + slip)
-    tau = phase - stick
-    x = np.where(
-        tau < 0,
-        (2 * dynamic - static) / k + SPEED * phase,
-        dynamic / k + drop * np.cos(omega * tau) + SPEED / omega * np.sin(omega * tau),
-    )
-    return make_record(
-        time,
-        {
-            "spring_force": k * x,
-            "acceleration": np.where(tau < 0, 0.0, dynamic / MASS - k * x / MASS),
-            "stick": tau < 0,
-        },
-        {"normal_load": LOAD, "drive_speed": SPEED},
-    )
-
-
-TRUTH = {"mu_static": 0.5, "mu_dynamic": 0.35, "stiffness": 4000.0}
-
-
-def test_parameters_are_identified_from_a_record():
-    start = {"mu_static": 0.6, "mu_dynamic": 0.4, "stiffness": 2500.0}
-    found = identify(coulomb, coulomb(TRUTH), start)
-    assert found.converged
-    for name, value in TRUTH.items():
-        assert found.estimates[name] == pytest.approx(value, rel=0.01), name
-
-
-@pytest.mark.slow
-def test_intervals_hold_the_truth_about_as_often_as_they_say():
-    """Records with noise; the standard deviations of the features from repetitions of the same record."""
-    random = np.random.default_rng(21)
-    clean = coulomb(TRUTH)
-
-    def measured():
-        noisy = clean.copy()
-        for name, noise in (("spring_force", 0.03), ("acceleration", 0.3)):
-            noisy[name] = clean[name] + random.normal(0, noise, clean.sizes["time"])
-        return noisy
-
-    # extremes and the integral of a magnitude are biased by noise, which the simulator does not have; these are not
-    names = ("static_force", "dynamic_force", "time_to_sliding")
-    repeated = [features(measured()) for _ in range(30)]
-    sigma = {name: float(np.std([f[name] for f in repeated], ddof=1)) for name in names}
-    hits = []
-    for _ in range(12):
-        found = identify(coulomb, measured(), dict(TRUTH), names=names, sigma=sigma)
-        hits += [low <= TRUTH[name] <= high for name, (low, high) in found.interval.items()]
-        assert all(0 < error < 0.1 * TRUTH[name] for name, error in found.standard_error.items())
-    assert np.mean(hits) > 0.8, hits
-
-
-def test_what_the_features_do_not_determine_is_refused_or_infinite():
-    with pytest.raises(ValueError, match="cannot determine 3 parameters"):
-        identify(coulomb, coulomb(TRUTH), dict(TRUTH), names=("static_force", "drop_mean"))
-    idle = dict(TRUTH) | {"colour": 1.0}
-    found = identify(coulomb, coulomb(TRUTH), idle)
-    assert found.standard_error["colour"] == np.inf
-    assert np.isfinite(found.standard_error["mu_static"])
-
-
-def test_bounds_and_starts_are_checked():
-    with pytest.raises(ValueError, match="mu_static: got the start 0.5, expected it between the bounds"):
-        identify(coulomb, coulomb(TRUTH), dict(TRUTH), bounds={"mu_static": (0.6, 0.9)})
-    with pytest.raises(ValueError, match="does not define static_force"):
-        identify(lambda p: make_record(np.arange(20.0), {"spring_force": np.zeros(20), "acceleration": np.ones(20)},
-                                       {}), coulomb(TRUTH), dict(TRUTH))  # fmt: skip

@@ -55,7 +55,7 @@ def test_help_lists_every_command_once_under_a_heading():
 
 
 def test_the_commands_of_rigs_are_a_group():
-    assert list(main.commands["rig"].commands) == ["run", "features", "calibrate", "identify"]
+    assert list(main.commands["rig"].commands) == ["run", "features", "calibrate"]
     for arguments in (["rig"], ["rig", "run"], ["rig", "features"], ["rig", "calibrate"]):
         assert "Usage: " in call(*arguments, "--help").stdout
 
@@ -263,7 +263,7 @@ def completed(words, incomplete=""):
 
 def test_commands_options_and_names_are_completed():
     assert "rig" in completed([], "r")
-    assert completed(["rig"]) == ["run", "features", "calibrate", "identify"]
+    assert completed(["rig"]) == ["run", "features", "calibrate"]
     assert "--plot" in completed(["run"], "--p")
     assert "quickstart" in completed(["init", "--from"], "qu")
     assert "spring_force_max" in completed(["plot", "map.nc", "--variable"], "spring")

@@ -51,7 +51,6 @@ NEEDED = {
     "border": ["--along", "stiffness"],
     "ramp": ["--along", "belt_speed"],
     "simulate": ["-t", "1"],
-    "rig identify": ["-c", "rig.yaml", "--parameter", "mass"],
 }
 
 

@@ -4,7 +4,7 @@ import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import ceil, floor, inf, isfinite, log10, pi, sqrt
+from math import ceil, floor, inf, isfinite, log10, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +17,11 @@ from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
 from stickslip.theory.memory import time_to_cycle
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cell_values import as_cells, scales_of
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.own_laws import beyond_points
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.settings import SOLVER
 
 
@@ -184,9 +185,10 @@ def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
 
     result : what `evaluate` says of it: eight cycles after the first break-away; a decay until it has settled.
     """
-    names = ("breakaway_time", "period", "settling_time", "mass", "stiffness", "spring_force_max")
+    names = ("breakaway_time", "period", "settling_time", "stiffness", "spring_force_max")
     values = {name: float(result[name].values[0]) for name in names}
-    natural, why = 2.0 * pi * sqrt(values["mass"] / values["stiffness"]), ""
+    by = scales_of({name: float(result[name].values[0]) for name in PARAMETERS if name in result})
+    natural, why = 2.0 * pi * float(by.time), ""
     if duration is None:
         regime = REGIMES[int(result["regime"].values[0])]
         began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0

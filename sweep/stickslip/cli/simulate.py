@@ -14,8 +14,10 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 
 if TYPE_CHECKING:
@@ -108,8 +110,8 @@ def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
         values |= dict.fromkeys(_OF_CYCLES, nan)
     if regime == "damped" and abs(ratio := values["damping_ratio"]) < 1.0:
         known = _values(result, "growth_frequency") if "growth_frequency" in result else {}
-        cell = _values(result, "mass", "stiffness")
-        decay = known.get("growth_frequency", sqrt((1.0 - ratio**2) * cell["stiffness"] / cell["mass"])) / (2.0 * pi)
+        by = scales_of(_values(result, *(name for name in PARAMETERS if name in result)))
+        decay = known.get("growth_frequency", sqrt(1.0 - ratio**2) * float(by.rate)) / (2.0 * pi)
         rows.append(("vibrates at", f"{quantity(decay, 's-1')} while it decays, by linear theory"))
     texts = {name: quantity(value, VARIABLES[name].units) for name, value in values.items() if isfinite(value)}
     if regime == "stick_slip" and "stick_fraction" in texts:

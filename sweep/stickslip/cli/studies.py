@@ -47,8 +47,9 @@ class StudyCommand(click.Command):
 COMMANDS = {key: StudyCommand(key) for key, entry in STUDIES.items() if entry.command}
 _TABLE = click.option("--csv", "table", type=params.Target("points"), help="Table of the result to write, .csv.")
 _SECTION = (
-    "What is not given here is taken from the section `{key}` of CONFIG, if it has one. With an output the work "
-    "survives interruption as a run does, and `stickslip run` does the same for a configuration with that section."
+    "What is not given here is taken from the section `{key}` of CONFIG, if it has one, and then from its `output` as "
+    "well. With an output the work survives interruption as a run does, and `stickslip run` does the same for a "
+    "configuration with that section."
 )
 
 
@@ -76,6 +77,9 @@ def _run(
     if at:
         loaded = config_at(loaded, at, in_part=True)
     update = {"study": section, "output": Output.model_construct(file=None, plot=None)}
+    if isinstance(loaded.study, model):  # of a file that asks for another thing, the output is that of this thing
+        output = output or params.configured_target(loaded.output.file, "result")
+        plot = plot or params.configured_target(loaded.output.plot, "plot")
     words = [*_words(context, {"at": at, **fields}), "-o", f"{key}.nc"]
     with refuses_bad_input(config):
         request = Request(loaded.model_copy(update=update), output, fresh=fresh, dask=dask)

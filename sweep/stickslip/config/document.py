@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from stickslip.config.checks import varied_paths
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, Path, QuantityError
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table
 from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.settings import CURVE_COLUMNS
 from stickslip.vocabulary.units import each_with_unit
 
@@ -22,6 +26,34 @@ LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
 FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
 _AT: Path = ("friction", "table")
 _KEYS = ("file", "speed", "mu", "monotone")
+
+
+# --- damping ----------------------------------------------------------------------------------------------------------
+
+_SHARE = re.compile(r"\s*([-+0-9.eE]+)\s*%(\s*of critical)?\s*")
+
+
+def with_damping(document: Document) -> Document:
+    """The document with a damping in percent of critical damping, 2 sqrt(k m), in N s/m.
+
+    Raises ConfigError where mass or stiffness is not one value beside it.
+    """
+    data = document.data
+    system = data.get("system") if isinstance(data, dict) else None
+    written = system.get("damping") if isinstance(system, dict) else None
+    share = _SHARE.fullmatch(written) if isinstance(written, str) else None
+    if share is None or not isinstance(system, dict):
+        return document
+    try:
+        own = [name for name in system if name in QUANTITIES and name != "damping"]
+        by = scales_of({name: QUANTITIES[name].read(system[name]) for name in own})
+        damping = float(share[1]) / 100.0 * float(by.critical_damping)
+    except ValueError:  # QuantityError is one
+        damping = nan
+    if not damping >= 0.0:
+        text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"
+        raise document.refused(("system", "damping"), text, "or write the damping in N s/m")
+    return replace(document, data={**data, "system": {**system, "damping": f"{damping!r} N s/m"}})
 
 
 def with_table(document: Document) -> Document:

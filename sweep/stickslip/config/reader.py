@@ -12,7 +12,7 @@ from typing import Any
 
 from stickslip import extensions
 from stickslip.config import checks, examples, rules
-from stickslip.config.document import LAWS_FITTED, with_table
+from stickslip.config.document import LAWS_FITTED, with_damping, with_table
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
@@ -91,7 +91,7 @@ def make_config(data: Mapping[str, Any], name: str = "<data>", apart: str | None
 
 def _read(document: Document, apart: str | None) -> Config:
     """A document with the curve of its points, if it names some, and then checked."""
-    whole = with_table(document)
+    whole = with_table(with_damping(document))
     return _Reader(whole, apart).config().shown_in(written_units(document.data))
 
 

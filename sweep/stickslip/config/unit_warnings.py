@@ -12,6 +12,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from functools import reduce
+from itertools import product
 from operator import add, getitem
 from typing import Any
 
@@ -23,10 +24,11 @@ from stickslip.config.model import Config
 from stickslip.config.yaml import Document
 from stickslip.errors import Problem, UnitWarning
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
 from stickslip.vocabulary.parameter import FRICTION
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.quantities import OSCILLATOR, QUANTITIES
 
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
 _FAR = 0.2  # m, the same in the middle of the grid, where the numbers had no unit ...
@@ -116,7 +118,10 @@ def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
     if BREAKAWAY not in spans and all(name in spans for name in levels):
         spans[BREAKAWAY] = reduce(add, (spans[name] for name in levels))
     if {"stiffness", "mass"} <= spans.keys():
-        spans["natural frequency"] = np.sqrt(spans["stiffness"] / spans["mass"][::-1]) / (2.0 * math.pi)
+        oscillator = dict.fromkeys(("mass", "stiffness", *(name for name in spans if name in OSCILLATOR)))
+        corners = np.transpose([*product(*(spans[name] for name in oscillator))])
+        frequency = scales_of(dict(zip(oscillator, corners, strict=True))).natural_frequency
+        spans["natural frequency"] = np.array([frequency.min(), frequency.max()])
     if {BREAKAWAY, "normal_load", "stiffness"} <= spans.keys():
         spans["static deflection"] = spans[BREAKAWAY] * spans["normal_load"] / spans["stiffness"][::-1]
     return spans

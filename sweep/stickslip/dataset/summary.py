@@ -17,9 +17,11 @@ from stickslip.config.reader import parse_config
 from stickslip.config.select import Recipe, settings_at
 from stickslip.dataset.coarse import Chunk, chunks
 from stickslip.errors import ConfigError
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import FLAGS, REGIMES
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
+from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
@@ -28,7 +30,7 @@ NOT_KEPT = "not kept"  # in place of a status
 _CODES = 256  # what fits in the byte of a flag
 _CYCLES = 5  # of stick-slip that are worth seeing
 _OSCILLATIONS = 20  # of the undamped oscillator, where nothing else is known
-_LOOK = ("breakaway_time", "period", "mass", "stiffness")  # what tells how long to look
+_LOOK = ("breakaway_time", "period", *PARAMETERS)  # what tells how long to look
 
 
 class Share(NamedTuple):
@@ -257,7 +259,7 @@ def duration_of(recipe: Recipe, cell: xr.Dataset) -> float:
     """The time worth looking at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
     solver = recipe.get("solver", {}) if isinstance(recipe, dict) else dict(recipe.solver)  # type: ignore[union-attr]
     known = {name: float(cell[name]) for name in _LOOK if name in cell.variables}
-    oscillation = 2.0 * math.pi * math.sqrt(known.get("mass", 1.0) / known.get("stiffness", 1.0))
+    oscillation = 2.0 * math.pi * float(scales_of({"mass": 1.0, "stiffness": 1.0} | known).time)
     begin = known.get("breakaway_time", math.nan)
     cycle = known.get("period", math.nan)
     seen = _CYCLES * cycle if math.isfinite(cycle) else _OSCILLATIONS * oscillation

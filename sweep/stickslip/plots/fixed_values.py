@@ -56,8 +56,8 @@ def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
         return None
     friction = section_in(text, "friction")
     start, least, speed = (friction.get(name) for name in names)
-    if not all(isinstance(one, int | float) for one in (start, least, speed)) or CURVE.decay not in ds.coords:
-        return None
+    if not all(isinstance(one, int | float) for one in (start, least, speed)) or not {*CURVE} <= {*ds.coords}:
+        return None  # of goals, a plane of what is measured
     if not np.isclose(float(STRIBECK.start_of(ds)), float(start)):  # type: ignore[arg-type]
         return None
     unit = unit_of(ds["belt_speed"] if "belt_speed" in ds.coords else ds[CURVE.decay])

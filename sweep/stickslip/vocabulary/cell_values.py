@@ -10,7 +10,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
@@ -19,6 +19,7 @@ from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import LAWS, Rule, coefficients_of, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS, PARAMETERS_OF
+from stickslip.vocabulary.scales import Scales
 from stickslip.vocabulary.suggest import listed, or_meant
 
 if TYPE_CHECKING:
@@ -231,3 +232,12 @@ def _check_between(cells: Parameters, rules: Iterable[Rule]) -> None:
             cell = {name: float(values[i]) for name, values in cells.items()}
             expected = rule.expected(cell)
             raise ValueError(f"{rule.name}[{i}]: got {cell[rule.name]:g}, expected {expected}: {rule.why}")
+
+
+def scales_of(given: Mapping[str, ArrayLike]) -> Scales:
+    """The scales of cells of which some quantities are given, in SI: the others are at their defaults, or NaN.
+
+    Mass, stiffness and load of an oscillator are asked of `Scales` alone: further parameters may add to them.
+    """
+    cells = dict.fromkeys(PARAMETERS, np.array(np.nan)) | _DEFAULTS
+    return Scales(cells | {name: np.asarray(value, np.float64) for name, value in given.items() if name in cells})

@@ -16,6 +16,11 @@ Floats = NDArray[np.float64]
 class Scales:
     """The scales of cells, each (n,)."""
 
+    cells: Mapping[str, Floats]
+    mass: Floats
+    stiffness: Floats
+    load: Floats
+
     def __init__(self, cells: Mapping[str, Floats]) -> None:
         self.cells = cells
         self.mass, self.stiffness = cells["mass"], cells["stiffness"]
@@ -25,6 +30,16 @@ class Scales:
     def impedance(self) -> Floats:
         """sqrt(k m), N s/m."""
         return np.asarray(np.sqrt(self.stiffness * self.mass))
+
+    @property
+    def critical_damping(self) -> Floats:
+        """2 sqrt(k m), N s/m."""
+        return 2.0 * self.impedance
+
+    @property
+    def natural_frequency(self) -> Floats:
+        """Of the mass on its spring, Hz."""
+        return self.rate / (2.0 * np.pi)
 
     @cached_property
     def time(self) -> Floats:

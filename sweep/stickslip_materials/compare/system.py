@@ -1,7 +1,6 @@
 """The system that materials are compared in, as people give it: numbers, texts with units, shares of critical damping;
 and the belt speeds, one, several, or the ends of a range."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,6 +11,7 @@ import xarray as xr
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
 from stickslip.studies.borders import Border
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.units import each_with_unit, ends_of, is_number
 
@@ -61,12 +61,12 @@ def system_of(given: Mapping[str, Amount]) -> dict[str, float]:
     if not (is_number(share) and float(share) >= 0.0):
         expected = "expected a share of critical damping such as '3 %', at least 0"
         raise ValueError(f"damping: got {given['damping']!r}, {expected}")
-    return system | {"damping": float(share) / 100.0 * 2.0 * math.sqrt(system["stiffness"] * system["mass"])}
+    return system | {"damping": float(share) / 100.0 * float(scales_of(system).critical_damping)}
 
 
 def critical_damping(ds: xr.Dataset) -> float:
     """2 sqrt(k m) of the system of a comparison, N s/m."""
-    return 2.0 * math.sqrt(float(ds.attrs["system_stiffness"]) * float(ds.attrs["system_mass"]))
+    return float(scales_of({name: ds.attrs[f"system_{name}"] for name in ("mass", "stiffness")}).critical_damping)
 
 
 def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | None) -> Speeds:

@@ -84,8 +84,9 @@ def features(
 ) -> Answer:  # fmt: skip
     """Compute features and a risk number of rig records.
 
-    Each FILE is a CSV with the columns time, force and acceleration, and, if known, drive_velocity or
-    drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's.
+    Each FILE is a CSV with the columns time and force, and, if known, acceleration and drive_velocity or
+    drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's,
+    and needs the acceleration.
     """
     from stickslip.dataset.provenance import provenance
     from stickslip.files.targets import KINDS
@@ -163,6 +164,8 @@ def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Any]]:
     sound = sounds.maker()
 
     for name, record in records.items():
+        if "acceleration" not in record:
+            fail(f"{name}: no column of acceleration, which is what is heard")
         even = evenly(record)
         rate = sample_rate(even["time"].values)
         yield NO_FILE_NAME.sub("_", name), sound.of_record(even["acceleration"].values, rate, title=name)

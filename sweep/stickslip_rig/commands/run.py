@@ -163,8 +163,7 @@ rig = SectionedGroup(
         "Commands": {
             "run": "stickslip_rig.commands.run",
             "features": "stickslip_rig.commands.features",
-            "calibrate": "stickslip_rig.commands.fits",
-            "identify": "stickslip_rig.commands.fits",
+            "calibrate": "stickslip_rig.commands.calibrate",
         }
     },
     help="""Test rigs: simulated ones, records of measured ones, and the risk number.

@@ -1,0 +1,131 @@
+"""Samples of a channel that are none: markers, values that are held, spikes.
+
+A spring force, and the place and the speed of a drive, do not jump from one sample to the next and back: what does is
+of the instrument.
+"""
+
+import numpy as np
+from scipy import ndimage  # type: ignore[import-untyped]
+
+from stickslip_rig.signals import Flags, Floats, noise_of, runs_of
+
+_HELD = 5  # samples of the same value, at least, that are suspected
+_REPEATS = 0.02  # of the samples of a channel with noise repeat the one before
+_JUMP = 8.0  # times the steps beside it
+_MARKER = 10.0  # times the largest other magnitude
+SHORT = 10  # samples: a straight line across them loses nothing; a spike is no longer
+_ROUNDS = 3
+_FROZEN = 3.0  # times the steps beside it: the jump after a value was held, where a channel hardly repeats one
+_BEYOND = 3.0  # times the largest other acceleration
+_CALM = 3.0  # times its usual step: how far a force changes while nothing happens
+_SPAN = 13  # steps, whose median is the usual one
+_LEAST = 0.02  # of the largest force: a smaller spike is no drop
+_RETURNS = 0.25  # of a spike: how far the samples before and after it may be apart
+_MOST = 0.1  # of the samples: more of them are the signal
+
+
+def dropouts(force: Floats, acceleration: Floats, jumps: bool) -> Flags:
+    """Samples of a force that are none.
+
+    acceleration : of the specimen, 0 where it is not known. jumps : whether the force may, as friction does where the
+    contact breaks away.
+    """
+    bad = markers(force)
+    if bad.all():
+        return bad
+    if not jumps:
+        bad |= spikes(bridged(force, bad), _LEAST * float(np.abs(force[~bad]).max()))
+    return bad | _held(bridged(force, bad), acceleration)
+
+
+def dropouts_of_acceleration(acceleration: Floats, force: Floats) -> Flags:
+    """The same of an acceleration, which shows shocks: a sample beyond all others while the force does nothing."""
+    bad = markers(acceleration)
+    if bad.all():
+        return bad
+    found = spikes(bridged(acceleration, bad), _LEAST * float(np.abs(acceleration[~bad]).max()))
+    steps = np.abs(np.diff(force, append=force[-1]))
+    calm = ndimage.maximum_filter1d(steps, _SPAN) <= _CALM * float(np.median(steps))
+    beyond = np.abs(acceleration) > _BEYOND * float(np.abs(acceleration[~(bad | found)]).max())
+    return np.asarray(bad | (found & calm & beyond))
+
+
+def spikes(values: Floats, least: float) -> Flags:
+    """Samples that a jump leads to and one of the opposite sign back from, to where the channel was going.
+
+    least : of a jump.
+    """
+    bad = np.zeros(values.size, np.bool_)
+    for _ in range(_ROUNDS):  # of spikes beside each other only some stand out at first
+        more = _isolated_spikes(bridged(values, bad), least)
+        if not more.any():
+            break
+        bad |= more
+    return bad if bad.mean() <= _MOST else np.zeros_like(bad)
+
+
+def _isolated_spikes(values: Floats, least: float) -> Flags:
+    steps = np.diff(values)
+    usual = ndimage.median_filter(np.abs(steps), _SPAN, mode="nearest")
+    least = max(_JUMP * noise_of(values), least)
+    jumps = np.flatnonzero(np.abs(steps) > np.maximum(_JUMP * usual, least))
+    bad = np.zeros(values.size, np.bool_)
+    for k, start in enumerate(jumps.tolist()):
+        if bad[start]:
+            continue
+        for end in jumps[k + 1 : k + 1 + SHORT].tolist():
+            if end - start > SHORT:
+                break
+            inside = values[start + 1 : end + 1]
+            line = np.linspace(values[start], values[end + 1], inside.size + 2)[1:-1]
+            away = (inside - line) * np.sign(steps[start])
+            if abs(values[end + 1] - values[start]) <= _RETURNS * away.min():
+                bad[start + 1 : end + 1] = True
+                break
+    return bad
+
+
+def bridged(values: Floats, bad: Flags) -> Floats:
+    """The channel with straight lines across the samples that are none."""
+    at = np.arange(values.size)
+    return np.interp(at, at[~bad], values[~bad]) if bad.any() else values
+
+
+def markers(values: Floats) -> Flags:
+    """Samples far beyond all others, as -9999 stands for none."""
+    bad = np.zeros(values.size, np.bool_)
+    for extreme in (values.min(), values.max()):
+        rest = values[(values != extreme) & ~bad]
+        if rest.size and abs(extreme) > _MARKER * np.abs(rest).max() > 0:
+            bad |= values == extreme
+    return bad
+
+
+def _held(values: Floats, acceleration: Floats) -> Flags:
+    """Samples of the same value that a jump leads to and from, or a jump back to where the force was going.
+
+    A spring force does not jump: its steps beside these samples tell how fast it changes. Where no sample repeats both
+    channels but a few, those are held as well.
+    """
+    repeats = np.diff(values) == 0
+    least = _FROZEN if np.count_nonzero(np.diff(repeats)) < _REPEATS * values.size else _JUMP
+    same = repeats & (np.diff(acceleration) == 0)
+    frozen = same & (acceleration[1:] != 0) if same.mean() < _REPEATS else np.zeros(same.size, np.bool_)
+    bad, last = np.zeros(values.size, np.bool_), values.size - 1
+    starts, ends = runs_of(np.append(repeats, False))
+    ends = ends + 1
+    suspected = ends - starts + 1 >= _HELD
+    for start, end in zip(starts[suspected].tolist(), ends[suspected].tolist(), strict=True):
+        beside = [np.abs(np.diff(part)) for part in (values[max(start - 6, 0) : start], values[end + 1 : end + 7])]
+        step = max((part.max() for part in beside if part.size), default=0.0)
+        before = values[start] - values[max(start - 1, 0)]
+        after = values[min(end + 1, last)] - values[end]
+        there, back = abs(before) > _JUMP * step, abs(after) > least * step
+        expected = (values[start] - values[start - 5]) / 5 * (end + 1 - start) if start > 5 else np.nan
+        where_it_went = abs(after - expected) < abs(after) / 2
+        if step > 0 and ((there and back) or (back and where_it_went)):
+            bad[start : end + 1] = True
+    starts, ends = runs_of(np.append(frozen, False))
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        bad[start + 1 : end + 2] |= end - start + 2 >= _HELD
+    return bad
