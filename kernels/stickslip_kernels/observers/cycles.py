@@ -4,14 +4,15 @@
 full cycle is the limit cycle, exactly. With it the load at break-away depends on the stick phase before: cycles follow
 each other until that map has converged.
 
-**Slip**, from one maximum of u to the next. At a maximum w = b and friction lies on the curve, so u alone is the whole
-state: the motion is periodic when u recurs. On a curve without hysteresis that is after one loop, since orbits of a
-plane do not cross; on others after as many as return first. Every LOOPS loops u is compared with what it was. Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
+**Slip**, from one maximum of u to the next. At a maximum w = b and friction lies on the curve, so u alone is the
+whole state: the motion is periodic when u recurs. On a curve without hysteresis that is after one loop, since orbits
+of a plane do not cross; on others after as many as return first. Every LOOPS loops u is compared with what it was.
+Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
 nothing damps at all, is followed once more, every extremum being looked at, and is then sustained. One that shows
 nothing above the noise from the start may grow or decay too slowly to tell, unless it comes back after a push inwards
 (return maps of a plane are monotone: the cycle attracts), or grows and touches standstill already. Not so where slip
-changes its direction or follows a hysteretic line: that is no vibration about steady sliding, whose growth may vanish,
-and what does not change in hundreds of loops is the cycle.
+changes its direction or follows a hysteretic line: that is no vibration about steady sliding, whose growth may
+vanish, and what does not change in hundreds of loops is the cycle.
 """
 
 from math import inf, isnan, log, nan
