@@ -175,7 +175,7 @@ def test_numbers_do_not_depend_on_how_cells_are_cut():
 
 
 def first_return(belt_speed, a1, a2, a3, a4, damping, reach):
-    """Backwards in time from rest at `reach` beyond steady sliding: when the motion is there again, and where it turns."""
+    """Backwards in time from rest at `reach` beyond steady sliding: when and where it turns there again."""
     steady = a1 + a2 * belt_speed + a3 * np.exp(-belt_speed / a4)
 
     def motion(_, state):
