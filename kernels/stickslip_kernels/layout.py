@@ -54,7 +54,9 @@ STATION_ROWS, STATIONS = 6, 512
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
     RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
     CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/margin.py`)
-    EXCHANGED,  # energy that the spring exchanges in a cycle, over the friction work
+    # of errors, more than the tolerance says: up to the first re-stick of a motion that began in slip; in the friction
+    # work of a cycle, the energy that the spring exchanges over it
+    ERROR_GROWTH,
 ) = range(29)  # fmt: skip
 RESULT_ROWS = 29
 SLOWEST_SLIP = MU_REVERSAL  # of the attractor, where there is no hysteresis

@@ -172,7 +172,7 @@ def judged(cells, law, **options):
     regime = np.where(cycle, sticks, np.where(out[:, memory.REGIME] == memory.SETTLES, damped, "undecided"))
     force = {"cycle_force": (memory.F_MAX, memory.F_MIN), "spring_force": (memory.WHOLE_MAX, memory.WHOLE_MIN)}
     verdict = {"regime": regime, "slowest": slowest, "cycle": cycle, "growth": rows[:, memory.GROWTH] / time}
-    of_cycle = regime == "stick_slip"
+    of_cycle = cycle
     out[of_cycle, memory.WHOLE_ACCELERATION] = out[of_cycle, memory.ACCELERATION]
     for name, (high, low) in force.items():
         high, low = out[:, high].copy(), out[:, low].copy()

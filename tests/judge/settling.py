@@ -171,7 +171,7 @@ def close_loop(c, s, out, books, tau, heat, amplitude):
         s[QUIET] = s[QUIET] + 1.0 if abs(amplitude - before) <= 2e-11 * amplitude else 0.0
         belt = s[SIGMA] * c[BELT]
         if s[QUIET] >= 3.0:
-            answer_cycle(c, s, out, RINGS, books[WHOLE], books[LOOP], period, 0.0, work, 1.0)
+            answer_cycle(c, s, out, RINGS, books[LOOP], books[LOOP], period, 0.0, work, 1.0)
             decided = True
         elif s[W_MIN] > belt > 0.0 and amplitude < 1e-6 * min(c[A4], belt, 1.0) and s[INSIDE] > 0.0:
             # straight pieces, the same at every scale: the peaks shrink by a constant factor from here on

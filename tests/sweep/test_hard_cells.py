@@ -277,7 +277,8 @@ def test_the_attractor_has_its_own_extremes_beside_those_of_the_way_to_it():
     half_range = {name: 0.5 * (late[name].max() - late[name].min()).item() for name in ("displacement", "velocity")}
     assert found["displacement_amplitude"] == pytest.approx(half_range["displacement"], abs=1e-8)
     assert found["velocity_amplitude"] == pytest.approx(half_range["velocity"], abs=1e-7)
-    assert found["spring_force_max"] > found["cycle_force_max"] + 1e-4
+    assert found["spring_force_max"] == found["cycle_force_max"], "not that of the way to it"
+    assert found["slip_speed_max"] == pytest.approx(late["relative_speed"].max().item(), rel=1e-6)
 
 
 def test_kinds_of_sustained_motion_are_told_apart():

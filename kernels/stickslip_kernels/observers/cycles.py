@@ -4,14 +4,15 @@
 full cycle is the limit cycle, exactly. With it the load at break-away depends on the stick phase before: cycles follow
 each other until that map has converged.
 
-**Slip**, from one maximum of u to the next. At a maximum w = b and friction lies on the curve, so u alone is the whole
-state: the motion is periodic when u recurs, after however many loops. Every LOOPS loops u is compared with what it
-was. Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
+**Slip**, from one maximum of u to the next. At a maximum w = b and friction lies on the curve, so u alone is the
+whole state: the motion is periodic when u recurs. On a curve without hysteresis that is after one loop, since orbits
+of a plane do not cross; on others after as many as return first. Every LOOPS loops u is compared with what it was.
+Slip that returns within the noise of the integration, having been seen to approach what it returns to, or that
 nothing damps at all, is followed once more, every extremum being looked at, and is then sustained. One that shows
 nothing above the noise from the start may grow or decay too slowly to tell, unless it comes back after a push inwards
 (return maps of a plane are monotone: the cycle attracts), or grows and touches standstill already. Not so where slip
-changes its direction or follows a hysteretic line: that is no vibration about steady sliding, whose growth may vanish,
-and what does not change in hundreds of loops is the cycle.
+changes its direction or follows a hysteretic line: that is no vibration about steady sliding, whose growth may
+vanish, and what does not change in hundreds of loops is the cycle.
 """
 
 from math import inf, isnan, log, nan
@@ -28,6 +29,7 @@ LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in 
 SLOWEST = 1e-5  # what changes by more of its amplitude a loop is not periodic
 NOISE = 0.1  # of the tolerance: what the integration itself may add to the amplitude in a loop
 RETURNS = 10.0  # tolerances within which a loop is the one it is compared with
+APART = 100.0  # tolerances by which the loops of one cycle differ
 UNSTABLE = 1e-4  # growth of errors in LOOPS loops that shows more than how it is summed up
 ROUNDING = 1e-9  # amplitude below which rounding is seen as a change
 FAR_OUT_OF_REACH = 3.0  # budgets, by a rate that may grow on the way
@@ -54,7 +56,7 @@ def close_cycle(m, i, stick_time, load):
         if s[at.LEAPT + i] == FROM_OUTSIDE and m.cells[at.AGEING, c] > 0.0 and not feeds_all_loops(m.law, s, i):
             decide(m, i, at.UNRESOLVED, at.STEP_LIMIT)
             return
-        s[at.RELEASE + i], s[at.STORED + i] = load, 0.0
+        s[at.RELEASE + i] = load
         heat = s[at.HEAT + i] - s[at.HEAT_START + i]
         decide_cycle(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, tau - s[at.CYCLE_START + i], stick_time, heat)
         return
@@ -177,14 +179,14 @@ def confirm_cycle(m, i, tau, heat, xi):
     s = m.s
     amplitude, turn = 0.5 * abs(xi - s[at.TURN_BEFORE + i]), s[at.LOOP_COUNT + i]
     off, tolerance = abs(xi - s[at.LOOP_XI + i]), m.rtol * amplitude
-    returns = off <= RETURNS * tolerance
-    if returns and s[at.RETURNED + i] == 0.0:
+    if off <= APART * tolerance and s[at.RETURNED + i] == 0.0:
         s[at.RETURNED + i] = turn
     if turn < LOOPS:
         return
-    length, multiplier = s[at.RETURNED + i], s[at.MULTIPLIER + i]
+    length, multiplier = s[at.RETURNED + i] if s[at.W_MIN + i] > 0.0 else 1.0, s[at.MULTIPLIER + i]
     s[at.MULTIPLIER + i] = 0.0
-    returns = returns and (multiplier == 0.0 or off <= REMAINING * tolerance * (1.0 - multiplier**LOOPS))
+    most = RETURNS if multiplier == 0.0 else min(RETURNS, REMAINING * (1.0 - multiplier**LOOPS))
+    returns = off <= most * tolerance
     if not returns or LOOPS % length != 0.0:
         s[at.CONFIRMING + i], s[at.LOOP_CHANGE + i], s[at.LOOP_STILL + i] = 0.0, inf, 0.0
         s[at.PUSH_STATE + i] = NO_RETURN if s[at.PUSH_STATE + i] == PUSHED else s[at.PUSH_STATE + i]

@@ -70,17 +70,12 @@ def begin_cell(m, i, c):
 
 
 @compiled(inline=True)
-def extend_whole(s, i, high, low, hard):
-    """Extend the extremes of the whole motion by others."""
-    s[WHOLE_HIGH + i], s[WHOLE_LOW + i] = max(s[WHOLE_HIGH + i], high), min(s[WHOLE_LOW + i], low)
-    s[WHOLE_HARD + i] = max(s[WHOLE_HARD + i], hard)
-
-
-@compiled(inline=True)
 def forget(s, i):
     """Extremes of a loop are counted from here on; those of the whole motion hold none after the lane was put ahead."""
     if isnan(s[REAL_FASTEST + i]):
-        extend_whole(s, i, s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.DW_TOP + i])
+        s[WHOLE_HIGH + i] = max(s[WHOLE_HIGH + i], s[at.XI_HIGH + i])
+        s[WHOLE_LOW + i] = min(s[WHOLE_LOW + i], s[at.XI_LOW + i])
+        s[WHOLE_HARD + i] = max(s[WHOLE_HARD + i], s[at.DW_TOP + i])
     else:
         s[at.FASTEST + i] = s[REAL_FASTEST + i]
     s[at.XI_HIGH + i], s[at.XI_LOW + i], s[at.V_HIGH + i], s[at.V_LOW + i] = -inf, inf, -inf, inf
@@ -297,12 +292,9 @@ def write_cycle(m, i, time, heat, high, low, fast, slow, hard):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     results[at.PERIOD, c], results[at.CYCLE_HEAT, c] = time, heat
     tell_attractor(m, i, high, low, fast, slow)
-    if results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i]):
-        decide(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, high, low, max(fast, -slow), hard)
-    else:
-        extend_whole(s, i, high, low, hard)
-        s[at.FASTEST + i] = max(s[at.FASTEST + i], fast, -slow)
-        decide_by_whole(m, i, at.SUSTAINED, at.SLIP_CYCLE)
+    sticks = results[at.SLOWEST_SLIP, c] < STICK_BELOW * abs(s[at.B + i])
+    regime, status = (at.STICK_SLIP, at.CYCLE_CLOSED) if sticks else (at.SUSTAINED, at.SLIP_CYCLE)
+    decide(m, i, regime, status, high, low, max(fast, -slow), hard)
 
 
 @compiled

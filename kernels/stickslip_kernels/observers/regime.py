@@ -357,6 +357,8 @@ def observe_stick(m, i, start, u_start, load, after_slip, thrown):
     s[at.STICK_SUM + i] += s[at.TAU + i] - start
     if after_slip and isnan(results[at.RESTICK_TIME, c]) and s[at.LEAPT + i] == 0.0:
         results[at.RESTICK_TIME, c], results[at.RESTICK_XI, c] = start, s[at.SIGMA + i] * u_start
+        if isnan(s[at.CYCLE_START + i]) and m.observer.until != at.UNTIL_REGIME:  # it began in slip
+            results[at.ERROR_GROWTH, c] = exp(s[at.GAIN + i])
     note_ends(s, i, u_start, 0.0, 0.0)
     if s[at.DECIDED + i] == 0.0:
         forget_loops(s, i)

@@ -131,12 +131,15 @@ def come_to_a_point(results, c, xi):
 
 @compiled(inline=True)
 def decide_cycle(m, i, regime, status, period, stick_time, heat):
-    """A cycle with the extremes recorded last, with the time it sticks and its friction work."""
+    """A cycle, whose extremes are those recorded last, with the time it sticks and its friction work."""
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
     note_closest_trough(s, i)
     results[at.PERIOD, c], results[at.CYCLE_STICK_TIME, c], results[at.CYCLE_HEAT, c] = period, stick_time, heat
     results[at.CYCLE_XI_MAX, c], results[at.CYCLE_XI_MIN, c] = s[at.XI_HIGH + i], s[at.XI_LOW + i]
     results[at.CYCLE_SPEED_RANGE, c] = s[at.V_HIGH + i] - s[at.V_LOW + i]
     force = max(abs(s[at.XI_HIGH + i]), abs(s[at.XI_LOW + i]))
-    results[at.EXCHANGED, c] = force * (s[at.XI_HIGH + i] - s[at.XI_LOW + i]) / abs(heat)
+    exchanged = force * (s[at.XI_HIGH + i] - s[at.XI_LOW + i]) / abs(heat)
+    if not results[at.ERROR_GROWTH, c] > exchanged:
+        results[at.ERROR_GROWTH, c] = exchanged
+    s[at.STORED + i] = 0.0
     decide(m, i, regime, status)

@@ -204,7 +204,7 @@ def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
 Floats = NDArray[np.float64]
 
 _ERRORS = 2.0  # tolerances: verdicts this close to a border may be wrong (those that were lay within 0.2 of them)
-_WASTED = 10.0  # energy that a cycle exchanges over its friction work, from where on errors of the work show
+_GROWTH = 10.0  # of errors, from where on they show
 _STEP, _TIGHTEST = 1e-3, 1e-12  # of a tolerance to the next; what the kernels were tested to
 
 
@@ -215,7 +215,7 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
     Ringing without any drag may graze standstill, however closely that is looked at: what sticks there in the tightest
     run is rounding, and the first one holds.
     """
-    if not ((rows[layout.CLOSENESS] < _ERRORS * options.rtol).any() or (rows[layout.EXCHANGED] > _WASTED).any()):
+    if not ((rows[layout.CLOSENESS] < _ERRORS * options.rtol).any() or (rows[layout.ERROR_GROWTH] > _GROWTH).any()):
         return
     rtol, first = np.full(rows.shape[1], options.rtol), rows.copy()
     while not stop[0]:
@@ -239,6 +239,6 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
 def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:
     """The tolerance that each cell needs; what it was integrated with where that will do."""
     wanted = np.where(rows[layout.CLOSENESS] < _ERRORS * rtol, _STEP * rtol, rtol)
-    wasted = np.clip(np.nan_to_num(rows[layout.EXCHANGED] / _WASTED, nan=1.0), 1.0, 1e300)
+    growth = np.clip(np.nan_to_num(rows[layout.ERROR_GROWTH] / _GROWTH, nan=1.0), 1.0, 1e300)
     # Whole decades, so that cells of a map share a few runs.
-    return np.asarray(np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(wasted))))
+    return np.asarray(np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(growth))))

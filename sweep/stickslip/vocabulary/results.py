@@ -10,7 +10,7 @@ from stickslip.vocabulary.models import MODELS, Model
 from stickslip.vocabulary.parameter import Variable, table
 
 _OF_MODELS = {variable.name: variable for model in MODELS for variable in model.results}
-_OF_WHAT = "Of the cycle where there is stick-slip, else of the whole motion."
+_OF_WHAT = "Of the cycle where the motion recurs (stick-slip, sustained), else of the whole motion."
 
 VARIABLES: dict[str, Variable] = table(
     Variable("regime", "1", "regime of motion", "regime"),

@@ -16,6 +16,7 @@ Flags = NDArray[np.bool_]
 
 RTOL = 1e-11  # of the cycle, whatever that of the map is
 CLOSED = 1e-8  # how well the cycle must be known, over the displacement in a radian at the speed of the belt
+SAMPLES = 513  # of a cycle
 _STARTS = (1.0, 0.3, 0.03)  # of the guess
 _PATIENCE = 20_000  # steps
 _CORRECTIONS = 12
@@ -77,7 +78,10 @@ def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Fl
 
 
 def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> Cycles:
-    """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding."""
+    """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding.
+
+    A guess that is far off may lead to the second return, or to a later one: the period is the time of the first.
+    """
     reach, period = reach.copy(), period.copy()
     scale = np.abs(back["belt_speed"]) * Scales(back).time
     found = np.isfinite(reach) & (reach > 0)
@@ -95,7 +99,14 @@ def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options
         defect[left] = np.abs(change) / scale[left]
         left = left[defect[left] > 0.01 * CLOSED]
     with np.errstate(invalid="ignore"):
-        return Cycles(found & (defect <= CLOSED) & (reach > least), reach, period)
+        found &= (defect <= CLOSED) & (reach > least)
+    some = np.flatnonzero(found)
+    if some.size:
+        velocity = sampled_motion(taken(back, some), reach[some], period[some], SAMPLES, options)["velocity"]
+        returns = ((velocity[:, 1:] > 0) & (velocity[:, :-1] <= 0)).sum(axis=1)
+        found[some] = (returns > 0) & (velocity.max(axis=1) < back["belt_speed"][some])  # what reaches w = 0 is no slip
+        period[some] /= np.maximum(returns, 1)
+    return Cycles(found, reach, period)
 
 
 def _correction(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, Results, stop_flag
 from stickslip.studies.attractors import plain
 from stickslip.studies.attractors.area import Orbits, area_in_box, velocities_at_rest_point
-from stickslip.studies.attractors.cycle import find_cycles, sampled_motion
+from stickslip.studies.attractors.cycle import SAMPLES, find_cycles, sampled_motion
 from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import Regimes, Work, settled
 from stickslip.vocabulary.cells import Parameters, taken
@@ -20,7 +20,7 @@ from stickslip.vocabulary.flags import REGIMES
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-SAMPLES, MOST_SAMPLES = 513, 2**15 + 1  # of an unstable cycle
+MOST_SAMPLES = 2**15 + 1  # of an unstable cycle
 AREA_ERROR = 1e-9  # of the area, as half as many samples show it
 _CYCLES = [REGIMES.index(name) for name in ("stick_slip", "sustained")]
 _DISTURBANCES = [f"critical_{kind}_{way}" for kind in ("shock", "shift") for way in ("along", "against")]
@@ -69,7 +69,7 @@ def exact_results(cells: Parameters, stick: Regimes, box: Attractors, work: Work
 
 
 def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
-    """Of cells with an unstable cycle, all of it; NaN where the cycle was not found."""
+    """Of cells with an unstable cycle, all of it; NaN where it was not found, or its numbers contradict each other."""
     ahead = plain.forward(cells)
     cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
     found: Results = {name: np.full(cycles.period.size, np.nan) for name in _MEASURED}
@@ -82,9 +82,11 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
         ends = _mirrored_box(taken(cells, left), box)
         area, coarse = area_in_box(orbits, *ends), area_in_box(orbits.thinned(), *ends)
         done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, box.area * AREA_ERROR)
-        slips = motion["velocity"].max(axis=1) < some["belt_speed"]  # what reaches w = 0 is no cycle of slip
-        for name, values in _measures(orbits, area / box.area).items():
-            found[name][left[done & slips]] = values[done & slips]
+        measures = _measures(orbits, area / box.area)
+        known = done & np.isfinite(list(measures.values())).all(axis=0)
+        known &= area <= 4.0 * measures["unstable_amplitude"] * measures["unstable_velocity_amplitude"]
+        for name, values in measures.items():
+            found[name][left[known]] = values[known]
         left, samples = left[~done], 4 * (samples - 1) + 1
     return found
 
@@ -147,8 +149,6 @@ def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int
     if not cycles.found[0]:
         return None
     motion = sampled_motion(back, cycles.reach, cycles.period, samples, options)
-    if not motion["velocity"].max() < ahead["belt_speed"][0]:
-        return None
     turn = float(np.sign(cell["belt_speed"][0]))
     beyond = motion["displacement"][0] - plain.steady_displacement(back)[0]  # backwards in time its sign is changed
     displacement = plain.steady_displacement(ahead)[0] - beyond
