@@ -95,7 +95,7 @@ def test_files_say_what_they_lack(tmp_path):
     with pytest.raises(ConfigError, match=r"loop.csv: no column of mu"):
         fit_memory_file(path, "lugre")
     path.write_text("displacement [um], friction force [N]\n" + "1, 2\n" * 30)
-    with pytest.raises(ConfigError, match="no load"):
+    with pytest.raises(ConfigError, match="load is not known"):
         fit_memory_file(path, "lugre")
 
 

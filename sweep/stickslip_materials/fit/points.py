@@ -235,8 +235,8 @@ def _check_waiting(headed: HeadedTable, roles: Sequence[Role], materials: dict[s
         return
     for points in materials.values():
         steps = np.diff(points["time"])
-        usual = float(np.median(steps)) if steps.size >= _RECORD else np.nan
-        if points["time"].min() <= 0 or np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7:
+        usual = np.median(steps) if steps.size >= _RECORD else 0.0
+        if points["time"].min() <= 0 or (usual > 0 and np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7):
             hint = (
                 "a record becomes points by `stickslip points RECORD --plan PLAN`; call times at rest 'hold time [s]'"
             )
@@ -248,7 +248,7 @@ def _check_conditions(
 ) -> None:
     """Raises ConfigError where a column that is not used tells parts of very different friction at one speed."""
     along, mu = (points[name] for name in (*points,)[:2])
-    for i, one in enumerate(headed.headings):
+    for i, one in enumerate(headed.headings if mu.size == len(rows) else ()):  # no gaps
         texts = np.array([row[i].text if i < len(row) else "" for row in rows])
         values = list(dict.fromkeys(texts.tolist()))
         is_course = one.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(one.name))
