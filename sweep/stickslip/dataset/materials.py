@@ -42,13 +42,14 @@ def material_dataset(
             variables[name] = variable_of(declared, dims, results[name])
     if np.isnan(results["rank"]).any():  # an integer cannot be absent
         variables["rank"] = xr.Variable("material", results["rank"], variables["rank"].attrs)
-    for name in FITTED:
-        ends = np.array([curve.interval[name] for curve in curves]).T
+    fitted = (*FITTED, *(["mu_stop"] if "mu_stop" in results else []))
+    for name in fitted:
+        ends = np.array([curve.interval.get(name, (np.nan, np.nan)) for curve in curves]).T
         for (which, adjective), values in zip((("low", "lower"), ("high", "upper")), ends, strict=True):
             long_name = f"{adjective} end of the 95 % interval of {name}"
             about = {"units": variables[name].attrs["units"], "long_name": long_name}
             variables[f"{name}_{which}"] = xr.Variable("material", values, about)
-    for name in (*FITTED, "quiet_above"):
+    for name in (*fitted, "quiet_above"):
         if f"{name}_low" in variables:
             variables[name].attrs["ancillary_variables"] = f"{name}_low {name}_high"
     qualities = (f"{reason} {curve.quality}".strip() for reason, curve in zip(reasons, curves, strict=True))
@@ -90,6 +91,8 @@ def _of_fits(curves: Sequence[CurveFit]) -> dict[str, Floats]:
     slowest, fastest = zip(*(curve.speeds for curve in curves), strict=True)
     good = [curve.good for curve in curves]
     columns |= {"slowest_point": [*slowest], "fastest_point": [*fastest], "fit_good": good}
+    if any("mu_stop" in curve.coefficients() for curve in curves):
+        columns["mu_stop"] = [curve.mu_stop for curve in curves]
     return {name: np.array(values, np.float64) for name, values in columns.items()}
 
 

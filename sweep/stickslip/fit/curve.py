@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,11 +15,15 @@ from stickslip.fit.uncertainty import Flags, Floats, Interval, covariance, stude
 from stickslip.theory.curve import SHAPES
 from stickslip.vocabulary.models import CURVE, FITTED
 
+if TYPE_CHECKING:
+    from stickslip.fit.turns import Line
+
 _BATCHES = 200  # of draws, until enough of them lie within the bounds
 
 
 class Drawn(NamedTuple):
-    """Curves drawn. coefficients : a1 to a4 by name, each (count,). kept : share of the draws within the bounds."""
+    """Curves drawn. coefficients : a1 to a4 by name, and mu_stop of a fit that has it,
+    each (count,). kept : share of the draws within the bounds."""
 
     coefficients: dict[str, Floats]
     kept: float
@@ -30,14 +34,14 @@ class Drawn(NamedTuple):
         return np.asarray(self.coefficients["a2"] < 0)
 
     @classmethod
-    def in_batches(cls, batch: Callable[[], Floats], count: int) -> Drawn | None:
+    def in_batches(cls, batch: Callable[[], Floats], count: int, names: Sequence[str] = CURVE) -> Drawn | None:
         """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
         inside: list[Floats] = []
         for batches in range(1, _BATCHES + 1):
             inside.append(batch())
             if (enough := sum(map(len, inside))) >= count:
                 values = np.concatenate(inside)[:count].T
-                return cls(dict(zip(CURVE, values, strict=True)), enough / (batches * count))
+                return cls(dict(zip(names, values, strict=True)), enough / (batches * count))
         return None
 
 
@@ -140,6 +144,8 @@ class CurveFit:
     good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
     law : of the curve. preferred : by how much its AICc is below that of the Stribeck curve.
     allowed : the curves that the points allow, which bands and draws come from.
+    mu_stop : friction while the speed falls to 0, Eq. (2a); NaN where the points were not measured on the way down, or
+        do not differ there. line : the points it follows from.
     """
 
     a1: float
@@ -167,6 +173,8 @@ class CurveFit:
     law: str
     preferred: float
     allowed: Allowed = field(repr=False, compare=False)
+    mu_stop: float = math.nan
+    line: Line | None = field(default=None, repr=False, compare=False)
 
     @property
     def mu_start(self) -> float:
@@ -179,8 +187,9 @@ class CurveFit:
         return self.a3 > 0
 
     def coefficients(self) -> dict[str, float]:
-        """a1 to a4 by name, as `evaluate` and `simulate` take them."""
-        return {name: float(getattr(self, name)) for name in CURVE}
+        """a1 to a4 by name, and mu_stop if there is one, as `evaluate` and `simulate` take them."""
+        names = CURVE if math.isnan(self.mu_stop) else (*CURVE, "mu_stop")
+        return {name: float(getattr(self, name)) for name in names}
 
     def predict(self, speed: ArrayLike) -> Floats:
         """Friction coefficient at slip speeds (m/s)."""
@@ -224,7 +233,13 @@ class CurveFit:
             values = self.allowed.draw(count, random)
             return values if falling or self.a3 < 0 else values[values[:, 1] >= 0]
 
-        return Drawn.in_batches(batch, count)
+        return self._slowing(Drawn.in_batches(batch, count), random)
+
+    def _slowing(self, drawn: Drawn | None, random: np.random.Generator) -> Drawn | None:
+        """Curves drawn, each with a mu_stop as likely as the points leave it."""
+        if drawn is not None and self.line is not None:
+            drawn.coefficients.setdefault("mu_stop", self.line.draw(drawn.coefficients, random))
+        return drawn
 
 
 def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:

@@ -43,11 +43,22 @@ _KINDS = {
     "displacement": ("m", "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement"),
     "stick": ("", "stick"),
     "sigma": ("", "sigma, σ"),
+    "direction": ("", "direction, dir, up/down, up down, ramp, ramp direction, branch, sweep, sweep direction, "
+        "richtung, hin/her, hin her, auf/ab, rampe, ast, sens"),
     "material": ("", "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, "
         "schmierfett, probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette"),
 }  # fmt: skip
 _PHYSICAL = {kind: unit for kind, (unit, _) in _KINDS.items() if unit}
-POINTS = ("speed", "time", "mu", "friction_force", "load", "sigma", "material")  # kinds in tables of points
+POINTS = (
+    "speed",
+    "time",
+    "mu",
+    "friction_force",
+    "load",
+    "sigma",
+    "direction",
+    "material",
+)  # kinds in tables of points
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 _FORCE_TOO = frozenset(("friction", "reibung", "frottement", "traction"))  # words for the coefficient and the force
 _LONG_SPEED = re.compile(  # Motor speed
@@ -163,8 +174,8 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
     if "sigma" in kinds and kind not in _PHYSICAL and (deviation := _deviation(name)):
         known, rest = _known(deviation[1], kinds)
         return Heading(text, name, unit, deviation[0], rest if known in ("mu", "kinetic") else deviation[1])
-    if kind == "material" and not set(_tokens(rest)) <= _NUMBERED:
-        kind, rest = "", ""  # grease A
+    if kind in ("material", "direction") and not set(_tokens(rest)) <= _NUMBERED:
+        kind, rest = "", ""  # grease A, ramp 2
     if not kind and "speed" in kinds and (longer := _LONG_SPEED.fullmatch(name)):
         if _NOT_OF_SLIDING.search(plain(longer[1])):
             return Heading(text, name, unit, "other")

@@ -55,6 +55,11 @@ SENTENCES = {
     "perhaps no rise": "a2 may be 0 (95 %): a rise up to {fastest} is not certain.",
     "rising": "Friction rises from zero speed: a3 is negative, and there is no declining branch.",
     "alike": "{laws} would fit as well (AICc).",
+    # of the way down
+    "mu_stop": "While the speed falls, friction follows a line to mu_stop = {stop:.3g} (95 %: {low:.3g} to "
+    "{high:.3g}).",
+    "branches": "Friction differs while the speed falls, {where}: no mu_stop was fitted, and one curve goes through "
+    "all points.",
     # of ageing
     "no ageing": "Static friction falls with waiting time: this is not ageing.",
     "any slope": "The points show no ageing: the slope may be anything from {low:.2g} to {high:.2g} per decade.",

@@ -162,7 +162,7 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
     total = max(len(known), 1) * (1 + request.draws)
     watch = watcher(request.search, total, progress)
     if known:
-        coefficients = {name: np.array([getattr(curves[i], name) for i in known]) for name in CURVE}
+        coefficients = {name: np.array([getattr(curves[i], name) for i in known]) for name in (*CURVE, "mu_stop")}
         borders = quiet_above(
             coefficients, request.system, scan, request.search.tolerance, request.options, watch(0, len(known))
         )
@@ -213,7 +213,7 @@ def _curves(fits: Sequence[MaterialFit]) -> list[CurveFit]:
 
 def _slopes(curve: CurveFit) -> list[float]:
     """The coefficients of a curve but its level."""
-    return [*curve.coefficients().values()][1:]
+    return [getattr(curve, name) for name in CURVE[1:]]
 
 
 def _doubt(fit: MaterialFit) -> str | None:
@@ -332,12 +332,13 @@ def _rank(table: dict[str, Floats], quiet: Mapping[int, QuietSpeeds | None], nam
 
 
 def _tendency(curve: CurveFit, slip_speed_max: Floats, scale: float) -> Floats:
-    """Eq. (3) of motions that reached a slip speed (m/s), on a curve without hysteresis.
+    """Eq. (3) of motions that reached a slip speed (m/s).
 
-    Its reversal point lies at that speed or at the minimum of the curve, and friction at standstill is where it starts.
+    The reversal point lies at that speed or at the minimum; without hysteresis friction stops as it starts.
     """
     reversal = np.fmin(slip_speed_max, reversal_speed(*_slopes(curve)))
-    return scale * tendency(curve.predict(0.0), curve.predict(reversal), curve.predict(0.0))
+    stop = curve.predict(0.0) if np.isnan(curve.mu_stop) else curve.mu_stop
+    return scale * tendency(curve.predict(0.0), curve.predict(reversal), stop)
 
 
 def _over(name: str, curves: Mapping[str, Floats], request: Request, scan: Scan) -> Floats:
@@ -354,8 +355,11 @@ def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> di
     """Provenance, the request, and a configuration that finds the same borders, all of them."""
     system, speeds = {**request.system}, request.speeds.values
     scale = system.pop("friction_scale")
-    zipped = {name: [getattr(fit.curve, name) * (1.0 if name == CURVE.decay else scale) for fit in fits]
-              for name in CURVE}  # fmt: skip
+    zipped: dict[str, list[Any]] = {name: [getattr(fit.curve, name) * (1.0 if name == CURVE.decay else scale)
+                                           for fit in fits] for name in CURVE}  # fmt: skip
+    stops = [fit.curve.mu_stop * scale for fit in fits if fit.curve is not None]
+    if not np.isnan(stops).all():
+        zipped["mu_stop"] = ["none" if np.isnan(stop) else stop for stop in stops]
     speed = speeds[0] if speeds else scan.low
     title = f"{len(fits)} materials compared"
     data = {

@@ -271,7 +271,7 @@ def _measurements(
     if not sigma > 0:
         return values
     speeds = np.array(proposed)[:, None]
-    off = (stribeck(speeds, *drawn.coefficients.values()) - curve.predict(speeds)) / sigma
+    off = (stribeck(speeds, *(drawn.coefficients[name] for name in CURVE)) - curve.predict(speeds)) / sigma
     weight = np.exp(-0.5 * np.sum(off**2, axis=0))  # of a curve where the points lie on the fitted one
     if weight.sum() ** 2 > _FEWEST * np.sum(weight**2):
         values |= {"next_low": _quantile(least, weight, tail), "next_high": _quantile(most, weight, 1.0 - tail)}

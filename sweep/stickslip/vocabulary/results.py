@@ -100,7 +100,7 @@ MATERIAL_VARIABLES: dict[str, Variable] = table(
              comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),
     Variable("undecided_probability", "1", "share of the curves drawn without a verdict at the belt speed"),
     *(v for v in VARIABLES.values() if v.name in ("regime", "frequency", "stick_fraction", "tendency")),
-    *(Variable(name, SEARCHABLE[name].units, SEARCHABLE[name].long_name) for name in FITTED),
+    *(Variable(name, SEARCHABLE[name].units, SEARCHABLE[name].long_name) for name in (*FITTED, "mu_stop")),
     Variable("residual_rms", "1", "residual of the fit, root mean square"),
     Variable("points", "1", "measured points"),
     Variable("slowest_point", "m s-1", "slowest measured speed"),
