@@ -33,11 +33,11 @@ class Sweep:
     mu: Floats
     sigma: Floats | None
     direction: Floats
-    fitted: Callable[[Flags], CurveFit]
+    fitted: Callable[[Flags, bool], CurveFit]
 
     def fit(self) -> CurveFit:
         """One curve, with mu_stop where friction falls to it on the way down."""
-        whole = self.fitted(np.ones(self.speed.size, bool))
+        whole = self.fitted(np.ones(self.speed.size, bool), False)
         if whole.law != "stribeck":
             return whole
         curve, on_line = self._on_the_way_up(whole)
@@ -68,7 +68,7 @@ class Sweep:
         curve, on_line = whole, np.zeros(self.speed.size, bool)
         falls, peak = self.direction < 0, float(self.speed.max())
         try:
-            start = self.fitted(~falls)
+            start = self.fitted(~falls, True)
         except ValueError:  # too few
             start = whole
         for _ in range(_ROUNDS):
@@ -76,9 +76,9 @@ class Sweep:
             below = falls & (self.speed < reversal(_row(start), peak)[0])
             if (below == on_line).all():
                 break
-            on_line, curve = below, self.fitted(~below)
+            on_line, curve = below, self.fitted(~below, True)
             start = curve
-        return curve, on_line
+        return self.fitted(~on_line, False) if on_line.any() else whole, on_line
 
     def _weight(self, curve: CurveFit) -> Floats:
         """1 over the standard deviation of each point, in any unit where it is not given."""

@@ -20,12 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.fit.branches import Sweep
-from stickslip.fit.curve import Allowed, CurveFit, Drawn
+from stickslip.fit.curve import CurveFit, Drawn
 from stickslip.fit.models import STRAIGHT, WEAKENING, Chosen, MeasuredPoints
 from stickslip.fit.quality import Quality
 from stickslip.fit.turns import course
 from stickslip.fit.uncertainty import (
-    CONFIDENCE,
     Flags,
     Floats,
     Interval,
@@ -35,7 +34,6 @@ from stickslip.fit.uncertainty import (
     rms,
     student,
 )
-from stickslip.theory import stribeck
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, CURVE_LAWS, FITTED
 
 BEST = "best"  # of all laws
@@ -43,7 +41,6 @@ _FEWEST = 4  # distinct speeds; as many as coefficients
 _AT_END = 0.01  # share of the decay speed within which it is at the end of the range that was searched
 _CHANCE = 0.003  # of an outlier among points that have none
 _MOST_OUTLIERS = 10  # one point in so many, and one at least, may be left out
-_BAND = 2000  # curves drawn for a band
 
 
 def fit_curve(
@@ -99,11 +96,11 @@ def fit_curve(
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
 
-    def fitted(which: Flags) -> CurveFit:
+    def fitted(which: Flags, is_rough: bool = False) -> CurveFit:
         given = None if deviation is None else deviation[which]
         by_law = {name: MeasuredPoints(w[which], y[which], given, name) for name in CURVE_LAWS}
         criterion = cache(lambda name: _criterion(by_law[name]))  # other laws are fitted where they are compared
-        fit = _fitted(by_law[min(CURVE_LAWS, key=criterion) if law == BEST else law], criterion, unit)
+        fit = _fitted(by_law[min(CURVE_LAWS, key=criterion) if law == BEST else law], criterion, unit, is_rough)
         return replace(fit, outliers=tuple(np.flatnonzero(which)[[*fit.outliers]].tolist()))
 
     way = course(w) if direction is None else points_of("direction", direction, w.size, -math.inf)
@@ -124,15 +121,15 @@ def _criterion(points: MeasuredPoints) -> float:
     return likelihood + 2.0 * free * n / (n - free - 1.0)
 
 
-def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str) -> CurveFit:
-    """The curve through the points but outliers, weighted as their scatter asks for."""
+def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str, is_rough: bool) -> CurveFit:
+    """The curve through the points but outliers, weighted as their scatter asks for. is_rough : without intervals."""
     left_out = outliers(given)
     points = given.without(left_out)
     chosen = points.choose()
     if (slope := points.uneven(chosen)) is not None:
         points = replace(points, slope=slope)
         chosen = points.choose()
-    allowed, form, known = Allowed(points, chosen), chosen.form, points.deviation is not None
+    form, known = chosen.form, points.deviation is not None
     freedom = math.inf if known else float(points.freedom(form))
     residuals = points.mu - points.curve(chosen.best) * points.units[0]
     variance = 1.0 if known else points.left(chosen.best) / freedom if freedom > 0 else math.inf
@@ -142,7 +139,7 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str)
     fit = CurveFit(
         **estimates,
         standard_error=_errors(matrix),
-        interval=allowed.intervals() if allowed.can_draw else open_ends,
+        interval=open_ends if is_rough else points.intervals(form),
         covariance=matrix,
         freedom=freedom,
         speeds=(float(points.speed.min()), float(points.speed.max())),
@@ -156,13 +153,16 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str)
         outliers=left_out,
         scatter=math.exp(points.slope),
         determined=False,
-        has_intervals=allowed.can_draw,
+        has_intervals=points.can_draw(form),
         good=False,
         quality="",
         law=points.law,
-        preferred=criterion("stribeck") - criterion(points.law),
-        allowed=allowed,
+        preferred=math.nan,
+        measured=points,
+        form=form,
     )
+    if is_rough:
+        return fit
     quality = Quality(fit, chosen, points, given, criterion, unit)
     doubts = [*quality.shape()]
     reservations = [*quality.reservations(), *doubts]
@@ -174,6 +174,7 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str)
         has_intervals=fit.has_intervals and not doubts,
         good=not reservations,
         quality=" ".join(reservations) or quality.praise(),
+        preferred=criterion("stribeck") - criterion(points.law),
     )
 
 
@@ -278,17 +279,6 @@ class RepeatedFit(CurveFit):
             return np.asarray(drawn[of_kind & possible])
 
         return self._slowing(Drawn.in_batches(batch, count, names), random)
-
-    def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
-        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s): quantiles of draws."""
-        w = np.asarray(speed, np.float64)
-        drawn = self.draw(_BAND, falling=True)
-        if drawn is None:
-            return np.zeros_like(w), np.full_like(w, np.inf)
-        curves = stribeck(w[..., None], *(drawn.coefficients[name] for name in CURVE))
-        tail = (1 - CONFIDENCE) / 2
-        low, high = np.quantile(curves, (tail, 1 - tail), axis=-1)
-        return np.maximum(low, 0.0), high
 
 
 def fit_repeats(
