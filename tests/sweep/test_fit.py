@@ -126,7 +126,7 @@ def noisy(truth, speed, scatter=0.003, seed=1):
         (np.linspace(0, 1, 20), lambda w: noisy((0.3, 0.1, 0, 1), w), {"a3", "a4"}, "no declining branch"),
         (np.linspace(0, 1, 20), lambda w: np.full_like(w, 0.4), {"a3", "a4"}, "no declining branch"),
         (np.linspace(0.5, 1, 20), lambda w: noisy((0.3, 0.1, 0.2, 0.02), w), {"a3", "a4"}, "no declining branch"),
-        (np.linspace(0.3, 1, 20), lambda w: noisy(ARTICLE, w, 1e-4), set(), "is extrapolated: the points, from 0.3 m/s on"),
+        (np.linspace(0.3, 1, 20), lambda w: noisy(ARTICLE, w, 1e-4), set(), "extrapolated: the points, from 0.3 m/s"),
         (np.linspace(0, 0.05, 20), lambda w: noisy(ARTICLE, w), {"a1"}, "do not determine a1"),
         (np.linspace(0, 1, 4), lambda w: law(w, *ARTICLE), set(NAMES), "do not test the fit"),
         (np.linspace(0, 1, 40), lambda w: 0.3 + 0.3 * np.exp(-((w / 0.3) ** 4)), set(), "another shape"),

@@ -104,7 +104,8 @@ class Sweep:
 
     def _checked(self, model: CurveFit, whole: CurveFit) -> CurveFit:
         """The model where nothing else differs; else the curve through all points, which says what does."""
-        weight, falls = self._weight(model), self.direction < 0
+        falls = self.direction < 0
+        weight = np.ones_like(self.speed) if self.sigma is None else 1.0 / self.sigma  # a shift may look like scatter
         used = np.ones(self.speed.size, bool)
         used[list(model.outliers)] = False
         left = ((self._predicted(model) - self.mu) * weight)[used]
@@ -121,9 +122,10 @@ class Sweep:
             "and with their order, as where friction drifts or runs in": np.arange(self.speed.size)
             - self.speed.size / 2,
         }
-        for where, direction in ways.items():
-            if np.count_nonzero(direction[used]) > 1 and residuals.chance_of((direction * weight)[used]) < _CHANCE:
-                return replace(whole, good=False, quality=f"{say('branches', where=where)} {whole.quality}")
+        ways = {where: (way * weight)[used] for where, way in ways.items() if np.count_nonzero(way[used]) > 1}
+        where = max(ways, key=lambda where: residuals.share_of(ways[where]))
+        if residuals.chance_of(ways[where]) < _CHANCE:
+            return replace(whole, good=False, quality=f"{say('branches', where=where)} {whole.quality}")
         return model
 
     def _slope(self, model: CurveFit, name: str) -> Floats:
