@@ -38,8 +38,8 @@ SENTENCES = {
     "shape": "The points follow a curve of another shape than {law}: the residuals are not those of chance.",
     "other law": "{law} follows them better (AICc lower by {lower:.2g}): --law {law}.",
     "sigma": "The residuals are {times:.2g} times sigma: the points follow another curve, or sigma is too small.",
-    "good": "The curve explains {share:.3g} % of the variance of {count} points, with a residual rms of {rms:.2g}; "
-    "they determine {known}.",
+    "good": "The curve explains {share:.3g} % of the variance of {count} points, with a residual rms of {rms:.2g}, "
+    "and they determine {known}.",
     "no rise": "a2 may be 0 (95 %): a rise up to {fastest} is not certain.",
     "mu_stop": "While the speed falls, friction follows a line to mu_stop = {stop:.3g} (95 %: {low:.3g} to "
     "{high:.3g}).",
