@@ -40,6 +40,7 @@ SENTENCES = {
     "sigma": "The residuals are {times:.2g} times sigma: the points follow another curve, or sigma is too small.",
     "good": "The curve explains {share:.3g} % of the variance of {count} points, with a residual rms of {rms:.2g}, "
     "and they determine {known}.",
+    "rising": "Friction rises from zero speed: a3 is negative, and there is no declining branch.",
     "no rise": "a2 may be 0 (95 %): a rise up to {fastest} is not certain.",
     "mu_stop": "While the speed falls, friction follows a line to mu_stop = {stop:.3g} (95 %: {low:.3g} to "
     "{high:.3g}).",
@@ -172,5 +173,6 @@ class Quality:
         known = "a1, a3 and a4" if is_open else "all four coefficients"
         sentences = [say("good", share=100 * fit.r_squared, count=fit.points, rms=fit.residual_rms, known=known)]
         sentences += [say("no rise", fastest=self._speed(fit.speeds[1]))] if is_open else []
+        sentences += [say("rising")] if self.chosen.form is STRENGTHENING else []
         alike = [law for law in CURVE_LAWS if law != self.points.law and self.criterion(law) < limit]
         return " ".join([*sentences, *([f"{', '.join(alike)} would fit as well (AICc)."] if alike else [])])
