@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import stickslip
 from stickslip.fit import fit_curve, fit_materials
 from stickslip.fit.turns import course
 from stickslip.theory import reversal_speed, stribeck
@@ -118,3 +119,13 @@ def test_loops_of_two_greases_in_one_file_are_a_sweep_each(tmp_path):
     path.write_text("\n".join(["grease,speed [mm/s],mu", *(f"{n},{1000 * w:.6g},{y:.6g}" for n, w, y in rows)]))
     first, second = fit_materials([path])
     assert first.curve.mu_stop == pytest.approx(0.09, abs=0.01) and math.isnan(second.curve.mu_stop)
+
+
+def test_compare_ends_vibration_where_the_curve_with_its_line_does():
+    system = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "damping": 1.0}
+    points = sweep(0.09)
+    ds = stickslip.compare({"turned": points}, **system, draws=0, progress=False)
+    cell = system | fit_curve(*points).coefficients()
+    borders = stickslip.border(cell, along="belt_speed", between=(0.001, 1.0))["border"].values
+    assert float(ds["quiet_above"][0]) == pytest.approx(np.nanmax(borders), rel=1e-6)
+    assert float(ds["mu_stop"][0]) == cell["mu_stop"] and float(ds["mu_stop_low"][0]) < 0.09
