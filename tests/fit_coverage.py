@@ -8,6 +8,9 @@ the fastest; friction falls by a fifth to all of a1 and rises by 5 to 60 % of it
 mean friction. Uneven: by up to a factor of 3.3 along the speed, and at random besides. An interval is printed unless
 both of its ends are open. The border is the closed form of the end of stick-slip without a damper, its interval that of
 1,000 draws, as in `compare`.
+
+Sweeps (--sweeps) go up and down one to three times, with 6 to 40 points a branch and 1 to 5 % of noise; on the way down
+half of them follow the line of Eq. (2a) to a mu_stop, 0.4 to 1.5 of the fall below friction at break-away.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stickslip.theory import stick_slip_limit
+from stickslip.theory import reversal_speed, stick_slip_limit, stribeck
 from stickslip.theory.curve import SHAPES
 from stickslip_materials.fit import draw_curves, fit_curve
 
@@ -142,14 +145,65 @@ def wrong(trials: list[Trial]) -> Iterator[str]:
         yield f"{invented} fits called determined have a mu_start of more than twice what was measured"
 
 
+@dataclass
+class Sweep:
+    """One sweep up and down. shown : a mu_stop was fitted. held : its interval holds the truth. otherwise : another
+    difference of the branches was seen."""
+
+    differs: bool
+    shown: bool
+    held: bool
+    otherwise: bool
+
+
+def sweep(seed: tuple[int, int]) -> Sweep:
+    random = np.random.default_rng(seed)
+    count, noise, loops = random.choice([6, 8, 12, 20, 40]), random.uniform(0.01, 0.05), random.choice([1, 1, 2, 3])
+    up, a1 = np.geomspace(0.01, 1.0, count), random.uniform(0.05, 0.6)
+    drop, rise = random.uniform(0.3, 1.2) * a1, random.uniform(0.1, 0.6) * a1
+    a4 = 10 ** random.uniform(np.log10(0.03), np.log10(1 / 6))
+    speed = np.tile(np.r_[up, up[::-1]], loops)
+    mu = stribeck(speed, a1, rise, drop, a4)
+    least = min(float(reversal_speed(rise, drop, a4)), 1.0)
+    stop, differs = a1 + drop * (1 - random.uniform(0.4, 1.5)), bool(random.random() < 0.5)
+    if differs:
+        line = stop + (stribeck(least, a1, rise, drop, a4) - stop) * speed / least
+        falls = np.tile(np.r_[np.zeros(count, bool), np.ones(count, bool)], loops)
+        mu = np.where(falls & (speed < least), line, mu)
+    fit = fit_curve(speed, mu * (1 + noise * random.standard_normal(speed.size)))
+    low, high = fit.interval.get("mu_stop", (0.0, 0.0))
+    return Sweep(differs, high > 0, low <= stop <= high, "while the speed falls, " in fit.quality)
+
+
+def of_sweeps(sweeps: list[Sweep]) -> tuple[str, bool]:
+    """A line on sweeps, and whether it is as it should be."""
+    differ, agree = ([one for one in sweeps if one.differs is differs] for differs in (True, False))
+    shown = [one.held for one in differ if one.shown]
+    held, invented = float(np.mean(shown)), float(np.mean([one.shown for one in agree]))
+    otherwise = float(np.mean([one.otherwise for one in sweeps]))
+    text = (
+        f"{len(sweeps)} sweeps: mu_stop in {100 * len(shown) / len(differ):.1f} % of those that have one, held in "
+        f"{100 * held:.1f} %; in {100 * invented:.2f} % of the others; another difference in {100 * otherwise:.2f} %"
+    )
+    return text, LEAST <= held <= MOST and invented <= 0.015 and otherwise <= 0.02
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fits", type=int, default=5000)
+    parser.add_argument("--sweeps", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     with ProcessPoolExecutor() as pool:
         results = [*pool.map(trial, [(options.seed, i) for i in range(options.fits)], chunksize=10)]
-    print("\n".join(table(results)))
-    problems = [*wrong(results)]
+        sweeps = [*pool.map(sweep, [(options.seed, i) for i in range(options.sweeps)], chunksize=10)]
+    problems: list[str] = []
+    if results:
+        print("\n".join(table(results)))
+        problems += wrong(results)
+    if sweeps:
+        line, is_right = of_sweeps(sweeps)
+        print(line)
+        problems += [] if is_right else [line]
     print("\n".join(problems), file=sys.stderr)
     sys.exit(bool(problems))

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from stickslip.errors import PlotError
 from stickslip.plots.layout import ROW, Figure, entitle, legend
 from stickslip.plots.palette import BLACK, FLAG_COLOURS, look_of
+from stickslip.theory import reversal_speed
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
+from stickslip.vocabulary.models import CURVE
 from stickslip_materials.compare.dataset import speeds_of
 from stickslip_materials.fit.memory import BRISTLES
 
@@ -32,7 +34,8 @@ _DENSE = 300  # points of a curve
 
 class Drawn(NamedTuple):
     """A material as it is drawn, speeds in m/s: its points (sigma: their standard deviations, or None), its curve, and
-    the ends of its band."""
+    the ends of its band. falls : points measured while the speed fell, or None. slowing : where friction goes then, a
+    line from its fastest speed on; NaN elsewhere."""
 
     name: str
     speed: Floats
@@ -42,6 +45,8 @@ class Drawn(NamedTuple):
     middle: Floats
     low: Floats
     high: Floats
+    slowing: Floats
+    falls: NDArray[np.bool_] | None = None
 
 
 def _plain(value: float, _: float) -> str:
@@ -72,7 +77,12 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
         handles += draw_materials(axes[0], [_fitted(one) for one in curves], unit)
     if ageing:
         handles += _draw_ageing(axes[-1], ageing)
-    legend(figure, handles, at_right=panels == 1, notes=["points, fitted curve, 95 % band"] if curves else [])
+    notes = ["points, fitted curve, 95 % band"] if curves else []
+    if any("direction" in one.points for one in curves):
+        notes.append("of the other fill: measured as the speed fell")
+    if any("mu_stop" in one.curve.coefficients() for one in curves if one.curve):
+        notes.append("dotted: down to mu_stop")
+    legend(figure, handles, at_right=panels == 1, notes=notes)
     entitle(figure, axes[0], title or ", ".join(one.name for one in fits), above_all=True)
     return figure
 
@@ -98,7 +108,13 @@ def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool
         look = look_of(number)
         ax.fill_between(factor * one.grid, one.low, one.high, color=look["color"], alpha=0.2, linewidth=0)
         ax.plot(factor * one.grid, one.middle, **look | {"marker": ""}, linewidth=1.4)
-        ax.errorbar(factor * one.speed, one.mu, one.sigma, **look | {"linestyle": "none"}, markersize=5, capsize=2)
+        ax.plot(factor * one.grid, one.slowing, color=look["color"], linewidth=1.0, linestyle=(0, (1, 1)))
+        falls = np.zeros(one.speed.size, bool) if one.falls is None else one.falls
+        other = "white" if number % 2 else look["color"]
+        for which, face in ((~falls, look["markerfacecolor"]), (falls, other)):
+            sigma = None if one.sigma is None else one.sigma[which]
+            look |= {"linestyle": "none", "markerfacecolor": face}
+            ax.errorbar(factor * one.speed[which], one.mu[which], sigma, **look, markersize=5, capsize=2)
     speeds = np.concatenate([one.speed for one in materials])
     if log if log is not None else speeds.min() > 0 and speeds.max() > _WIDE * speeds.min():
         ax.set_xscale("log")
@@ -117,8 +133,18 @@ def _fitted(one: MaterialFit) -> Drawn:
     assert one.curve is not None
     grid = speed_grid(*one.curve.speeds)
     low, high = one.curve.band(grid)
-    points = one.points
-    return Drawn(one.name, points["speed"], points["mu"], points.get("sigma"), grid, one.curve.predict(grid), low, high)
+    points, middle, falls = one.points, one.curve.predict(grid), one.points.get("direction", np.zeros(0)) < 0
+    slowing = _slowing(one.curve.coefficients(), grid, middle)
+    return Drawn(one.name, points["speed"], points["mu"], points.get("sigma"), grid, middle, low, high, slowing,
+                 falls if falls.any() else None)  # fmt: skip
+
+
+def _slowing(curve: Mapping[str, float], grid: Floats, friction: Floats) -> Floats:
+    """Friction over slip speeds on the way down, below the minimum of a curve with mu_stop, Eq. (2a); NaN elsewhere."""
+    start = np.fmin(reversal_speed(*(curve[name] for name in CURVE[1:])), grid[-1])
+    reversal = np.interp(start, grid, friction)
+    stop = curve.get("mu_stop", math.nan)
+    return np.where(grid <= start, stop + (reversal - stop) * grid / start, np.nan)
 
 
 def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> list[Line2D]:
@@ -167,7 +193,19 @@ def _compared(ds: xr.Dataset, i: int) -> Drawn:
     grid, speed = ds["slip_speed"].values[shown], ds["point_speed"].values[own]
     curve = [ds[column].values[i][shown] for column in ("friction", "friction_low", "friction_high")]
     known = sigma is not None and bool(np.isfinite(sigma).all()) and sigma.size > 0
-    return Drawn(name, speed, ds["point_friction"].values[own], sigma if known else None, grid, *curve)
+    coefficients = {key: float(ds[key].values[i]) for key in (*CURVE, "mu_stop") if key in ds}
+    slowing = _slowing(coefficients, grid, curve[0])
+    return Drawn(
+        name,
+        speed,
+        ds["point_friction"].values[own],
+        sigma if known else None,
+        grid,
+        curve[0],
+        curve[1],
+        curve[2],
+        slowing,
+    )
 
 
 def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:

@@ -136,7 +136,8 @@ def _in_section(document: Document, data: dict[str, Any], friction: dict[str, An
 def _in_group(axis: dict[str, Any], fits: list[MaterialFit]) -> dict[str, Any]:
     """A group with the coefficients of several curves in place of `fit`, whose labels they are unless it has some."""
     curves = [_coefficients(fit) for fit in fits]
-    columns = {name: [curve[name] for curve in curves] for name in CURVE}
+    names = dict.fromkeys(name for curve in curves for name in curve)
+    columns = {name: [curve.get(name, "none") for curve in curves] for name in names}
     others = {key: value for key, value in axis["zip"].items() if key != "fit"}
     return {"labels": [fit.name for fit in fits]} | axis | {"zip": columns | others}
 
@@ -184,5 +185,5 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
     if len(names) > 1:
         blocks.append({"between": names, "matrix": matrix.tolist()})
     section = {**uncertain, "quantities": {**quantities, **drawn}} | ({"correlation": blocks} if blocks else {})
-    fixed = {name: known[name] for name in CURVE if name not in names}
+    fixed = {name: value for name, value in known.items() if name not in names}
     return replace(document, data={**data, "friction": {**data.get("friction", {}), **fixed}, "uncertain": section})

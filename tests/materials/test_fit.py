@@ -126,8 +126,8 @@ def noisy(truth, speed, scatter=0.003, seed=1):
         (np.linspace(0, 1, 20), lambda w: noisy((0.3, 0.1, 0, 1), w), {"a3", "a4"}, "no declining branch"),
         (np.linspace(0, 1, 20), lambda w: np.full_like(w, 0.4), {"a3", "a4"}, "no declining branch"),
         (np.linspace(0.5, 1, 20), lambda w: noisy((0.3, 0.1, 0.2, 0.02), w), {"a3", "a4"}, "no declining branch"),
-        (np.linspace(0.3, 1, 20), lambda w: noisy(ARTICLE, w, 1e-4), set(), "times a4: the decline is over before"),
-        (np.linspace(0, 0.05, 20), lambda w: noisy(ARTICLE, w), {"a1"}, "measure at higher speed"),
+        (np.linspace(0.3, 1, 20), lambda w: noisy(ARTICLE, w, 1e-4), set(), "extrapolated: the points, from 0.3 m/s"),
+        (np.linspace(0, 0.05, 20), lambda w: noisy(ARTICLE, w), {"a1"}, "do not determine a1"),
         (np.linspace(0, 1, 4), lambda w: law(w, *ARTICLE), set(NAMES), "do not test the fit"),
         (np.linspace(0, 1, 40), lambda w: 0.3 + 0.3 * np.exp(-((w / 0.3) ** 4)), set(), "another shape"),
         (np.linspace(0, 1, 150), lambda w: noisy(ARTICLE, w, 0.1), None, "explains only"),
@@ -207,7 +207,7 @@ def test_a_few_points_that_fall_all_the_way_give_a_curve_that_falls(speed, mu):
     low, high = fit.interval["mu_start"]
     spare = len(speed) - 4
     known = spare > 1 and "another shape" not in fit.quality
-    assert (low, high) == (0, math.inf) or (known and 0.12 < low < 0.14 < high)
+    assert (low, high) == (0, math.inf) or (known and 0.11 < low < 0.14 < high)
     assert fit.has_intervals == known
 
 
@@ -215,7 +215,7 @@ def test_coefficients_that_trade_off_against_each_other_are_named():
     speed, mu = FALLS["straight"]
     fit = fit_curve(np.array(speed) / 1000, mu)
     assert {"a1", "a3", "a4"} <= set(fit.unidentified)
-    assert "a1 and a3 and a4 singly, only the curve between" in fit.quality and "higher speeds" in fit.quality
+    assert "do not determine a1 and a3 and a4" in fit.quality and "measure at higher speed" in fit.quality
 
 
 @pytest.mark.parametrize("mu", [[0.14, 0.12, 0.121, 0.119, 0.122], [0.14, 0.11, 0.112, 0.111]])
@@ -258,7 +258,7 @@ def test_a_coefficient_at_its_bound_is_not_praised():
     speed = np.linspace(0, 1, 30)
     fit = fit_curve(speed, law(speed, 0.5, -0.01, 0.3, 0.1) + np.random.default_rng(2).normal(0, 0.003, 30))
     assert fit.a2 == 0.0 and fit.at_bound == ("a2",)
-    assert "a2 is at its bound, 0: they show no rise up to 1 m/s" in fit.quality
+    assert "a2 may be 0 (95 %): a rise up to 1 m/s is not certain" in fit.quality
     assert "all four" not in fit.quality and "they determine a1, a3 and a4" in fit.quality
     fit = fit_curve(speed, law(speed, 0.0, 0.1, 0.3, 0.1) - 0.01 * np.exp(-((speed - 0.3) ** 2) / 0.02))
     assert "a1" in fit.at_bound and "a1 is at its bound, 0" in fit.quality and not fit.good
@@ -336,8 +336,8 @@ def test_growth_in_proportion_to_time_has_no_slope_per_decade():
 
 @pytest.mark.parametrize(("slope", "scatter", "said"), [
     (0.0, 0.003, "show no ageing"),
-    (-0.05, 0.003, "falls with waiting time"),
-    (0.02, 0.02, "The growth explains only"),
+    (-0.05, 0.003, "no ageing"),
+    (0.02, 0.02, "explains only"),
 ])  # fmt: skip
 def test_points_without_ageing_are_said_plainly(slope, scatter, said):
     waits = np.tile(WAITS, 4 if scatter > 0.01 else 1)

@@ -19,7 +19,7 @@ def law(w, a1, a2, a3, a4):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("speeds", [np.geomspace(0.002, 1, 16), np.linspace(0.05, 1, 20)], ids=["log", "linear"])
 def test_intervals_are_those_of_minos(speeds, seed):
-    """MINOS (James and Roos 1975) moves along the profile of each coefficient; mu_start is one in its place of a3."""
+    """MINOS of all four coefficients at once (James and Roos 1975), not of a scale; mu_start is in the place of a3."""
     sigma, truth = 0.004, (0.2, 0.15, 0.15, 0.08)
     mu = law(speeds, *truth) + np.random.default_rng(seed).normal(0, sigma, speeds.size)
     fit = fit_curve(speeds, mu, sigma)
@@ -119,7 +119,7 @@ def test_scatter_that_differs_along_the_speed_is_seen_and_weighed():
     hits, seen = np.zeros(2), 0
     for seed in range(20):
         fit = fit_curve(w, law(w, 0.3, 0.05, 0.2, 0.05) + sigma * np.random.default_rng(seed).standard_normal(40))
-        seen += fit.scatter < 1 and not fit.good and "scatter about" in fit.quality
+        seen += fit.scatter < 1 and not fit.good and "points scatter" in fit.quality
         for i, (name, truth) in enumerate((("mu_start", 0.5), ("a4", 0.05))):
             hits[i] += fit.interval[name][0] <= truth <= fit.interval[name][1]
     assert (hits >= 17).all() and seen >= 17, (hits, seen)

@@ -84,7 +84,7 @@ def _of_fits(curves: Sequence[CurveFit]) -> dict[str, Floats]:
     good = [curve.good for curve in curves]
     columns |= {"slowest_point": [*slowest], "fastest_point": [*fastest], "fit_good": good}
     if any("mu_stop" in curve.coefficients() for curve in curves):
-        columns["mu_stop"] = [curve.coefficients().get("mu_stop", np.nan) for curve in curves]
+        columns["mu_stop"] = [curve.mu_stop for curve in curves]
     return {name: np.array(values, np.float64) for name, values in columns.items()}
 
 

@@ -3,18 +3,18 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.theory import static_friction
-from stickslip_materials.fit.profile import Cone, Model, Region, bottom
+from stickslip_materials.fit.likelihood import Likelihood
 from stickslip_materials.fit.quality import say
 from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
-_EITHER = Cone(np.eye(2))  # mu0 and beta may have either sign
 _UNLIKELY = 0.8  # confidence at which that is left out
 _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
 
@@ -43,7 +43,7 @@ class AgeingFit:
     t0_assumed: bool
     good: bool
     quality: str
-    region: Region | None = field(repr=False, compare=False)
+    likelihood: Likelihood | None = field(repr=False, compare=False)
 
     def predict(self, time: ArrayLike) -> Floats:
         """Static friction coefficient after waiting times (s)."""
@@ -56,19 +56,18 @@ class AgeingFit:
     def within(self, level: float, at: float | None) -> Interval:
         """The 95 % interval of level mu0 + beta log10(1 + at/t0); at None: of beta alone. An end may be infinite."""
 
-        def direction(t0: Floats) -> Floats:
-            growth = np.ones_like(t0) if at is None else np.log1p(at / t0) / math.log(10.0)
-            return np.stack([np.full_like(t0, level), growth], axis=1)[:, None, :]
+        def along(t0: float) -> Floats:
+            return np.array([level, 1.0 if at is None else math.log1p(at / t0) / math.log(10.0)])
 
-        row = direction(np.array([self.t0]))[0, 0]
+        row: Floats = along(self.t0)
         middle = float(row @ [self.mu0, self.beta])
-        if self.region is None:
-            reach = student(self.freedom) * float(np.sqrt(max(row @ self.covariance @ row, 0.0)))
+        if self.likelihood is None:
+            reach = student(self.freedom) * math.sqrt(max(float(row @ self.covariance @ row), 0.0))
             return middle - reach, middle + reach
-        low, high = -math.inf, math.inf
-        if self.freedom > 0:
-            low, high = (float(end[0]) for end in self.region.extent(direction))
-        slow, fast = self.region.scale
+        if self.freedom <= 0:
+            return -math.inf, math.inf
+        low, high = self.likelihood.interval(along)
+        slow, fast = self.likelihood.scale_interval
         if slow == 0 and at is not None and at < self.t0:
             low = -math.inf  # mu0 falls without end where t0 does
         if math.isinf(fast) and at is None:
@@ -109,36 +108,37 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
             "fewer do not allow the growth to be assessed"
         )
     shortest, longest = float(t[t > 0].min()), float(t.max())
-    model = Model(
-        y, np.ones_like(y), np.ones((t.size, 1)), lambda scale: np.log1p(t / scale[:, None]) / math.log(10.0),
-        (shortest / _BEYOND, longest * _BEYOND),
+    likelihood = Likelihood(
+        y, np.ones_like(y), partial(_columns, t),
+        (shortest / _BEYOND, longest * _BEYOND), np.eye(2), freedom=float(t.size - 3),
     )  # fmt: skip
     if t0 is not None:
-        return _fit_at(model, t, float(t0), None)
-
-    def left(scale: Floats) -> Floats:
-        return model.solve(scale, _EITHER).left
-
-    region = Region(model, _EITHER, float(t.size - 3), None)
-    low, high = region.scale
-    likeliest = bottom(left, model.grid)
+        return _fit_at(likelihood, t, float(t0), is_given=True)
+    low, high = likelihood.scale_interval if t.size > 3 else (0.0, math.inf)
+    likeliest = math.exp(likelihood.scale)
     if low > 0:
-        return _fit_at(model, t, low if math.isinf(high) else likeliest, region)
+        return _fit_at(likelihood, t, low if math.isinf(high) else likeliest)
     usual = min(_ASSUMED * shortest, high)
-    least, there = (float(left(np.array([scale]))[0]) for scale in (likeliest, usual))
+    least, there = (likelihood.solve(math.log(scale))[1] for scale in (likeliest, usual))
     unlikely = t.size > 3 and there > least * (1.0 + student(t.size - 3, _UNLIKELY) ** 2 / (t.size - 3))
-    return _fit_at(model, t, likeliest if unlikely and likeliest > usual else usual, region)
+    return _fit_at(likelihood, t, likeliest if unlikely and likeliest > usual else usual)
 
 
-def _fit_at(model: Model, t: Floats, t0: float, region: Region | None) -> AgeingFit:
-    """The straight line over log10(1 + t/t0) and its quality. region : what the points allow, None for a given t0."""
-    y = model.target
-    mu0, beta = map(float, model.solve(np.array([t0]), _EITHER).values[0])
+def _columns(t: Floats, t0: Floats) -> Floats:
+    """What mu0 and beta multiply, for each t0 (k,): (k, n, 2)."""
+    growth = np.log1p(t / t0[:, None]) / math.log(10.0)
+    return np.stack([np.ones_like(growth), growth], axis=2)
+
+
+def _fit_at(likelihood: Likelihood, t: Floats, t0: float, *, is_given: bool = False) -> AgeingFit:
+    """The straight line over log10(1 + t/t0) and its quality."""
+    y = likelihood.target
+    mu0, beta = map(float, likelihood.solve(math.log(t0))[0])
     residuals = y - static_friction(t, mu0, beta, t0)
-    limits = (t0, t0) if region is None else region.scale
-    is_free = region is not None and limits[0] > 0 and math.isfinite(limits[1])
-    assumed = region is not None and not is_free
-    freedom = t.size - (2 if region is None else 3)
+    limits = (t0, t0) if is_given else likelihood.scale_interval if t.size > 3 else (0.0, math.inf)
+    is_free = not is_given and limits[0] > 0 and math.isfinite(limits[1])
+    assumed = not is_given and not is_free
+    freedom = t.size - (2 if is_given else 3)
     growth = np.log1p(t / t0) / math.log(10.0)
     columns = [np.ones_like(t), growth, *([-beta * t / (t0 + t) / math.log(10.0)] if is_free else [])]  # by ln t0
     variance = float(residuals @ residuals) / freedom if freedom > 0 else math.inf
@@ -160,32 +160,23 @@ def _fit_at(model: Model, t: Floats, t0: float, region: Region | None) -> Ageing
         t0_assumed=assumed,
         good=False,
         quality="",
-        region=region,
+        likelihood=None if is_given else likelihood,
     )
     fit = replace(fit, interval={"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits})
     reservations = [*_reservations(fit)]
     good = say("grows", beta=fit.beta, rms=fit.residual_rms)
-    remark = _assumption(fit, float(t[t > 0].min())) if assumed else ""
+    remark = say("t0", t0=t0, shortest=float(t[t > 0].min())) if assumed else ""
     return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or good} {remark}".strip())
 
 
 def _reservations(fit: AgeingFit) -> Iterator[str]:
     (low, high), (least, most) = fit.interval["beta"], fit.interval["t0"]
-    if high < 0:
-        yield say("no ageing")
-    elif not low > 0:
-        yield say("any slope", low=low, high=high)
+    if not low > 0:
+        yield say("no ageing", low=low, high=high)
     elif fit.r_squared < 0.5:
-        yield say("growth explains little", share=100 * fit.r_squared)
+        yield say("little", share=100 * fit.r_squared)
     if fit.t0_assumed and least > 0 and math.isinf(most):
         yield say("proportional", least=least)
-
-
-def _assumption(fit: AgeingFit, shortest: float) -> str:
-    """The t0 that was taken, where the points do not determine it."""
-    low, high = fit.interval["t0"]
-    others = "any" if math.isinf(high) else f"any below {high:.2g} s"
-    return say("t0 taken" if low > 0 else "t0 open", t0=fit.t0, shortest=shortest, others=others)
 
 
 # --- lubricants in order ----------------------------------------------------------------------------------------------

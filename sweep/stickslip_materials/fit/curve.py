@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.theory.curve import SHAPES
-from stickslip.vocabulary.models import CURVE, FITTED
-from stickslip_materials.fit.models import FALLING, LEAST, STRAIGHT, STRENGTHENING, Chosen, MeasuredPoints
-from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, covariance, student
+from stickslip.vocabulary.models import CURVE
+from stickslip_materials.fit.models import Form, MeasuredPoints
+from stickslip_materials.fit.uncertainty import Flags, Floats, Interval
 
+if TYPE_CHECKING:
+    from stickslip_materials.fit.turns import Line
+
+_BAND = 2000  # curves drawn for a band
 _BATCHES = 200  # of draws, until enough of them lie within the bounds
 
 
 class Drawn(NamedTuple):
-    """Curves drawn. coefficients : a1 to a4 by name, each (count,). kept : share of the draws within the bounds."""
+    """Curves drawn. coefficients : a1 to a4 by name, and mu_stop of a fit that has it,
+    each (count,). kept : share of the draws within the bounds."""
 
     coefficients: dict[str, Floats]
     kept: float
@@ -30,93 +35,15 @@ class Drawn(NamedTuple):
         return np.asarray(self.coefficients["a2"] < 0)
 
     @classmethod
-    def in_batches(cls, batch: Callable[[], Floats], count: int) -> Drawn | None:
+    def in_batches(cls, batch: Callable[[], Floats], count: int, names: Sequence[str] = CURVE) -> Drawn | None:
         """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
         inside: list[Floats] = []
         for batches in range(1, _BATCHES + 1):
             inside.append(batch())
             if (enough := sum(map(len, inside))) >= count:
                 values = np.concatenate(inside)[:count].T
-                return cls(dict(zip(CURVE, values, strict=True)), enough / (batches * count))
+                return cls(dict(zip(names, values, strict=True)), enough / (batches * count))
         return None
-
-
-class Allowed:
-    """The curves that points allow, in SI: 95 % intervals by profile likelihood, and draws of the same likelihood."""
-
-    def __init__(self, points: MeasuredPoints, chosen: Chosen) -> None:
-        self._points, self._chosen = points, chosen
-        self.region = points.region(chosen.form.whole)
-
-    def intervals(self) -> Mapping[str, Interval]:
-        """Of a1 to a4 and of mu_start; an end that the points leave open is inf, or 0."""
-        form, units = self._chosen.form, self._points.units
-        names = ("a1", "a2", "a3", "mu_start")
-        if form is STRAIGHT:  # a branch that the points do not show may hide in any of them
-            return dict.fromkeys(FITTED, (0.0, math.inf))
-        rows = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1]])
-        low, high = self.region.extent(lambda scale: np.broadcast_to(rows, (scale.size, 4, 3)))
-        best = np.append(self._chosen.best[:3], self._chosen.best[0] + self._chosen.best[2])
-        ends = {
-            name: (float(min(a, b) * unit), float(max(c, b) * unit))
-            for name, a, b, c, unit in zip(names, low, best, high, units[[0, 1, 2, 0]], strict=True)
-        }
-        slow, fast = self.region.scale
-        if slow == 0.0 and self._points.speed.min() > 0 and form is not STRENGTHENING:
-            # a branch below the slowest point may be as steep as it likes
-            ends |= {name: (ends[name][0], math.inf) for name in ("a3", "mu_start")}
-        if math.isinf(fast):  # a1 and a3 are one coefficient then, and with a2 a straight line
-            ends |= {**dict.fromkeys(("a1", "a3"), (0.0, math.inf)), "a2": (ends["a2"][0], math.inf)}
-        floor = (*form.nonnegative, "mu_start")
-        ends = {name: (max(a, 0.0) if name in floor else a, b) for name, (a, b) in ends.items()}
-        ends["a4"] = float(slow * units[3]), float(fast * units[3])
-        if form is FALLING:  # without the rise that was assumed away, the others are not known
-            ends |= dict.fromkeys(("a1", "a2", "a3"), (0.0, math.inf))
-        return ends
-
-    def friction(self, speed: Floats) -> tuple[Floats, Floats]:
-        """Lower and upper ends of the friction coefficient at slip speeds (c,) in m/s."""
-        points = self._points
-        u, size = speed / points.units[3], points.units[0]
-        if self._chosen.form is STRAIGHT:
-            low, high = self._line(np.column_stack([np.ones_like(u), u]))
-            return low * size, high * size
-
-        def rows(scale: Floats) -> Floats:
-            weakening = SHAPES[points.law](u / scale[:, None])
-            return np.stack([np.ones_like(weakening), np.broadcast_to(u, weakening.shape), weakening], axis=2)
-
-        low, high = self.region.extent(rows)
-        return np.broadcast_to(low, u.shape) * size, np.broadcast_to(high, u.shape) * size
-
-    def _line(self, rows: Floats) -> tuple[Floats, Floats]:
-        """The ends of combinations (c, 2) of the two coefficients of a straight line."""
-        points, best, known = self._points, self._chosen.best, self._points.deviation is not None
-        spare = points.freedom(STRAIGHT)
-        variance = 1.0 if known else points.left(best) / spare
-        error = np.sqrt(variance * np.einsum("ci,ij,cj->c", rows, covariance(points.jacobian(best)[:, :2]), rows))
-        reach = student(math.inf if known else spare) * error
-        middle = rows @ best[:2]
-        return middle - reach, middle + reach
-
-    @property
-    def can_draw(self) -> bool:
-        """True where points are to spare, so that their scatter is known."""
-        least = 1 if self._points.deviation is not None else LEAST
-        return self._points.freedom(self._chosen.form.whole) >= least
-
-    def draw(self, count: int, random: np.random.Generator) -> Floats:
-        """a1 to a4 of curves, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be < 0.
-
-        Of points that show no branch: those with one they may hide, its a4 anywhere between the slowest and the
-        fastest of them.
-        """
-        form, speed = self._chosen.form, self._points.place
-        hidden = (float(speed[speed > 0].min()), 1.0) if form is STRAIGHT else None
-        values, scale = self.region.draw(count, random, hidden)
-        start, branch = values[:, 0] + values[:, 2], values[:, 2] <= 0 if form is STRENGTHENING else values[:, 2] >= 0
-        inside = (values[:, 0] >= 0) & (start >= 0) & branch
-        return np.asarray(np.column_stack([values, scale])[inside] * self._points.units)
 
 
 @dataclass(frozen=True)
@@ -139,7 +66,9 @@ class CurveFit:
     has_intervals : whether what follows from the curve has an interval: points are to spare, and follow its shape.
     good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
     law : of the curve. preferred : by how much its AICc is below that of the Stribeck curve.
-    allowed : the curves that the points allow, which bands and draws come from.
+    measured, form : points and form of the curve, which bands and draws come from.
+    mu_stop : friction while the speed falls to 0, Eq. (2a); NaN where the points were not measured on the way down, or
+        do not differ there. line : the points it follows from.
     """
 
     a1: float
@@ -166,7 +95,10 @@ class CurveFit:
     quality: str
     law: str
     preferred: float
-    allowed: Allowed = field(repr=False, compare=False)
+    measured: MeasuredPoints = field(repr=False, compare=False)
+    form: Form = field(repr=False, compare=False)
+    mu_stop: float = math.nan
+    line: Line | None = field(default=None, repr=False, compare=False)
 
     @property
     def mu_start(self) -> float:
@@ -179,8 +111,9 @@ class CurveFit:
         return self.a3 > 0
 
     def coefficients(self) -> dict[str, float]:
-        """a1 to a4 by name, as `evaluate` and `simulate` take them."""
-        return {name: float(getattr(self, name)) for name in CURVE}
+        """a1 to a4 by name, and mu_stop if there is one, as `evaluate` and `simulate` take them."""
+        names = CURVE if math.isnan(self.mu_stop) else (*CURVE, "mu_stop")
+        return {name: float(getattr(self, name)) for name in names}
 
     def predict(self, speed: ArrayLike) -> Floats:
         """Friction coefficient at slip speeds (m/s)."""
@@ -188,11 +121,15 @@ class CurveFit:
         return np.asarray(self.a1 + self.a2 * w + self.a3 * SHAPES[self.law](w / self.a4))
 
     def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
-        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s), by profile likelihood; not
-        below 0, and infinite where the points determine nothing. What was assumed is taken as it is.
+        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s): quantiles of draws; not
+        below 0, and infinite where none can be drawn.
         """
         w = np.asarray(speed, np.float64)
-        low, high = (end.reshape(w.shape) for end in self.allowed.friction(w.ravel()))
+        if (drawn := self.draw(_BAND, falling=True)) is None:
+            return np.zeros_like(w), np.full_like(w, np.inf)
+        level, slope, drop, decay = (drawn.coefficients[name] for name in CURVE)
+        curves = level + slope * w[..., None] + drop * SHAPES[self.law](w[..., None] / decay)
+        low, high = np.quantile(curves, (0.025, 0.975), axis=-1)
         middle = self.predict(w)
         return np.minimum(np.maximum(low, 0.0), middle), np.maximum(high, middle)
 
@@ -216,15 +153,21 @@ class CurveFit:
         Drawn or None
             None where the points are too few to draw any.
         """
-        if not self.allowed.can_draw:
+        if not self.measured.can_draw(self.form):
             return None
         random = np.random.default_rng(seed)
 
         def batch() -> Floats:
-            values = self.allowed.draw(count, random)
+            values = self.measured.draw(self.form, count, random)
             return values if falling or self.a3 < 0 else values[values[:, 1] >= 0]
 
-        return Drawn.in_batches(batch, count)
+        return self._slowing(Drawn.in_batches(batch, count), random)
+
+    def _slowing(self, drawn: Drawn | None, random: np.random.Generator) -> Drawn | None:
+        """Curves drawn, each with a mu_stop as likely as the points leave it."""
+        if drawn is not None and self.line is not None:
+            drawn.coefficients.setdefault("mu_stop", self.line.draw(drawn.coefficients, random))
+        return drawn
 
 
 def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:

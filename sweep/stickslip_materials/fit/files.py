@@ -193,7 +193,8 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
         if "speed" not in whole:
             raise ValueError("the repeats have no points of friction over speed, expected some of each")
         speeds, mus = ([one[name] for one in points] for name in ("speed", "mu"))
-        curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"))
+        ways = [one["direction"] for one in points] if "direction" in whole else None
+        curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"), directions=ways)
     except ValueError as error:
         raise ConfigError.of(f"same {pattern!r}", str(error)) from None
     name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"

@@ -14,17 +14,19 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.theory import stribeck
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, CURVE_LAWS, FITTED
-from stickslip_materials.fit.curve import Allowed, CurveFit, Drawn
+from stickslip_materials.fit.branches import Sweep
+from stickslip_materials.fit.curve import CurveFit, Drawn
 from stickslip_materials.fit.models import STRAIGHT, WEAKENING, Chosen, MeasuredPoints
 from stickslip_materials.fit.quality import Quality
+from stickslip_materials.fit.turns import course
 from stickslip_materials.fit.uncertainty import (
-    CONFIDENCE,
+    Flags,
     Floats,
     Interval,
     covariance,
@@ -39,11 +41,16 @@ _FEWEST = 4  # distinct speeds; as many as coefficients
 _AT_END = 0.01  # share of the decay speed within which it is at the end of the range that was searched
 _CHANCE = 0.003  # of an outlier among points that have none
 _MOST_OUTLIERS = 10  # one point in so many, and one at least, may be left out
-_BAND = 2000  # curves drawn for a band
 
 
 def fit_curve(
-    speed: ArrayLike, mu: ArrayLike, sigma: ArrayLike | None = None, *, unit: str = "m/s", law: str = "stribeck"
+    speed: ArrayLike,
+    mu: ArrayLike,
+    sigma: ArrayLike | None = None,
+    *,
+    unit: str = "m/s",
+    law: str = "stribeck",
+    direction: ArrayLike | None = None,
 ) -> CurveFit:
     """The friction curve nearest to measured points, by least squares.
 
@@ -56,6 +63,9 @@ def fit_curve(
     unit : in which `quality` gives speeds.
     law : one of `vocabulary.models.CURVE_LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest
         AICc.
+    direction : of each point, > 0 where it was measured while the speed rose, < 0 while it fell. None: by the order of
+        the points, if their speed turns. Of the law stribeck friction on the way down may have an end of its own,
+        `mu_stop`.
 
     Returns
     -------
@@ -85,9 +95,18 @@ def fit_curve(
         )
     if not y.any():
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
-    by_law = {name: MeasuredPoints(w, y, deviation, name) for name in CURVE_LAWS}
-    criterion = cache(lambda name: _criterion(by_law[name]))  # other laws are fitted where they are compared
-    return _fitted(by_law[min(CURVE_LAWS, key=criterion) if law == BEST else law], criterion, unit)
+
+    def fitted(which: Flags, is_rough: bool = False) -> CurveFit:
+        given = None if deviation is None else deviation[which]
+        by_law = {name: MeasuredPoints(w[which], y[which], given, name) for name in CURVE_LAWS}
+        criterion = cache(lambda name: _criterion(by_law[name]))  # other laws are fitted where they are compared
+        fit = _fitted(by_law[min(CURVE_LAWS, key=criterion) if law == BEST else law], criterion, unit, is_rough)
+        return replace(fit, outliers=tuple(np.flatnonzero(which)[[*fit.outliers]].tolist()))
+
+    way = course(w) if direction is None else points_of("direction", direction, w.size, -math.inf)
+    if way is None or not (way.min() < 0 < way.max()):
+        return fitted(np.ones(w.size, bool))
+    return Sweep(w, y, deviation, way, fitted).fit()
 
 
 def _criterion(points: MeasuredPoints) -> float:
@@ -102,25 +121,25 @@ def _criterion(points: MeasuredPoints) -> float:
     return likelihood + 2.0 * free * n / (n - free - 1.0)
 
 
-def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str) -> CurveFit:
-    """The curve through the points but outliers, weighted as their scatter asks for."""
+def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str, is_rough: bool) -> CurveFit:
+    """The curve through the points but outliers, weighted as their scatter asks for. is_rough : without intervals."""
     left_out = outliers(given)
     points = given.without(left_out)
     chosen = points.choose()
     if (slope := points.uneven(chosen)) is not None:
         points = replace(points, slope=slope)
         chosen = points.choose()
-    allowed, form, known = Allowed(points, chosen), chosen.form, points.deviation is not None
+    form, known = chosen.form, points.deviation is not None
     freedom = math.inf if known else float(points.freedom(form))
     residuals = points.mu - points.curve(chosen.best) * points.units[0]
     variance = 1.0 if known else points.left(chosen.best) / freedom if freedom > 0 else math.inf
     matrix = _covariance(points, chosen, variance)
-    estimates = dict(zip(CURVE, map(float, chosen.best * points.units), strict=True))
+    estimates: dict[str, Any] = dict(zip(CURVE, map(float, chosen.best * points.units), strict=True))
     open_ends = dict.fromkeys(FITTED, (0.0, math.inf))
     fit = CurveFit(
         **estimates,
         standard_error=_errors(matrix),
-        interval=allowed.intervals() if allowed.can_draw else open_ends,
+        interval=open_ends if is_rough else points.intervals(form),
         covariance=matrix,
         freedom=freedom,
         speeds=(float(points.speed.min()), float(points.speed.max())),
@@ -134,13 +153,16 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str)
         outliers=left_out,
         scatter=math.exp(points.slope),
         determined=False,
-        has_intervals=allowed.can_draw,
+        has_intervals=points.can_draw(form),
         good=False,
         quality="",
         law=points.law,
-        preferred=criterion("stribeck") - criterion(points.law),
-        allowed=allowed,
+        preferred=math.nan,
+        measured=points,
+        form=form,
     )
+    if is_rough:
+        return fit
     quality = Quality(fit, chosen, points, given, criterion, unit)
     doubts = [*quality.shape()]
     reservations = [*quality.reservations(), *doubts]
@@ -152,6 +174,7 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str)
         has_intervals=fit.has_intervals and not doubts,
         good=not reservations,
         quality=" ".join(reservations) or quality.praise(),
+        preferred=criterion("stribeck") - criterion(points.law),
     )
 
 
@@ -235,8 +258,12 @@ class RepeatedFit(CurveFit):
     def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
         """Curves as likely as the repeats leave them; see `draw_curves`."""
         random, n = np.random.default_rng(seed), len(self.without)
-        values = np.array([[*fit.coefficients().values()] for fit in (self, *self.without)])
-        by_factors = (values > 0).all(axis=0) & (np.array(CURVE) != CURVE.slope)
+        names = [
+            *CURVE,
+            *(["mu_stop"] if all("mu_stop" in fit.coefficients() for fit in (self, *self.without)) else []),
+        ]
+        values = np.array([[getattr(fit, name) for name in names] for fit in (self, *self.without)])
+        by_factors = (values > 0).all(axis=0) & (np.array(names) != CURVE.slope)
         best, *others = np.where(by_factors, np.log(np.where(by_factors, values, 1.0)), values)
         root = (np.array(others) - np.mean(others, axis=0)) * np.sqrt((n - 1) / n)
 
@@ -245,28 +272,22 @@ class RepeatedFit(CurveFit):
             drawn = best + random.standard_normal((count, n)) @ root / spread
             with np.errstate(over="ignore"):
                 drawn = np.where(by_factors, np.exp(drawn), drawn)
-            level, slope, drop, decay = drawn.T
+            level, slope, drop, decay = drawn.T[: len(CURVE)]
             weakens = self.coefficients()[CURVE.drop] >= 0
             of_kind = ((slope >= 0) | falling) & (drop >= 0) if weakens else drop <= 0
             possible = (level >= 0) & (level + drop >= 0) & (decay > 0) & np.isfinite(drawn).all(axis=1)
             return np.asarray(drawn[of_kind & possible])
 
-        return Drawn.in_batches(batch, count)
-
-    def band(self, speed: ArrayLike) -> tuple[Floats, Floats]:
-        """Lower and upper end of the 95 % confidence band of the curve at slip speeds (m/s): quantiles of draws."""
-        w = np.asarray(speed, np.float64)
-        drawn = self.draw(_BAND, falling=True)
-        if drawn is None:
-            return np.zeros_like(w), np.full_like(w, np.inf)
-        curves = stribeck(w[..., None], **drawn.coefficients)
-        tail = (1 - CONFIDENCE) / 2
-        low, high = np.quantile(curves, (tail, 1 - tail), axis=-1)
-        return np.maximum(low, 0.0), high
+        return self._slowing(Drawn.in_batches(batch, count, names), random)
 
 
 def fit_repeats(
-    speeds: Sequence[ArrayLike], mus: Sequence[ArrayLike], names: Sequence[str] = (), *, unit: str = "m/s"
+    speeds: Sequence[ArrayLike],
+    mus: Sequence[ArrayLike],
+    names: Sequence[str] = (),
+    *,
+    unit: str = "m/s",
+    directions: Sequence[ArrayLike] | None = None,
 ) -> RepeatedFit:
     """One curve through the points of several repeats of one material.
 
@@ -275,6 +296,7 @@ def fit_repeats(
     speeds, mus : slip speeds (m/s) and friction coefficients, an array for each repeat, which may differ in length
     names : of the repeats, for the result
     unit : in which `quality` tells speeds
+    directions : of the points, as for `fit_curve`; None: by the order of those of each repeat
 
     Returns
     -------
@@ -289,14 +311,18 @@ def fit_repeats(
     w, y = ([np.asarray(values, np.float64) for values in given] for given in (speeds, mus))
     if len(w) < 2 or len(w) != len(y):
         raise ValueError(f"repeats: got {len(w)}, expected at least 2, each with speeds and friction coefficients")
-    whole = fit_curve(np.concatenate(w), np.concatenate(y), unit=unit)
+    ways = [course(speed) for speed in w] if directions is None else [np.asarray(way) for way in directions]
+    d = [np.zeros(speed.size) if way is None else way for speed, way in zip(w, ways, strict=True)]
+    whole = fit_curve(np.concatenate(w), np.concatenate(y), unit=unit, direction=np.concatenate(d))
     without = []
     for i in range(len(w)):
+        speed, mu, way = (np.concatenate(of[:i] + of[i + 1 :]) for of in (w, y, d))
         try:
-            without.append(fit_curve(np.concatenate(w[:i] + w[i + 1 :]), np.concatenate(y[:i] + y[i + 1 :])))
+            without.append(fit_curve(speed, mu, direction=way))
         except ValueError as error:
             raise ValueError(f"without {names[i] if names else f'repeat {i + 1}'}: {error}") from None
-    best, *others = ([getattr(fit, name) for name in FITTED] for fit in (whole, *without))
+    fitted = [*FITTED, *(["mu_stop"] if all("mu_stop" in fit.coefficients() for fit in (whole, *without)) else [])]
+    best, *others = ([getattr(fit, name) for name in fitted] for fit in (whole, *without))
     scatter = np.array(others) - np.mean(others, axis=0)
     matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
     errors = [math.sqrt(variance) for variance in np.diag(matrix)]
@@ -305,8 +331,8 @@ def fit_repeats(
     quality = f"{whole.quality} Intervals are those of {count}, which hold what differs between them."
     values = {each.name: getattr(whole, each.name) for each in fields(CurveFit)}
     values |= {
-        "standard_error": dict(zip(FITTED, errors, strict=True)),
-        "interval": dict(zip(FITTED, map(_within, best, reach, FITTED), strict=True))
+        "standard_error": dict(zip(fitted, errors, strict=True)),
+        "interval": {**whole.interval, **dict(zip(fitted, map(_within, best, reach, fitted), strict=True))}
         | dict.fromkeys(whole.assumed, (0.0, math.inf)),
         "has_intervals": not whole.assumed,  # what was assumed differs from no repeat to another
         "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),

@@ -124,8 +124,8 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
     if "sigma" in kinds and kind not in known.PHYSICAL and (deviation := _deviation(name)):
         of, rest = _known(deviation[1], kinds)
         return Heading(text, name, unit, deviation[0], rest if of in ("mu", "kinetic") else deviation[1])
-    if kind == "material" and not set(_tokens(rest)) <= known.NUMBERED:
-        kind, rest = "", ""  # grease A
+    if kind in ("material", "direction") and not set(_tokens(rest)) <= known.NUMBERED:
+        kind, rest = "", ""  # grease A, ramp 2
     if not kind and "speed" in kinds and (longer := known.LONG_SPEED.fullmatch(name)):
         if known.NOT_OF_SLIDING.search(plain(longer[1])):
             return Heading(text, name, unit, "other")

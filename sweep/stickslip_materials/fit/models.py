@@ -1,4 +1,5 @@
-"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), and measured points with the best curve of each form.
+"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), measured points, the best curve of each form, and what the
+points leave open of it.
 
 A form says which coefficients are free, and of what sign.
 """
@@ -6,6 +7,7 @@ A form says which coefficients are free, and of what sign.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,8 +16,8 @@ import numpy as np
 import scipy  # type: ignore[import-untyped]
 
 from stickslip.theory.curve import SHAPES
-from stickslip.vocabulary.models import CURVE
-from stickslip_materials.fit.profile import Cone, Model, Region, bottom
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED
+from stickslip_materials.fit.likelihood import Likelihood
 from stickslip_materials.fit.uncertainty import CONFIDENCE, Floats, Interval, Residuals, rms, student
 
 _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residuals do no harm; are none
@@ -28,33 +30,29 @@ _FEW, _WIDER = 3, 0.975  # with so few points to spare a branch that is seen was
 
 @dataclass(frozen=True)
 class Form:
-    """Curves whose a1, a2 and a3 are sums of `parts`, rows of three, with weights >= 0, and of `free` rows with any.
+    """Curves whose a1, a2 and a3 are sums of `parts`, rows of three, of which the first `bounded` have weights >= 0.
 
     assumed : coefficients that the form fixes. nonnegative : those that cannot fall below 0.
     """
 
     parts: tuple[tuple[int, int, int], ...]
-    free: tuple[tuple[int, int, int], ...] = ()
+    bounded: int
     assumed: tuple[str, ...] = ()
-    nonnegative: tuple[str, ...] = CURVE
+    nonnegative: tuple[str, ...] = FITTED
 
     @property
     def whole(self) -> Form:
         """The form without what it fixes."""
         return self if self is STRENGTHENING else WEAKENING
 
-    @cached_property
-    def cone(self) -> Cone:
-        """Its a1, a2 and a3."""
-        return Cone(np.array([*self.parts, *self.free], np.float64), len(self.parts))
 
-
-WEAKENING = Form(((1, 0, 0), (0, 1, 0), (0, 0, 1)))
-FALLING = Form(((1, 0, 0), (0, 0, 1)), assumed=("a2",))
+WEAKENING = Form(((1, 0, 0), (0, 1, 0), (0, 0, 1)), 3)
+FALLING = Form(((1, 0, 0), (0, 0, 1)), 2, assumed=("a2",))
 # No branch: a straight line. a4 then means nothing.
-STRAIGHT = Form(((1, 0, 0), (0, 1, 0)), assumed=("a3", "a4"))
+STRAIGHT = Form(((1, 0, 0), (0, 1, 0)), 2, assumed=("a3", "a4"))
 # a1 and mu_start = a1 + a3 are >= 0, with a slope of either sign.
-STRENGTHENING = Form(((1, 0, -1), (0, 0, 1)), free=((0, 1, 0),), nonnegative=("a1", "a4"))
+STRENGTHENING = Form(((1, 0, -1), (0, 0, 1), (0, 1, 0)), 2, nonnegative=("a1", "a4", BREAKAWAY))
+_COMBINED = {"a1": (1, 0, 0), "a2": (0, 1, 0), "a3": (0, 0, 1), BREAKAWAY: (1, 0, 1)}
 
 
 class Chosen(NamedTuple):
@@ -80,7 +78,7 @@ class MeasuredPoints:
     law: str
     slope: float = 0.0
     _fits: dict[Form, Floats] = field(default_factory=dict, init=False, repr=False, compare=False)
-    _regions: dict[Form, Region] = field(default_factory=dict, repr=False, compare=False)  # of any slope
+    _likelihoods: dict[Form, Likelihood] = field(default_factory=dict, repr=False, compare=False)  # of any slope
 
     @cached_property
     def order(self) -> Floats:
@@ -114,13 +112,11 @@ class MeasuredPoints:
         """Between which a4 is searched."""
         return 0.1 * float(self.place[self.place > 0].min()), 50.0  # faster decay leaves e^-10 at the first point
 
-    @cached_property
-    def model(self) -> Model:
-        """Linear in a1, a2 and a3 for a given a4."""
-        lines = np.column_stack([np.ones_like(self.place), self.place])
-        return Model(
-            self.target, self.weight, lines, lambda a4: SHAPES[self.law](self.place / a4[:, None]), self.limits
-        )
+    def columns(self, a4: Floats) -> Floats:
+        """What a1, a2 and a3 multiply, for each a4 (k,): (k, n, 3)."""
+        columns = np.ones((a4.size, self.place.size, 3))
+        columns[:, :, 1], columns[:, :, 2] = self.place, SHAPES[self.law](self.place / a4[:, None])
+        return columns
 
     def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
         """The points, some left out."""
@@ -133,27 +129,19 @@ class MeasuredPoints:
         """Points to spare."""
         return self.speed.size - 4 + len(form.assumed)
 
-    def region(self, form: Form) -> Region:
-        """The range of scales that the points allow of a form, whatever the slope: it is searched."""
-        if form not in self._regions:
-            known, spare = self.deviation is not None, self.freedom(form)
-            few = not known and 0 < spare <= _FEW
-            spare = spare if known or spare >= LEAST else 0  # one tells nothing of the scatter
-            self._regions[form] = Region(
-                replace(self, slope=0.0).model, form.cone, math.inf if known and spare > 0 else float(spare),
-                None if known else self.order, 1 if form is WEAKENING else None,
-                student(spare, _WIDER if few else CONFIDENCE) if spare > 0 and not known else None,
-            )  # fmt: skip
-        return self._regions[form]
-
-    def uneven(self, chosen: Chosen) -> float | None:
-        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even, or is given."""
-        if self.deviation is not None or self.residuals(chosen) is None:
-            return None
-        slope, deviance = self.region(chosen.form.whole).slope
-        return slope if deviance > _UNEVEN and self.freedom(WEAKENING) > _FEW else None
-
     # --- curves -------------------------------------------------------------------------------------------------------
+
+    def likelihood(self, form: Form) -> Likelihood:
+        """Of the curves of a form, whatever the slope: it is searched."""
+        if form not in self._likelihoods:
+            known, spare = self.deviation is not None, self.freedom(form)
+            few = not known and LEAST <= spare <= _FEW
+            self._likelihoods[form] = Likelihood(
+                self.target, self.weight if known else np.ones_like(self.target), self.columns, self.limits,
+                np.array(form.parts, np.float64), form.bounded, math.inf if known else float(max(spare, 0)),
+                None if known else self.order, student(math.inf if known else spare, _WIDER if few else CONFIDENCE),
+            )  # fmt: skip
+        return self._likelihoods[form]
 
     def fit(self, form: Form) -> Floats:
         """The best a1 to a4."""
@@ -162,20 +150,17 @@ class MeasuredPoints:
                 line, _ = self._straight(falling=False)
                 self._fits[form] = np.array([line[0], line[1], 0.0, 1.0])
             else:
-                a4 = bottom(lambda scale: self.model.solve(scale, form.cone).left, self.model.grid)
-                self._fits[form] = np.append(self.model.solve(np.array([a4]), form.cone).values[0], a4)
+                weighted = replace(self.likelihood(form), weight=self.weight)
+                self._fits[form] = np.append(weighted.solve(weighted.scale)[0], math.exp(weighted.scale))
         return self._fits[form]
 
     def choose(self) -> Chosen:
         """The form that the points ask for: weakening, unless they show none; then strengthening, falling, or none."""
         if self.freedom(WEAKENING) <= 0 and not self.falls():
             return Chosen(WEAKENING, False, self.fit(WEAKENING))
-        weak = self.fit(WEAKENING)
-        if self._shows(weak):
-            return Chosen(WEAKENING, True, weak)
-        rise = self.fit(STRENGTHENING)
-        if rise[2] < 0 and self._rate(rise) > 0 and self._shows(rise, falling=True):
-            return Chosen(STRENGTHENING, True, rise)
+        for form in (WEAKENING, STRENGTHENING):
+            if self.shows_branch(form):
+                return Chosen(form, True, self.fit(form))
         if self.falls() and (fall := self.fit(FALLING))[2] > 0:
             return Chosen(FALLING, True, fall)
         return Chosen(STRAIGHT, False, self.fit(STRAIGHT))
@@ -184,28 +169,33 @@ class MeasuredPoints:
         """True where friction falls over the whole range of speeds, by the order of the points alone (Kendall)."""
         return bool(scipy.stats.kendalltau(self.speed, self.mu, alternative="less").pvalue < _TREND)
 
-    def _shows(self, a: Floats, falling: bool = False) -> bool:
+    def shows_branch(self, form: Form, confidence: float = _CERTAIN) -> bool:
         """True where the two coefficients of a branch lower the sum of squares by more than chance does."""
-        gain, freedom = self.gain(a, falling), self.speed.size - 4
-        if self.deviation is not None and (chi_squared := self.left(a)) > 0:
-            return gain * chi_squared > -2.0 * math.log(1.0 - _CERTAIN)  # the quantile of chi-squared of 2 degrees
-        return freedom > 0 and gain > (1.0 - _CERTAIN) ** (-2.0 / freedom) - 1.0  # of F(2, freedom), times 2/freedom
+        best, freedom = self.fit(form), self.speed.size - 4
+        rises = form is STRENGTHENING
+        if rises and not (best[2] < 0 and self._rate(best) > 0):
+            return False
+        straight, left = self._straight(falling=rises)[1] ** 2, self.left(best)
+        if straight <= _ROUNDING**2 * float(np.sum((self.target * self.weight) ** 2)):
+            return False
+        if self.deviation is not None:
+            return straight - left > -2.0 * math.log(1.0 - confidence)  # the quantile of chi-squared of 2 degrees
+        return freedom > 0 and straight > left * (1.0 - confidence) ** (-2.0 / freedom)  # F(2, freedom)
+
+    def uneven(self, chosen: Chosen) -> float | None:
+        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even, or is given."""
+        if self.deviation is not None or self.freedom(WEAKENING) <= _FEW or self.residuals(chosen) is None:
+            return None
+        slope, deviance = self.likelihood(chosen.form.whole).slope
+        return slope if deviance > _UNEVEN else None
 
     def curve(self, a: Floats) -> Floats:
         """Friction at the points."""
-        return np.asarray(a[0] + a[1] * self.place + a[2] * SHAPES[self.law](self.place / a[3]))
+        return np.asarray(self.columns(a[3:])[0] @ a[:3])
 
     def left(self, a: Floats) -> float:
         """The weighted sum of squares that a curve leaves."""
         return float(np.sum(((self.curve(a) - self.target) * self.weight) ** 2))
-
-    def gain(self, a: Floats, falling: bool = False) -> float:
-        """The part of what a curve leaves by which a straight line, which may be falling, leaves more."""
-        straight = self._straight(falling)[1] ** 2
-        if straight <= _ROUNDING**2 * float(np.sum((self.target * self.weight) ** 2)):
-            return 0.0
-        left = self.left(a)
-        return math.inf if left == 0 else (straight - left) / left
 
     def residuals(self, chosen: Chosen) -> Residuals | None:
         """The residuals of a curve, weighted; None where they are rounding, or no points are to spare."""
@@ -218,12 +208,10 @@ class MeasuredPoints:
 
     def jacobian(self, a: Floats) -> Floats:
         """Derivatives of the curve with respect to a1 to a4, weighted; points by coefficients."""
-        step = 1e-6
-        ends = a[3] * np.array([1.0 - step, 1.0 + step])
-        below, above = SHAPES[self.law](self.place / ends[:, None])
-        scale = a[2] * (above - below) / np.ptp(ends)
-        columns = [np.ones_like(self.place), self.place, SHAPES[self.law](self.place / a[3]), scale]
-        return np.asarray(np.column_stack(columns) * self.weight[:, None])
+        step = 1e-6 * a[3]
+        below, here, above = self.columns(a[3] + step * np.array([-1.0, 0.0, 1.0]))
+        columns = np.column_stack([here, a[2] * (above - below)[:, 2] / (2.0 * step)])
+        return np.asarray(columns * self.weight[:, None])
 
     def steepened(self, a: Floats) -> Floats:
         """Derivative by d, about 1, of a curve of the shape with (w/a4)^d for w/a4, weighted."""
@@ -240,3 +228,43 @@ class MeasuredPoints:
         columns = [np.ones_like(self.place), self.place, *([-self.place] if falling else [])]
         line, norm = scipy.optimize.nnls(np.column_stack(columns) * self.weight[:, None], self.target * self.weight)
         return line, float(norm)
+
+    # --- what they leave open -----------------------------------------------------------------------------------------
+
+    def can_draw(self, form: Form) -> bool:
+        """True where points are to spare, so that their scatter is known."""
+        return self.freedom(form.whole) >= (1 if self.deviation is not None else LEAST)
+
+    def intervals(self, form: Form) -> Mapping[str, Interval]:
+        """Of a1 to a4 and of mu_start, in SI; an end that the points leave open is inf, or 0."""
+        ends: dict[str, Interval] = dict.fromkeys(FITTED, (0.0, math.inf))
+        if form is STRAIGHT or not self.can_draw(form):  # a branch that the points do not show may hide in any of them
+            return ends
+        likelihood, units = self.likelihood(form.whole), dict(zip(CURVE, self.units.tolist(), strict=True))
+        slow, fast = likelihood.scale_interval
+        ends["a4"] = slow * units["a4"], fast * units["a4"]
+        # Slower than all points it is a straight line; without the rise that was taken away, not known.
+        known = [BREAKAWAY] if form is FALLING else ["a2", BREAKAWAY] if math.isinf(fast) else [*_COMBINED]
+        for name in known:
+            row, unit = np.array(_COMBINED[name], np.float64), units.get(name, units["a1"])
+            low, high = (end * unit for end in likelihood.interval(lambda _, row=row: row))  # type: ignore[misc]
+            ends[name] = max(low, 0.0) if name in form.nonnegative else low, high
+        if math.isinf(fast):
+            ends["a2"] = ends["a2"][0], math.inf
+        if slow == 0.0 and self.speed.min() > 0 and form is not STRENGTHENING:
+            # a branch below the slowest point may be as steep as it likes
+            ends |= {name: (ends[name][0], math.inf) for name in ("a3", BREAKAWAY)}
+        return ends
+
+    def draw(self, form: Form, count: int, random: np.random.Generator) -> Floats:
+        """a1 to a4 of curves in SI, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be
+        < 0.
+
+        Of points that show no branch: those with one they may hide, its a4 anywhere between the slowest and the
+        fastest of them.
+        """
+        hidden = (float(self.place[self.place > 0].min()), 1.0) if form is STRAIGHT else None
+        values, scale = self.likelihood(form.whole).draw(count, random, hidden)
+        start, branch = values[:, 0] + values[:, 2], values[:, 2] <= 0 if form is STRENGTHENING else values[:, 2] >= 0
+        inside = (values[:, 0] >= 0) & (start >= 0) & branch
+        return np.asarray(np.column_stack([values, scale])[inside] * self.units)

@@ -14,7 +14,7 @@ its heading, and may have gaps. A column called material, lubricant or sample te
 import itertools
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
@@ -33,8 +33,9 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.columns import HeadedTable, example, load_above, newtons, titled
-from stickslip_materials.fit.headings import are_units, heading
+from stickslip_materials.fit.headings import Heading, are_units, heading
 from stickslip_materials.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
+from stickslip_materials.fit.turns import branch_of, course, directions
 from stickslip_materials.fit.words import plain
 
 _FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
@@ -177,7 +178,49 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
         points.read = {role.column.name: headings[role.position].text for role in own}
         points.ignored = tuple(one.text for i, one in enumerate(headings) if i not in used and one.text)
         points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
-    return materials
+        if "speed" in points:
+            _direct(points, headings, {row[0].place.line: row for row in rows})
+    return _branches_joined(materials)
+
+
+def _direct(points: Columns, headings: list[Heading], rows: Mapping[int, tuple[Cell, ...]]) -> None:
+    """Put points into the order of a column of time, and add what one of directions says."""
+    of_kind = {kind: [i for i, one in enumerate(headings) if one.kind == kind and not one.label]
+               for kind in ("time", "direction")}  # fmt: skip
+    for kind, (i, *_) in ((kind, places) for kind, places in of_kind.items() if len(places) == 1):
+        texts = [rows[line][i].text for line in points.lines]
+        if kind == "direction":
+            if (direction := directions(texts, points["speed"])).any():
+                points["direction"], points.read[kind] = direction, headings[i].text
+        elif all(NUMBER.fullmatch(text.replace(",", ".")) for text in texts):
+            time = np.array([float(text.replace(",", ".")) for text in texts])
+            if np.unique(time).size == time.size and (np.diff(time) < 0).any():
+                order = np.argsort(time)
+                points.update({name: values[order] for name, values in points.items()})
+                points.lines = tuple(points.lines[k] for k in order)
+                points.notes += (f"points are in the order of {headings[i].text!r}",)
+        points.ignored = tuple(text for text in points.ignored if text != points.read.get(kind))
+    if "direction" not in points and (way := course(points["speed"])) is not None:
+        points["direction"] = way
+
+
+def _branches_joined(materials: dict[str, Columns]) -> dict[str, Columns]:
+    """The materials of a wide table, those of one name but for `up` and `down` being branches of a sweep."""
+    joined: dict[str, Columns] = {}
+    parts = {name: branch_of(name) for name in materials}
+    for name, points in materials.items():
+        base, sign = parts[name]
+        pair = [materials[key] for way in (1.0, -1.0) for key, part in parts.items() if part == (base, way)]
+        if not sign or len(pair) != 2 or "speed" not in points:
+            joined[name] = points
+        elif (base := "" if heading(base).kind == MU else base) not in joined:
+            up, down = pair
+            both = Columns({key: np.concatenate([up[key], down[key]]) for key in up if key in down})
+            both["direction"] = np.repeat([1.0, -1.0], [up["speed"].size, down["speed"].size])
+            both.__dict__.update(up.__dict__)
+            both.lines, both.notes = up.lines + down.lines, (*up.notes, f"{down.read[MU]!r} is the way down")
+            joined[base] = both
+    return joined
 
 
 def _tables(

@@ -7,6 +7,7 @@ from typing import Any
 from stickslip.vocabulary.models import CURVE, FITTED
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.ageing import AgeingFit, rank
+from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.files import MaterialFit
 from stickslip_materials.fit.memory import BRISTLES, MemoryFit
 from stickslip_materials.fit.steps import StepPoints
@@ -23,7 +24,7 @@ def describe(material: MaterialFit) -> str:
     rows = []
     if curve and curve.law != "stribeck":
         rows.append(f"  law: {curve.law} (AICc lower than that of stribeck by {curve.preferred:.2g})")
-    for name in FITTED if curve else _AGEING:
+    for name in _names(curve):
         low, high = fit.interval[name]
         known = f"95 %: {low:.4g} to {high:.4g}" if math.isfinite(low) else f"95 %: {high:.4g} or less"
         if math.isinf(high):
@@ -35,6 +36,13 @@ def describe(material: MaterialFit) -> str:
         rows.append(f"  {name:9}{getattr(fit, name):10.4g} {_UNITS.get(name, ''):11} {known}")
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*rows, worth, f"  {fit.quality}"])
+
+
+def _names(curve: CurveFit | None) -> tuple[str, ...]:
+    """What a fit of a curve, or of ageing, determines."""
+    if curve is None:
+        return _AGEING
+    return (*FITTED, "mu_stop") if "mu_stop" in curve.coefficients() else FITTED
 
 
 def describe_memory(name: str, fit: MemoryFit) -> str:
@@ -97,7 +105,7 @@ def columns_of(material: MaterialFit) -> dict[str, Any]:
 
 def as_plain(material: MaterialFit) -> dict[str, Any]:
     """A fit as plain data, for programs."""
-    fit, names = material.curve or material.ageing, FITTED if material.curve else _AGEING
+    fit, names = material.curve or material.ageing, _names(material.curve)
     assert fit is not None
     own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
     shared = ("standard_error", "covariance", "residual_rms", "r_squared", "points", "good", "quality")
@@ -121,8 +129,9 @@ def as_yaml(materials: Sequence[MaterialFit]) -> str:
         return "\n".join(f"# {one.name}\n{as_yaml([one])}" for one in materials if one.curve is not None)
     (law,) = laws
     of_law = [] if law == "stribeck" else [f"  law: {law}", *(["  delta: 2"] if law == "stribeck_delta" else [])]
-    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in CURVE}
-    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in CURVE}
+    names = dict.fromkeys(name for _, curve in curves for name in curve.coefficients())
+    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in names}
+    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in names}
     if len(curves) == 1:
         lines = [f"  {name}: {value:14}{comments[name]}".rstrip() for name, (value,) in rows.items()]
         return "\n".join(["friction:", *of_law, *lines])
@@ -132,7 +141,9 @@ def as_yaml(materials: Sequence[MaterialFit]) -> str:
 
 
 def _number(value: float) -> str:
-    """A number that YAML reads as one: with a point before an exponent."""
+    """A number that YAML reads as one: with a point before an exponent; `none` for NaN."""
+    if math.isnan(value):
+        return "none"
     text = f"{value:.6g}"
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 

@@ -97,8 +97,18 @@ class Residuals:
 
     def chance_of(self, direction: Floats) -> float:
         """Of residuals that follow a direction (n,) as well."""
+        return self._chance(self._along(direction))
+
+    def share_of(self, direction: Floats) -> float:
+        """The share of the sum of squares that a direction (n,) explains."""
+        return float(self._along(direction)[0])
+
+    def _along(self, direction: Floats) -> Floats:
         left = direction - self._q @ (self._q.T @ direction)
-        return self._chance((self._all @ left) ** 2 / np.sum(self._all**2, axis=1))
+        square = float(left @ left)
+        if square <= 1e-9 * float(direction @ direction):  # the coefficients follow it
+            return np.zeros(len(self._all))
+        return np.asarray((self._all @ left) ** 2 / (np.sum(self._all**2, axis=1) * square))
 
     def outlier(self, freedom: float) -> tuple[int, float]:
         """The position of the point that is farthest from the curve of the others, in their standard deviations, and

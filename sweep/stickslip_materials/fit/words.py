@@ -35,11 +35,15 @@ KINDS = {
     "begin": ("s", "begin, start, from, beginn, von"),
     "end": ("s", "end, stop, to, ende, bis"),
     "sigma": ("", "sigma, σ"),
+    "direction": ("", "direction, dir, up/down, up down, ramp, ramp direction, branch, sweep, sweep direction, "
+        "richtung, hin/her, hin her, auf/ab, rampe, ast, sens"),
     "material": ("", "material, lubricant, sample, specimen, grease, oil, werkstoff, paarung, schmierstoff, "
         "schmierfett, probe, muster, matériau, lubrifiant, graisse, échantillon, éprouvette"),
 }  # fmt: skip
 PHYSICAL = {kind: unit for kind, (unit, _) in KINDS.items() if unit}
-POINTS = ("speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "material")  # kinds in tables of points
+POINTS = (  # kinds in tables of points
+    "speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "direction", "material",
+)  # fmt: skip
 STEPS = (
     "time",
     "speed",
