@@ -4,6 +4,7 @@ from importlib import import_module
 from inspect import getdoc, isclass, isfunction
 
 from making.markdown import code, table
+from stickslip import extensions
 
 MODULES = (
     "stickslip", "stickslip.plots", "stickslip.fit", "stickslip.theory", "stickslip.rig", "stickslip.sound",
@@ -24,7 +25,10 @@ def page() -> str:
 
 def _module(module: str) -> str:
     found = import_module(module)
-    rows = [(code(name), _first_line(getattr(found, name))) for name in found.__all__]
+    brought = [name.removeprefix("plots.") for name in extensions.brought("calls")
+               if name.startswith("plots.") == (module == "stickslip.plots")]  # fmt: skip
+    names = sorted({*found.__all__, *(brought if module in ("stickslip", "stickslip.plots") else ())})
+    rows = [(code(name), _first_line(getattr(found, name))) for name in names]
     details = f"```{{eval-rst}}\n.. automodule:: {module}\n   :members:\n   :exclude-members: model_config\n```\n"
     return f"## {module}\n\n{table(('name', 'what it is'), [row for row in rows if row[1]])}\n{details}"
 

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from making.markdown import code, codes, sentence, table
-from stickslip.config.document import OWN_WORDS
 from stickslip.config.schema import json_schema
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip_explain.document import OWN_WORDS
 
 Schema = dict[str, Any]
 

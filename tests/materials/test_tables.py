@@ -9,7 +9,6 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.cli import fit as command
 from stickslip.cli import main
 from stickslip.errors import ConfigError
 from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points

@@ -13,7 +13,7 @@ from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.options import Look
 from stickslip.vocabulary.units import each_with_unit
-from stickslip_materials.compare.system import speeds_of, values_of
+from stickslip_materials.compare.system import speeds_of
 
 CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, **CURVE}
@@ -103,12 +103,9 @@ def test_boxes_and_ranges_of_python_calls():
     np.testing.assert_allclose(ramp["belt_speed"][[0, -1]], [0.005, 0.9], rtol=1e-12)
 
 
-def test_speeds_and_loads_of_a_comparison():
+def test_speeds_of_a_comparison():
     assert speeds_of([5, "60 mm/s"], None).values == (0.005, 0.06)
     assert speeds_of(None, (5, "60 mm/s")).values == (0.005, 0.06)
-    assert values_of("normal_load", ["5", "1 kN"]).values == (1000, 5000)
-    with pytest.raises(ValueError, match="all in percent, or none"):
-        values_of("damping", [5, "3 %"], 1.0)
 
 
 def test_options_of_commands(tmp_path):
