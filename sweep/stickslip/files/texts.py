@@ -69,9 +69,11 @@ def read_text(path: Path) -> tuple[str, bytes]:
 
 def is_workbook(path: Path) -> bool:
     """Recognize a file of Excel, by its name and by how it begins."""
+    if path.suffix.lower() != ".xlsx":  # of which a pipe would wait to be opened
+        return False
     try:
         with path.open("rb") as file:
-            return path.suffix.lower() == ".xlsx" and file.read(len(_ZIP)) == _ZIP
+            return file.read(len(_ZIP)) == _ZIP
     except OSError:  # which whoever reads it will explain
         return False
 
