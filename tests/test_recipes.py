@@ -250,8 +250,8 @@ def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", TOY)
-    row = '\n    "pace": Entry("pace:PaceStudy", "Find how fast cells move."),'
-    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, Entry] = {", row)
+    row = '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),'
+    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, StudyEntry] = {", row)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"

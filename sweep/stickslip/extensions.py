@@ -52,6 +52,7 @@ class Extension:
     quantities : places of tables of quantities, by the section that holds them. marks : of results without the
         attribute `result`, the kind by a variable that no others have.
     results : by kind, of results that are no studies, places of a `config.studies.Result`; `marks` tell them, too.
+    subjects : names of variables that a map is about where it has them, and not about its regimes.
     studies : by key. resolvers : by the path of a key in a file (`friction.fit`, `*` for any name or number), places of
         functions that take the document and give it with what the key stands for, in this order.
     schema : places of functions that give properties of the JSON Schema beside those of sections and studies.
@@ -66,6 +67,7 @@ class Extension:
     studies: Mapping[str, StudyEntry] = field(default_factory=dict)
     resolvers: Mapping[str, Place] = field(default_factory=dict)
     schema: Sequence[Place] = ()
+    subjects: Sequence[str] = ()
     methods: Mapping[str, Place] = field(default_factory=dict)
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 EXTENSION = Extension(
     commands={"One cell, and what a designer asks": {"listen": "stickslip_sound.command"}},
     calls={"sound": "stickslip_sound.api", "plots.plot_sound": "stickslip_sound.plots:plot_sound"},
+    subjects=("acceleration_level_a",),
     methods={"sound": "stickslip_sound.extension:sound_of_cell"},
 )
 

@@ -165,9 +165,7 @@ def levels(
     options = Options.of(SolverKeywords(**{**solver, "law": law}))
     study = LevelStudy(cells, options, _level_of(reference, options))
     warm_up(law, signals=True)
-    attributes = provenance(text or options.described(), title=title, action="levels of the acceleration") | {
-        "subject": LEVEL.name
-    }
+    attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
     with watched(progress, study.counted, law) as moved:
         dataset = study.dataset(compute_study(study, moved), attributes)
     if reference is not None:

@@ -299,7 +299,7 @@ def test_the_command_computes_tells_and_draws_a_goal(tmp_path):
         assert parse_config(ds.attrs["configuration"]).study.quiet_over == {"belt_speed": (0.02, 0.2)}
         figure = ds.stickslip.plot()
         labels = [text.get_text() for text in figure.legends[0].get_texts()]
-        assert "as it is" in labels and "border, exact" in labels
+        assert "as it is" in labels and any(label.startswith("border, exact") for label in labels)
         assert ds.stickslip.plot("quiet_probability_error").axes
 
 

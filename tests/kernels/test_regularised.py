@@ -52,7 +52,7 @@ def test_the_largest_acceleration_counts_that_at_rest_on_the_belt(law):
     cells = columns(draw(300, 21), 10 ** np.random.default_rng(22).uniform(-3.0, 1.0, 300))
     cells[at.ETA_START] = cells[at.BELT]
     found = run(cells, max_steps=2e4, law=LAWS[law])
-    whole = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP, at.SUSTAINED))
+    whole = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))  # of cycles the extremes are theirs
     load = cells[at.XI_START] + cells[at.GAMMA] * cells[at.BELT]
     assert whole.sum() > 100
     assert (found[at.ACCELERATION_MAX, whole] >= load[whole]).all()

@@ -257,7 +257,7 @@ def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
-    assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr and "did you mean 20 mm/s?" in done.stderr
+    assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr
     assert "lies beyond the speeds that were measured" in done.stdout and "damping 0" not in done.stdout.lower()
     with pytest.warns(UnitWarning, match="100 understood as 100 kg; did you mean 100 g"):
         ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)
@@ -360,9 +360,6 @@ def test_all_options_that_are_missing_are_named_at_once():
 class Hysteretic(CurveFit):
     """A fit whose friction is less on the way down to standstill."""
 
-    def coefficients(self):
-        return super().coefficients() | {"mu_stop": 0.9 * self.mu_start}
-
     def draw(self, count, seed=1, *, falling=False):
         drawn = super().draw(count, seed, falling=falling)
         stop = 0.9 * (drawn.coefficients["a1"] + drawn.coefficients["a3"])
@@ -372,7 +369,7 @@ class Hysteretic(CurveFit):
 def test_friction_on_the_way_down_is_in_the_border_its_interval_and_eq_3():
     plain = fit_materials(FILES[:1])[0].curve
     fit = Hysteretic(**{field.name: getattr(plain, field.name) for field in fields(CurveFit)})
-    fit = replace(fit, interval={**fit.interval, "mu_stop": (0.3, 0.4)})
+    fit = replace(fit, mu_stop=0.9 * fit.mu_start, interval={**fit.interval, "mu_stop": (0.3, 0.4)})
     ds = stickslip.compare({"down": fit, "plain": plain}, **SYSTEM, belt_speed=0.02, draws=60)
     one, other = ds.sel(material="down"), ds.sel(material="plain")
     cell = {**SI, **fit.coefficients()}

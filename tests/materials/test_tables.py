@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from stickslip.cli import main
 from stickslip.errors import ConfigError
+from stickslip_materials.commands import fit as command
 from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
 from stickslip_materials.fit.files import names_of
 

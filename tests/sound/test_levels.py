@@ -30,7 +30,7 @@ PADS = """\
 title: pads
 system: {mass: 100 g, normal_load: 10 N}
 friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
-axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1, 0.5, 3]}
+axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1 m/s, 0.5 m/s, 3 m/s]}
 """
 LIST = COULOMB | {"stiffness": np.geomspace(10.0, 1e7, 300), "belt_speed": np.linspace(0.5, 0.01, 300)}
 

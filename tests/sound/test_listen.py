@@ -23,7 +23,7 @@ PADS = """\
 title: pads
 system: {mass: 100 g, normal_load: 10 N}
 friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
-axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1, 0.5, 3]}
+axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1 m/s, 0.5 m/s, 3 m/s]}
 """
 RIG = """\
 title: A rig
@@ -184,7 +184,7 @@ def test_what_is_not_heard_is_written_as_minus_infinity(tmp_path, monkeypatch):
     (tmp_path / "free.yaml").write_text(
         "title: free\nsystem: {mass: 1 g, normal_load: 1 N, belt_speed: 1 m/s}\n"
         "friction: {a1: 0.5, a2: 0, a3: 0, a4: 1 m/s}\nstart: {velocity: 0.5 m/s}\n"
-        "axes: {stiffness: [1 N/mm, 1e8]}\n"
+        "axes: {stiffness: [1 N/mm, 1e8 N/m]}\n"
     )
     assert "1 cell has a cycle of which nothing is heard" in call("listen", "free.yaml", "--level", "-o", "levels.nc")
     with xr.open_dataset("levels.nc") as ds:

@@ -181,7 +181,7 @@ def test_a_goal_for_a_range_of_speeds_holds_at_all_of_them(here):
     for factor, loud in ((0.999, True), (1.001, False)):
         ds = stickslip.evaluate({**cell, "damping": factor * border, "belt_speed": speeds}, rtol=1e-9)
         assert np.isin(ds["regime"], (1, 4)).any() == loud
-    margins = stickslip.margins({**cell, "belt_speed": 7.0}, ("damping",), speed_range=("0.4 m/s", 0.9), joint=False,
+    margins = stickslip.margins({**cell, "belt_speed": 7.0}, ("damping",), speed_range=(0.4, 0.9), joint=False,
                                 into=("damped", "creep"))  # fmt: skip
     assert float(margins["border_damping"].sel(side="above")[0]) == pytest.approx(border, rel=1e-8)
     for words, why in (

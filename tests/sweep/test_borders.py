@@ -441,7 +441,7 @@ def command(*arguments):
 
 def test_the_command_prints_borders_and_writes_them(tmp_path):
     path, output = write_config(tmp_path, num=3), tmp_path / "borders.nc"
-    done = command(path, "--along", "belt_speed", "--between", "50 mm/s", "1", "-o", output)
+    done = command(path, "--along", "belt_speed", "--between", "50 mm/s", "1 m/s", "-o", output)
     assert done.exit_code == 0, done.output
     ds = stickslip.open(output)
     row = re.search(

@@ -127,7 +127,7 @@ friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 100 mm/s}
 def test_a_page_promises_only_what_holds_for_its_result():
     ds = plane()
     assert "gives the same result again" in result_page(ds, []) and "within the width of a cell" in result_page(ds, [])
-    ramp = ds.expand_dims(direction=["up", "down"])
+    ramp = ds.expand_dims(direction=["up", "down"]).assign_attrs(result="ramp")
     assert "gives the same result again" not in (text := result_page(ramp, [])) and "width of a cell" not in text
 
 

@@ -18,8 +18,11 @@ from stickslip.vocabulary.cells import Cells
 CELL = {"mass": 1.0, "stiffness": 100.0, "damping": 0.5, "normal_load": 10.0, "belt_speed": 0.1,
         "a1": 0.2, "a2": 0.0, "a3": 0.2, "a4": 0.1}  # fmt: skip
 BOX = {"displacement": (-0.2, 0.2), "velocity": (-1.0, 1.0)}
-POINTS = {name: ([0.002, 0.01, 0.03, 0.1, 0.2, 0.4], [mu, 0.35, 0.28, 0.22, 0.2, 0.2])
-          for name, mu in (("A", 0.39), ("B", 0.41))}  # fmt: skip
+SPEEDS = [0.002, 0.01, 0.03, 0.1, 0.2, 0.4]
+POINTS = {
+    "A": (SPEEDS, [0.393, 0.363, 0.311, 0.226, 0.204, 0.2]),
+    "B": (SPEEDS, [0.412, 0.383, 0.319, 0.23, 0.203, 0.2]),
+}
 
 
 @pytest.mark.parametrize(

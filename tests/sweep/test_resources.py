@@ -63,7 +63,7 @@ def unpacked_wheel(tmp_path_factory):
     return folder / "unpacked"
 
 
-def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpacked_wheel):
+def test_a_wheel_carries_all_packages_their_types_and_the_configurations(unpacked_wheel):
     packed = {path.relative_to(unpacked_wheel).as_posix() for path in unpacked_wheel.rglob("*") if path.is_file()}
     sources = {path for root in ("sweep", "kernels") for path in (ROOT / root).rglob("*.py")}
     expected = {path.relative_to(ROOT).as_posix().split("/", 1)[1] for path in sources}
@@ -72,9 +72,10 @@ def test_a_wheel_carries_both_packages_their_types_and_the_configurations(unpack
     pages = {path.name for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))}
     expected |= {f"stickslip/pages_of_docs/{name}" for name in pages}
     assert not any(name.endswith((".png", "conf.py")) for name in packed)
-    expected |= {"stickslip/py.typed", "stickslip_kernels/py.typed"}
+    packages = {"stickslip_kernels", *(path.name for path in (ROOT / "sweep").glob("stickslip*"))}
+    expected |= {f"{package}/py.typed" for package in packages}
     assert expected <= packed
-    assert {name.split("/")[0].split("-")[0] for name in packed} == {"stickslip", "stickslip_kernels"}
+    assert {name.split("/")[0].split("-")[0] for name in packed} == {*packages}
 
 
 def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):

@@ -14,6 +14,7 @@ from stickslip.cli import screen
 from stickslip.cli.exits import EXIT_CODES
 from stickslip.cli.groups import SectionedGroup
 from stickslip.cli.params import next_step
+from stickslip.vocabulary.studies import STUDIES
 
 SECTIONS = {  # of the help: each command with its file, a new one is an entry here
     "To begin": {"init": "configs", "validate": "configs", "schema": "configs", "help": "help"},
@@ -22,7 +23,8 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
     },
     "One cell, and what a designer asks": {
         "simulate": "simulate",
-        **dict.fromkeys(("border", "contours", "attractors", "ramp"), "studies"), "advise": "advise",
+        **{key: "studies" for key, entry in STUDIES.items() if entry.command and entry.place.startswith("stickslip.")},
+        "advise": "advise",
     },
     "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
 }  # fmt: skip

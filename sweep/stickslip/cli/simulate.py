@@ -14,7 +14,6 @@ from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, reports_errors
 from stickslip.cli.outputs import save_plot, save_result
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
 from stickslip.vocabulary.quantities import PARAMETERS
@@ -101,6 +100,8 @@ def _values(result: xr.Dataset, *names: str) -> dict[str, float]:
 
 def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
     """Labels and values of a cell as texts; only what is finite."""
+    from stickslip.vocabulary.cell_values import scales_of
+
     regime, status = REGIMES[int(result["regime"].values[0])], STATUSES[int(result["status"].values[0])]
     rows = [("regime", f"{flag_label(regime)}: {REGIME_MESSAGES[regime]}"), ("", STATUS_MESSAGES[status])]
     values = _values(result, *(name for name in _LABELS if name in result))

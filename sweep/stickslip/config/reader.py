@@ -18,7 +18,7 @@ from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.resolve import resolved
+from stickslip.config.resolve import keys_in, resolved
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.unit_warnings import warn_of_units
@@ -52,9 +52,10 @@ def load_config(
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
-    document = resolved(overridden(document, settings))
+    written = overridden(document, settings)
+    document = resolved(written)
     config = _read(document, apart)
-    warn_of_units(document, config)
+    warn_of_units(document, config, keys_in(written.data))
     return config
 
 

@@ -22,6 +22,12 @@ def resolved(document: Document) -> Document:
     return document
 
 
+def keys_in(data: Any) -> set[str]:
+    """The keys of mappings in plain data, at any depth: what was written, and not filled in."""
+    inner = data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
+    return {*(data if isinstance(data, dict) else ())}.union(*map(keys_in, inner))
+
+
 def _has(value: Any, path: Sequence[str]) -> bool:
     """True if there is something at a path, of which `*` is any key of a mapping, or any number of a list."""
     if not path:

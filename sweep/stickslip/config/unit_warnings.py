@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import reduce
 from itertools import product
 from operator import add, getitem
@@ -44,9 +44,12 @@ DOUBTED_FRICTION = FRICTION[-1]
 Spans = Mapping[str, NDArray[np.float64]]  # the smallest and the largest of some numbers
 
 
-def warn_of_units(document: Document, config: Config) -> None:
-    """Warn of the values in a document that are implausible in SI, at the line outside of this package."""
-    text = unit_question(document, config)
+def warn_of_units(document: Document, config: Config, names: Collection[str] | None = None) -> None:
+    """Warn of the values in a document that are implausible in SI, at the line outside of this package.
+
+    names : of the quantities that were written; others were filled in, and are not asked about.
+    """
+    text = unit_question(document, config, names)
     if text is None:
         return
     frame, depth = sys._getframe(), 1
@@ -64,14 +67,19 @@ def warn_of_cell(source: str, given: Mapping[str, Any], cell: Config) -> None:
     warn_of_units(Document(source, sections), cell)
 
 
-def unit_question(document: Document, config: Config) -> str | None:
-    """The question about the values of a document, `config` being what was read from it; None if all are plausible."""
+def unit_question(document: Document, config: Config, names: Collection[str] | None = None) -> str | None:
+    """The question about the values of a document, `config` being what was read from it; None if all are plausible.
+
+    names : as for `warn_of_units`.
+    """
     data, bare = document.data, _bare_numbers(document.data)
+    bare = {name: values for name, values in bare.items() if names is None or name in names}
     varied = {path[-1]: path for path in reversed(varied_paths(data.get("axes") or {}))}
     problems = []
     for name, question in _questions(config, bare):
         path = varied.get(name, (QUANTITIES[name].section, name))
-        if path[0] == "axes" or name in (data.get(path[0]) or {}):  # a fitted curve has its own warning
+        is_written = names is None or name in names  # a fitted curve has its own warning
+        if is_written and (path[0] == "axes" or name in (data.get(path[0]) or {})):
             problems.append(Problem(path, question, document.keys.get(path) or document.values.get(path)))
     if not problems:
         return None

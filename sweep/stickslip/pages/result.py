@@ -29,7 +29,7 @@ _MOST_POINTS = 12  # of an axis that are all named
 # Attributes that say where a dataset comes from, not what was found in it.
 _COMMON = {
     "Conventions", "title", "source", "history", "references", "date_created", "software", "configuration",
-    "institution", "incomplete", "result", "subject",
+    "institution", "incomplete", "result",
 }  # fmt: skip
 _LINEAR = "where the damping ratio of steady sliding is 0 (below it any disturbance grows) and 1 (above it none swings)"
 _STYLE = """\

@@ -5,6 +5,7 @@ from typing import Any
 
 import xarray as xr
 
+from stickslip import extensions
 from stickslip.config.studies import result_class
 from stickslip.dataset.selection import part_that_fits
 from stickslip.errors import PlotError
@@ -18,7 +19,10 @@ from stickslip.vocabulary.studies import kind_of
 def subject(ds: xr.Dataset) -> str:
     """The variable that a result shows unless another is named."""
     study = result_class(ds)
-    return study.subject if study else str(ds.attrs.get("subject", "regime"))
+    if study is not None:
+        return study.subject
+    brought = (name for one in extensions.installed() for name in one.subjects if name in ds)
+    return next(brought, "regime")
 
 
 def is_over_map(ds: xr.Dataset) -> bool:

@@ -362,7 +362,12 @@ def _like(given: Any, leaves: Iterator[Any]) -> Any:
 
 def _unit_of(value: Any, units: str) -> str | None:
     """The unit in a text, if it is one of these quantities."""
-    unit = unit_in(value.translate(AS_TYPED)) if isinstance(value, str) and units != "1" else None
+    return _unit_in_text(value, units) if isinstance(value, str) and units != "1" else None
+
+
+@lru_cache(maxsize=4096)
+def _unit_in_text(text: str, units: str) -> str | None:
+    unit = unit_in(text.translate(AS_TYPED))
     return unit if unit and _fits(unit, units) else None
 
 

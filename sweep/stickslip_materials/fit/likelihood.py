@@ -25,7 +25,7 @@ _GRID, _NODES = 60, 160  # scales tried first; those of draws
 _CALLS = 500  # of the likelihood, in a search of Minuit and on either side of MINOS
 _RIDGE = 1e-15  # for columns that are one
 _PRIOR, _MOST = 1.5, 5.0  # standard deviation of s: a factor of 4.5 is not unusual; its bound
-_ROUNDING = 1e-9  # of the target
+_ROUNDING = 1e-7  # of the target: as near as the best scale is found
 _SLOPES = np.linspace(-3.0, 3.0, 13)  # of draws
 
 Along = Callable[[float], Floats]  # a combination of coefficients, (m,), which may depend on the scale
@@ -135,8 +135,8 @@ class Likelihood:
         lost = 0.0
         if self.order is not None:
             tangent = self._tangent * np.exp(-s * self.order)[:, None]
-            with np.errstate(invalid="ignore"):
-                lost = float(np.linalg.slogdet(tangent.T @ tangent + _RIDGE * np.eye(tangent.shape[1]))[1])
+            values = np.maximum(np.linalg.svd(tangent, compute_uv=False), math.sqrt(_RIDGE))
+            lost = 2.0 * float(np.sum(np.log(values)))
         return self.freedom * math.log(left + rounding) + lost + (s / _PRIOR) ** 2
 
     def _search(self, cost: Callable[..., float], value: float | None, u: float, s: float, allowed: float) -> Minuit:

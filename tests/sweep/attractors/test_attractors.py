@@ -24,7 +24,7 @@ friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
 axes:
   belt_speed: {start: 0.2, stop: 1, num: 33}
 """
-SECTION = "attractors: {displacement: [0, 200 cm], velocity: [-1 m/s, 1]}\n"
+SECTION = "attractors: {displacement: [0, 200 cm], velocity: [-1 m/s, 1 m/s]}\n"
 
 
 @pytest.fixture(scope="module")

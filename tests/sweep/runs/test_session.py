@@ -1,6 +1,5 @@
 """Runs in parts, in one process: resumed, refused, mended."""
 
-import json
 import os
 import pickle
 import re
@@ -21,9 +20,7 @@ from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import netcdf, writing
 from stickslip.runs import work
-from stickslip.runs.blocks import Blocks
 from stickslip.runs.workdir import block_store
-from stickslip.runs.workdir import manifest as manifests
 
 SIDE = 30  # cells along an axis; two rows are a block
 
@@ -103,23 +100,6 @@ def test_blocks_for_another_kind_of_file_are_packed_anew(config, whole, tmp_path
     stickslip.run_shard(config, "1/2", store)
     same(stickslip.run(config, tmp_path / "map.zarr", store=store, keep_parts=True), whole)
     same(stickslip.run(config, tmp_path / "map.nc", store=store), whole)
-
-
-def test_a_store_whose_blocks_are_cut_as_before_is_resumed_as_it_is(config, whole, output, computed, monkeypatch):
-    """Stores of 0.1.0 have blocks of so many cells, whatever the shape."""
-    old = Blocks(SIDE * SIDE, 64, SIDE * SIDE)
-    with monkeypatch.context() as before:
-        before.setattr(work, "blocks_of", lambda *_: old)
-        stickslip.run_shard(config, "1/2", block_store.beside(output))
-    manifest = output.with_name("map.nc.parts") / "manifest.json"
-    plain = json.loads(manifest.read_text())
-    del plain["plane"], plain["checksum"]
-    manifest.write_text(json.dumps({**plain, "checksum": manifests._checksum(plain)}))
-    assert manifests.decode(manifest.read_bytes()).blocks == old
-    found = len(block_files(output.with_name("map.nc.parts")))
-    del computed[:]
-    same(stickslip.run(config, output), whole)
-    assert found == 8 and sum(computed) == SIDE * SIDE - 7 * 64 - 4
 
 
 def test_labels_and_words_survive_streaming(tmp_path, small_blocks, monkeypatch):
