@@ -115,7 +115,7 @@ class StickslipAccessor:
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
             duration = time_span(evaluate(cell, **how)).duration
-        return simulate(**{"duration": duration, "samples": samples, **how, **cell})
+        return simulate(cell, duration=duration, samples=samples, **how)
 
     def sound(self, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any) -> Sound:
         """Return what one cell sounds like; a notebook plays it.

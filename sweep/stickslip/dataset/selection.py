@@ -20,6 +20,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.models import MODELS, model_with
+from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.suggest import listed, or_meant
 
@@ -236,7 +237,10 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
     arrays = parameters_of({name: np.array([value]) for name, value in known.items()})
     try:
         law = str(shared_by(ds)["law"])
-    except ConfigError:  # any law of the model, whose quantities are the same
+        is_known = is_law(law)
+    except ConfigError:
+        is_known = False
+    if not is_known:  # any law of the model, whose quantities are the same
         whole = any(all(name in arrays for name in model.needed) for model in MODELS)
         law = next(iter((model_with(arrays) if whole else MODELS[0]).laws))
     cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, law)
