@@ -214,6 +214,21 @@ def part_that_fits(ds: xr.Dataset, dims: Sequence[Hashable]) -> tuple[xr.Dataset
     return ds.isel(at).assign_attrs(title=title.strip()), points
 
 
+# --- what is given ----------------------------------------------------------------------------------------------------
+
+
+def check_dataset(ds: object) -> None:
+    """Raise PlotError, which says what to give, for anything but a dataset."""
+    if isinstance(ds, xr.Dataset):
+        return
+    if isinstance(ds, xr.DataArray):
+        name = "period" if ds.name is None else str(ds.name)
+        raise PlotError(f"got the variable {name} alone, expected the dataset it is in\n"
+                        f"hint: give the dataset, and name the variable: ds, {name!r}")  # fmt: skip
+    raise PlotError(f"got a value of type {type(ds).__name__}, expected a dataset\n"
+                    "hint: `stickslip.open` reads one from a file; run, evaluate and others return one")  # fmt: skip
+
+
 # --- one cell ---------------------------------------------------------------------------------------------------------
 
 

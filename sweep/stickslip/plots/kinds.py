@@ -6,7 +6,7 @@ from typing import Any
 import xarray as xr
 
 from stickslip.config.studies import study_of_result
-from stickslip.dataset.selection import part_that_fits
+from stickslip.dataset.selection import check_dataset, part_that_fits
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure
 from stickslip.plots.maps import plot_map
@@ -57,6 +57,7 @@ def plot_result(
     PlotError
         for what cannot be drawn.
     """
+    check_dataset(ds)
     kind, study, places = kind_of(ds), study_of_result(ds), dict(select or {})
     if kind == "rig":
         raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
