@@ -30,7 +30,7 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, law_remedy, own_names
 from stickslip.vocabulary.own_laws import is_law
-from stickslip.vocabulary.parameter import Parameter, Variable, of_section
+from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
@@ -98,24 +98,6 @@ def finite(row: Parameter, value: object) -> float:
     return si
 
 
-def each_with_unit(row: Parameter | Variable, given: Any) -> Any:
-    """Values of a row of the vocabulary, as `units.each_with_unit` has them."""
-    try:
-        return units.each_with_unit(given, row.units)
-    except QuantityError as error:
-        raise refused(error.expected) from None
-
-
-def interval(row: Parameter, value: object) -> tuple[float, float]:
-    """Both ends of a range of a row of the vocabulary, in SI and in order."""
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise refused("a list of two values, the lower end first")
-    low, high = (finite(row, end) for end in each_with_unit(row, value))
-    if not low < high:
-        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
-    return low, high
-
-
 def number_schema(row: Parameter, words: bool = True) -> Schema:
     """A number within the bounds of a row, a text with a unit, or the word for NaN."""
     bare: Schema = {"type": "integer" if row.whole else "number"}
@@ -133,10 +115,9 @@ def number_schema(row: Parameter, words: bool = True) -> Schema:
 def choice(
     value: object, words: Collection[str], what: str = "", inside: bool = False, remedy: str | None = None
 ) -> str:
-    """One of some words.
+    """One of some words. what : they are, for messages. inside : it is a key of the value that messages quote.
 
-    what : they are, for messages. inside : it is a key of the value that messages quote. remedy : where no word is like
-    it.
+    remedy : where no word is like it.
     """
     if not isinstance(value, str) or value not in words:
         begun = next((word for word in words if not what and str(value).lower().startswith(word)), None)

@@ -113,7 +113,8 @@ BAD = {
     "a law nobody knows": (
         with_line(7, "friction:", "  law: coulomb"),
         "map.yaml:8:8: friction.law: got 'coulomb', expected stribeck, stribeck_delta, rational, cubic, "
-        "rate_state_ageing or rate_state_slip",
+        "rate_state_ageing or rate_state_slip\n"
+        "  hint: if coulomb was registered in another process, call register_law here as well, before anything else",
     ),
     "a tolerance out of range": (
         GOOD + "solver: {rtol: 0.1}\n",
