@@ -11,6 +11,7 @@ from helpers.configs import GOOD, message, with_line
 from stickslip.config import sections
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, make_config, parse_config
+from stickslip.config.sections import System
 from stickslip.config.studies import STUDIES
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.suggest import listed
@@ -96,7 +97,7 @@ BAD = {
     ),
     "a misspelt key": (
         with_line(4, "  stifness: 10"),
-        "map.yaml:4:3: system.stifness: unknown key, expected mass, stiffness, damping, normal_load or belt_speed\n"
+        f"map.yaml:4:3: system.stifness: unknown key, expected {listed(System.model_fields)}\n"
         "  hint: did you mean stiffness?",
     ),
     "a misspelt section": (
