@@ -36,6 +36,15 @@ class Copy:
     def write(self, file, text):
         (self._folder / file).write_text(text, encoding="utf-8")
 
+    def tests(self, *names):
+        """Run tests of the copy, which know no more of the new things than the packages do."""
+        for name in ("tests", "pyproject.toml", "configs", "docs", "CONTRIBUTING.md", "README.md"):
+            copied = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+            copied(ROOT / name, self._folder / name)
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *names]
+        done = subprocess.run(command, cwd=self._folder, env=self._environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout[-4000:]
+
     def run(self, code):
         done = subprocess.run([sys.executable, "-c", code], env=self._environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
@@ -295,6 +304,37 @@ try:
 except ConfigError as error:
     assert "pace.factor: got 0, expected a number above 0" in str(error), error
 """)
+
+
+PACES = '''
+"""How fast cells move."""
+
+import xarray as xr
+
+from stickslip.plots.layout import Figure
+from stickslip.plots.palette import BLUE
+
+
+def plot_pace(ds: xr.Dataset) -> Figure:
+    """The pace of each cell."""
+    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    figure.subplots().plot(ds["pace"].values.ravel(), color=BLUE)
+    return figure
+'''
+
+
+@pytest.mark.slow
+def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
+    """A study, a plot and a parameter, in a copy with its tests: those that look at all rows and files."""
+    copy = Copy(tmp_path, ["sweep", "kernels"])
+    copy.write("sweep/stickslip/studies/pace.py", TOY.lstrip())
+    copy.write("sweep/stickslip/plots/paces.py", PACES.lstrip())
+    row = '\n    "pace": Entry("pace:PaceStudy", "Find how fast cells move."),'
+    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, Entry] = {", row)
+    row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
+    copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
+    copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
+    copy.tests("tests/test_architecture.py", "tests/sweep/config")
 
 
 @pytest.mark.slow

@@ -16,6 +16,8 @@ HEAD = """# Configuration: every key
 
 A configuration is a YAML file of the sections below; only `system` and `friction` are always needed. A number is in SI,
 a text carries a unit (`10 mm/s`), and every quantity of a cell is given exactly once: in its section, or under `axes`.
+In a list, a range or a distribution a number takes the unit of the next one, as in `[-5, 5 mm/s]`; after one with a
+unit it needs its own.
 Where no default stands, a quantity must be given and any other key may be left out.
 
 [tutorial.md](tutorial.md) begins with one, `stickslip init my.yaml` writes one with comments, `stickslip validate

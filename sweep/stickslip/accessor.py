@@ -127,7 +127,7 @@ class StickslipAccessor:
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
             duration = time_span(evaluate(cell, **how)).duration
-        return simulate(**{"duration": duration, "samples": samples, **how, **cell})
+        return simulate(cell, duration=duration, samples=samples, **how)
 
     def __getattr__(self, name: str) -> Any:
         """Return a method that an extension brings."""

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, create_model
 
-from stickslip.config.sections import Read, Section, StudySection, each_with_unit, list_of, one_of, refused, with_rows
+from stickslip.config.ranges import each_with_unit
+from stickslip.config.sections import Read, Section, StudySection, list_of, one_of, refused, with_rows
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import DECIDED

@@ -1,10 +1,11 @@
 """A page that needs no server: everything it can answer is computed beforehand, and in the one file."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import product
-from math import prod
-from pathlib import Path
+from math import hypot, prod
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -47,13 +48,15 @@ def write_page(source: Source, target: Path) -> Path:
 
 
 def page_html(source: Source) -> str:
-    """The page as one HTML document, scripts included."""
+    """The page as one HTML document, scripts included. Of where the file lies it says nothing: it is to be sent."""
+    source = replace(source, name=PurePath(source.name).name)
     whole, (title, points) = page.Page(source), _points(source)
     sheets = [_sheet(source, view, len(points)) for _, view in points]
     pictures, data = sheets[0]
     first = pictures["regime"]
     whole.show_map(first)
     whole.map.lines.data = data["lines"]
+    _show_cell(whole, min(data["cells"], key=lambda cell: _from_middle(first, cell)))
     about = part("about", __version__, len(sheets), " x ".join(map(str, first.shades.shape)), len(data["cells"]),
                  source.name)  # fmt: skip
     below = page.words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
@@ -64,6 +67,24 @@ def page_html(source: Source) -> str:
         file_html(document, INLINE, document.title, template=document.template,
                   template_variables=document.template_variables)
     )  # fmt: skip
+
+
+def _from_middle(shown: Picture, cell: Mapping[str, Any]) -> float:
+    """How far a cell lies from the middle of a map, in sides of it."""
+    ends = ((cell["x"], shown.x.ends), (cell["y"], shown.y.ends))
+    return hypot(*((at - (low + high) / 2) / (high - low) for at, (low, high) in ends))
+
+
+def _show_cell(whole: page.Page, cell: Mapping[str, Any]) -> None:
+    """Show a cell as the page does itself once one clicks (`draw_nearest` of `page.js`)."""
+    for name in _SOURCES:
+        whole.cell.sources[name].data = cell["data"][name]
+    for name, plot in whole.cell.plots.items():
+        plot.xaxis.axis_label, plot.yaxis.axis_label = cell["titles"][name]
+    for line in whole.cell.belt:
+        line.location, line.visible = cell["belt"], True
+    whole.map.marks.data = {"x": [cell["x"]], "y": [cell["y"]], "name": [""], "colour": ["white"]}
+    whole.cell_words.text, whole.numbers.text = cell["words"], cell["numbers"]
 
 
 def left_out(source: Source) -> list[str]:

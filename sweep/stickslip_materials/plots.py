@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
+from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
 from stickslip.plots.layout import ROW, Figure, entitle, legend
 from stickslip.plots.palette import BLACK, FLAG_COLOURS, look_of
@@ -173,6 +174,9 @@ def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     Materials are in their order, the best on top; their names, at the right of the bars, are the legend of both sides.
     Bars say what is known of the border.
     """
+    check_dataset(ds)
+    if "quiet_above" not in ds:
+        raise PlotError("not a comparison of materials: no quiet_above\nhint: stickslip.compare returns one")
     unit = str(ds["quiet_above"].attrs.get("display_units", "m/s"))
     count = ds.sizes["material"]
     figure = Figure(figsize=(9.6, max(5.4, 1.8 + 0.32 * count)), layout="constrained")

@@ -19,6 +19,7 @@ from making.contents import sections
 from making.played import differences, pictures, play, played_pages
 from stickslip import rig
 from stickslip.cli import main
+from stickslip.config.reader import parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip_rig.records import write_record
 
@@ -108,7 +109,9 @@ def test_pages_have_blocks_to_try():
 
 @pytest.mark.parametrize("name", YAML)
 def test_every_configuration_of_the_docs_is_computed(here, name):
-    (here / "my.yaml").write_text(YAML[name], encoding="utf-8")
+    few = re.sub(r"\bnum: \d+", "num: 3", YAML[name])  # whether it is computed, and not how long that takes
+    few += "particles: 100\n" if few.startswith("observed:") else ""
+    (here / "my.yaml").write_text(few, encoding="utf-8")
     keys = parse_yaml(YAML[name]).data
     if "system" not in keys and "observed" not in keys:  # it says how measured records are read
         rig.load_settings(here / "my.yaml")
@@ -117,6 +120,30 @@ def test_every_configuration_of_the_docs_is_computed(here, name):
     assert done.exit_code == 0, done.output
     for file in (keys["output"][key] for key in ("file", "plot") if key in keys["output"]):
         assert (here / file).stat().st_size > 0
+
+
+def shown_and_run():
+    """The blocks of YAML with a command right below that runs a configuration of the package, and its name."""
+    pair = re.compile(
+        r"^```yaml\n((?:(?!```).*\n)+)```\n\n"
+        r"(?:(?:    |```\w*\n(?:\$ )?)stickslip [^\n`]*?|[^\n`]*`stickslip [^\n`]*?)(configs/[\w/]+\.yaml)",
+        re.MULTILINE,
+    )
+    return [
+        pytest.param(*found, id=f"{name} {found[1]}") for name, text in PAGES.items() for found in pair.findall(text)
+    ]
+
+
+@pytest.mark.parametrize("shown, file", shown_and_run())
+def test_a_page_shows_the_configuration_that_the_command_below_it_runs(shown, file):
+    """But for its title, comments and how it is laid out."""
+    there, here = (parse_config(text).resolved() for text in ((ROOT / file).read_text(encoding="utf-8"), shown))
+    assert there | {"title": ""} == here | {"title": ""}
+
+
+def test_some_pages_show_what_a_command_runs():
+    pages = {one.id.split()[0] for one in shown_and_run()}
+    assert {"memory.md", "attractors.md"} <= pages
 
 
 # Each of those that register a law compiles it for a minute.

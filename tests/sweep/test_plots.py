@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
+import stickslip
 from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, panels_of, speeds, stiffnesses
+from stickslip import plots
 from stickslip.dataset.build import trace_dataset
 from stickslip.dataset.display import MapAxis, title
 from stickslip.dataset.selection import selected
@@ -333,3 +335,37 @@ def test_plotting_needs_no_pyplot():
     code = "import sys, stickslip.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
+
+
+# --- what is given ----------------------------------------------------------------------------------------------------
+
+
+def test_every_plot_of_a_dataset_says_what_to_give_instead():
+    ds = stickslip.evaluate(CELLS_OF_A_LIST)
+    drawers = [plots.plot_map, plots.plot_result, plots.plot_attractors, plots.plot_branches, plots.plot_ramp,
+               plots.plot_of_ramp, plots.plot_trace, plots.plot_probability, plots.plot_materials]  # fmt: skip
+    for draw in drawers:
+        with pytest.raises(plots.PlotError, match="the variable period alone.*\n.*give the dataset.*'period'"):
+            draw(ds["period"])
+        for given in ("map.nc", None, np.zeros((2, 2)), CELLS_OF_A_LIST, [ds]):
+            with pytest.raises(plots.PlotError, match=f"of type {type(given).__name__}, expected a dataset"):
+                draw(given)
+        if draw not in (plots.plot_map, plots.plot_result):
+            with pytest.raises(plots.PlotError, match="not a|holds no"):
+                draw(ds)
+
+
+CELLS_OF_A_LIST = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1,
+                   "belt_speed": [0.5, 0.3, 0.4]}  # fmt: skip
+
+
+def test_attractors_of_a_list_of_cells_are_drawn_over_what_they_differ_in():
+    box = {"displacement": (-1.0, 1.0), "velocity": (-1.0, 1.0)}
+    found = stickslip.attractors(CELLS_OF_A_LIST, box=box)
+    upper, lower = plots.plot_attractors(found).axes
+    assert lower.get_xlabel() == "belt speed (m/s)"
+    np.testing.assert_array_equal(upper.lines[1].get_xdata(), [0.3, 0.4, 0.5])
+    np.testing.assert_array_equal(upper.lines[1].get_ydata(), found["settling_share"].values[[1, 2, 0]])
+    several = stickslip.attractors(CELLS_OF_A_LIST | {"damping": [0.0, 0.1, 0.2]}, box=box)
+    upper, lower = plots.plot_attractors(several).axes
+    assert all(line.get_linestyle() == "None" and line.get_marker() == "o" for line in (*upper.lines, *lower.lines))

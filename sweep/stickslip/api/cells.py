@@ -17,7 +17,7 @@ from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
 from stickslip.theory.memory import time_to_cycle
-from stickslip.vocabulary.cell_values import as_cells, scales_of
+from stickslip.vocabulary.cell_values import as_cells, named_values, scales_of
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.own_laws import beyond_points
@@ -105,6 +105,7 @@ def _warn_beyond_points(law: str, slip_speed: ArrayLike | None, cells: Parameter
 
 
 def simulate(
+    cells: Mapping[str, float | str] | xr.Dataset | None = None,
     *,
     duration: float | str,
     samples: int = 2001,
@@ -118,6 +119,8 @@ def simulate(
 
     Parameters
     ----------
+    cells : Mapping or Dataset, optional
+        The parameters of `evaluate`, one value each.
     duration : float or str
         s, or a text with a unit.
     samples : int
@@ -125,7 +128,7 @@ def simulate(
     rtol, law, max_steps, options
         As for `evaluate`.
     **cell : float or str
-        The parameters of `evaluate`, a number or a text with a unit each.
+        Parameters by name, in place of `cells` or of some of them.
 
     Returns
     -------
@@ -149,8 +152,9 @@ def simulate(
     if samples < 2:
         raise ValueError(f"samples: got {samples!r}, expected at least 2")
     options = replace(options or Options(law, float(rtol), max_steps=int(max_steps)), horizon=seconds)
-    options = options.for_contact(cell)
-    full = as_cells(cell, options.law)
+    given = {**({} if cells is None else named_values(cells)), **cell}
+    options = options.for_contact(given)
+    full = as_cells(given, options.law)
     if full["mass"].size != 1:
         raise ValueError("simulate computes one trajectory: give every parameter one number")
     times = np.linspace(0.0, seconds, samples)

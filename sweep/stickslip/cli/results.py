@@ -15,6 +15,7 @@ from stickslip.cli.summary import show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
+    from stickslip.config.select import Recipe
     from stickslip.dataset.summary import Survey
     from stickslip.files.locations import Location
 
@@ -44,6 +45,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     from stickslip.config.select import recipe_of
     from stickslip.config.studies import result_class
     from stickslip.dataset import summary as inspection
+    from stickslip.errors import ConfigError
     from stickslip.files import reading
 
     ds = reading.look_into(file)
@@ -53,7 +55,14 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
         show_result(ds)
         return answer
-    survey = inspection.survey(ds, recipe_of(ds, str(file)), regimes=regimes, statuses=statuses, limit=limit)
+    recipe: Recipe = {}
+    try:
+        recipe = recipe_of(ds, str(file))
+    except ConfigError as error:  # of a law that another process registered, say: what is in the file can be told
+        if "regime" not in ds.data_vars:
+            raise
+        screen.notice(f"note: {error}")
+    survey = inspection.survey(ds, recipe, regimes=regimes, statuses=statuses, limit=limit)
     table = screen.new_table("regime", "status", numbers=("cells", "share"))
     total = sum(survey.counts.values())
     for (regime, status), cells in survey.counts.items():

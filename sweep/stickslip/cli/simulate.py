@@ -83,8 +83,8 @@ def simulate(
         screen.echo("over time: -o trace.nc, --plot trace.png")
         return answer
     ds = cells.simulate(
-        duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
-        max_steps=solver.max_steps, options=None, **cell,
+        cell, duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
+        max_steps=solver.max_steps,
     )  # fmt: skip
     ds = shown_as_written(ds, loaded.written_in)
     over = ", ".join(filter(None, [quantity(span.duration, "s"), span.why]))

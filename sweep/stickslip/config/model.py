@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.ranges import each_with_unit
 from stickslip.config.sections import (
     Execution,
     Friction,
@@ -25,7 +26,6 @@ from stickslip.config.sections import (
     Start,
     StudySection,
     System,
-    each_with_unit,
     number,
     one_of,
     refused,

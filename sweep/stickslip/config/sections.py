@@ -28,9 +28,9 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
-from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, own_names
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, law_remedy, own_names
 from stickslip.vocabulary.own_laws import is_law
-from stickslip.vocabulary.parameter import Parameter, Variable, of_section
+from stickslip.vocabulary.parameter import Parameter, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
@@ -98,24 +98,6 @@ def finite(row: Parameter, value: object) -> float:
     return si
 
 
-def each_with_unit(row: Parameter | Variable, given: Any) -> Any:
-    """Values of a row of the vocabulary, as `units.each_with_unit` has them."""
-    try:
-        return units.each_with_unit(given, row.units)
-    except QuantityError as error:
-        raise refused(error.expected) from None
-
-
-def interval(row: Parameter, value: object) -> tuple[float, float]:
-    """Both ends of a range of a row of the vocabulary, in SI and in order."""
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise refused("a list of two values, the lower end first")
-    low, high = (finite(row, end) for end in each_with_unit(row, value))
-    if not low < high:
-        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
-    return low, high
-
-
 def number_schema(row: Parameter, words: bool = True) -> Schema:
     """A number within the bounds of a row, a text with a unit, or the word for NaN."""
     bare: Schema = {"type": "integer" if row.whole else "number"}
@@ -130,11 +112,17 @@ def number_schema(row: Parameter, words: bool = True) -> Schema:
     return forms[0] if len(forms) == 1 else {"anyOf": forms}
 
 
-def choice(value: object, words: Collection[str], what: str = "", inside: bool = False) -> str:
-    """One of some words. what : they are, for messages. inside : it is a key of the value that messages quote."""
+def choice(
+    value: object, words: Collection[str], what: str = "", inside: bool = False, remedy: str | None = None
+) -> str:
+    """One of some words. what : they are, for messages. inside : it is a key of the value that messages quote.
+
+    remedy : where no word is like it.
+    """
     if not isinstance(value, str) or value not in words:
         begun = next((word for word in words if not what and str(value).lower().startswith(word)), None)
-        hint = beyond.hint(str(value)) or (f"did you mean {begun}?" if begun else did_you_mean(str(value), words))
+        meant = f"did you mean {begun}?" if begun else did_you_mean(str(value), words)
+        hint = beyond.hint(str(value)) or meant or remedy
         found = f"{value!r} in it" if inside else None
         raise refused(f"{what}: {listed(words)}" if what else listed(words), hint, found)
     return value
@@ -216,7 +204,9 @@ _FILES: Schema = {"type": "array", "minItems": 1, "items": POINTS_FILE.schema}
 _POINTS = Read(_points, {"anyOf": [POINTS_FILE.schema, _FILES]})
 _DASK = Read(_address, {"type": "string", "pattern": _ADDRESS, "examples": ["tcp://host:8786", LOCAL]})
 _LAW = Read(
-    lambda value: str(value) if is_law(value) else choice(value, (*WRITTEN_LAWS, *own_names())),
+    lambda value: (
+        str(value) if is_law(value) else choice(value, (*WRITTEN_LAWS, *own_names()), remedy=law_remedy(value))
+    ),
     {"anyOf": [{"enum": list(LAWS)}, {"type": "string", "pattern": OWN_NAME}]},
 )
 _ROW: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "string"]}}

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from stickslip.config.ranges import each_with_unit
 from stickslip.config.sections import (
     BOOLEAN,
     POINTS_FILE,
@@ -22,7 +23,6 @@ from stickslip.config.sections import (
     Schema,
     Section,
     StudySection,
-    each_with_unit,
     finite,
     list_of,
     one_of,

@@ -19,6 +19,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.models import MODELS, model_with
+from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.suggest import listed, or_meant
 
@@ -214,6 +215,21 @@ def part_that_fits(ds: xr.Dataset, dims: Sequence[Hashable]) -> tuple[xr.Dataset
     return ds.isel(at).assign_attrs(title=title.strip()), points
 
 
+# --- what is given ----------------------------------------------------------------------------------------------------
+
+
+def check_dataset(ds: object) -> None:
+    """Raise PlotError, which says what to give, for anything but a dataset."""
+    if isinstance(ds, xr.Dataset):
+        return
+    if isinstance(ds, xr.DataArray):
+        name = "period" if ds.name is None else str(ds.name)
+        raise PlotError(f"got the variable {name} alone, expected the dataset it is in\n"
+                        f"hint: give the dataset, and name the variable: ds, {name!r}")  # fmt: skip
+    raise PlotError(f"got a value of type {type(ds).__name__}, expected a dataset\n"
+                    "hint: `stickslip.open` reads one from a file; run, evaluate and others return one")  # fmt: skip
+
+
 # --- one cell ---------------------------------------------------------------------------------------------------------
 
 
@@ -237,7 +253,10 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
     arrays = parameters_of({name: np.array([value]) for name, value in known.items()})
     try:
         law = str(shared_by(ds)["law"])
-    except ConfigError:  # any law of the model, whose quantities are the same
+        is_known = is_law(law)
+    except ConfigError:
+        is_known = False
+    if not is_known:  # any law of the model, whose quantities are the same
         whole = any(all(name in arrays for name in model.needed) for model in MODELS)
         law = next(iter((model_with(arrays) if whole else MODELS[0]).laws))
     cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, law)

@@ -13,7 +13,16 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.models import LAWS, Model, OnBristles, law_of_contact, model_of, own_law, own_names
+from stickslip.vocabulary.models import (
+    LAWS,
+    Model,
+    OnBristles,
+    law_of_contact,
+    law_remedy,
+    model_of,
+    own_law,
+    own_names,
+)
 from stickslip.vocabulary.own_laws import Table, is_law
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
@@ -56,7 +65,9 @@ class Options:
 
     def __post_init__(self) -> None:
         if not is_law(self.law):
-            raise ValueError(f"law: got {self.law!r}, expected {', '.join((*LAWS, *own_names()))}")
+            remedy = law_remedy(self.law)
+            names = ", ".join((*LAWS, *own_names()))
+            raise ValueError(f"law: got {self.law!r}, expected {names}{f'; {remedy}' if remedy else ''}")
         if own := own_law(self.law):  # which a process that gets these options may not know
             object.__setattr__(self, "law", own if self.law == own else OnBristles(own))
         if not self.horizon > 0:

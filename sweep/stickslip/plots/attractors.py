@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
-from stickslip.dataset.selection import selected
+from stickslip.dataset.selection import check_dataset, selected
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply, shade
 from stickslip.plots.fixed_values import fixed_note
@@ -45,20 +45,26 @@ Flags = NDArray[np.bool_]
 def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, title: str | None = None) -> Figure:
     """The share that settles and the critical shocks over one dimension; select fixes the others.
 
+    A list of cells is drawn over the parameter in which they differ; cells that differ in several, or have names, are
+    points on no line.
+
     Raises PlotError for a dataset that is none of attractors, or has more than one dimension left.
     """
+    check_dataset(ds)
     if "settling_share" not in ds.data_vars:
         raise PlotError("not a dataset of attractors: no settling_share")
     ds, title = line_of(ds, "settling_share", 1, select, title)
+    ds = _over_what_varies(ds, str(ds["settling_share"].dims[0]))
     x = MapAxis(ds, ds["settling_share"].dims[0])
+    joined: dict[str, Any] = {"linewidth": 1.4} if x.is_numeric else {"marker": "o", "linestyle": "none"}
     figure = Figure(figsize=(7.6, 6.2), layout="constrained")
     upper, lower = figure.subplots(2, sharex=True)
     share, error = ds["settling_share"].values, 3.0 * ds["share_error"].values
     low, high = ds["settling_share_low"].values, ds["settling_share_high"].values
     safe = np.isposinf(ds["critical_shock"].values)
     for part in (safe, ~safe):  # no line across the jump at the fold
-        upper.plot(x.centres, np.where(part, share, np.nan), color=BLUE, linewidth=1.4)
-        if (error > 0).any():
+        upper.plot(x.centres, np.where(part, share, np.nan), color=BLUE, **joined)
+        if (error > 0).any() and x.is_numeric:
             upper.fill_between(x.centres, share - error, share + error, where=part, **_ERRORS)
     if (high > low).any():
         upper.vlines(x.centres, low, high, color=BLACK, linewidth=1.0, label="undecided starting states")
@@ -67,7 +73,8 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     for name, colour, style in (("along", VERMILLION, "solid"), ("against", BLUE, "dashed")):
         shock = unit.of(ds[f"critical_shock_{name}"].values)
         shock = np.where(np.isfinite(shock), shock, np.nan)
-        lower.plot(x.centres, shock, color=colour, linestyle=style, linewidth=1.4, label=f"shock {name} the belt")
+        look = {"linestyle": style, **joined}
+        lower.plot(x.centres, shock, color=colour, label=f"shock {name} the belt", **look)
     lower.set(ylabel=f"critical shock ({unit.printed})", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
     shade(lower, x.edges, safe, _NONE)
@@ -105,6 +112,7 @@ def plot_ramp(
     variable : of the ramp. select : fixes the lines. attractors : of the same cells along the same parameter, whose
     unstable cycle is drawn between the branches. Raises PlotError.
     """
+    check_dataset(ds)
     if "direction" not in ds.dims or variable not in ds.data_vars:
         raise PlotError(f"not a ramp with {variable}")
     ds, title = line_of(ds, variable, 2, select, title)
@@ -160,6 +168,7 @@ def plot_branches(
     """
     if variable not in _UNSTABLE:
         raise PlotError(f"no branches of {variable}; there are those of {' and '.join(_UNSTABLE)}")
+    check_dataset(ds)
     if "direction" not in ds.dims or variable not in ds.data_vars:
         raise PlotError("not a ramp, of which branches are drawn\nhint: stickslip.ramp follows them up and down")
     ds, title = line_of(ds, variable, 2, select, title)
@@ -269,6 +278,17 @@ def line_of(
         raise PlotError("nothing to draw a line through: no dimension is left")
     title = wrapped(str(ds.attrs.get("title", "")), _WIDTH) if title is None else title
     return ds, "\n".join(filter(None, [title, wrapped(", ".join(places), _TITLE_WIDTH)]))
+
+
+def _over_what_varies(ds: xr.Dataset, dim: str) -> xr.Dataset:
+    """Cells of a list in the order of the parameter in which they differ, if that is one."""
+    if dim in ds.coords:
+        return ds
+    values = {name: v.values for name, v in ds.coords.items() if v.dims == (dim,) and v.dtype.kind == "f"}
+    varied = [name for name, v in values.items() if np.unique(v).size > 1]
+    if len(varied) != 1 or np.unique(values[varied[0]]).size < ds.sizes[dim] or np.isnan(values[varied[0]]).any():
+        return ds
+    return ds.swap_dims({dim: varied[0]}).sortby(varied[0])
 
 
 def _bistable(ds: xr.Dataset) -> Flags:

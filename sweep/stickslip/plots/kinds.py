@@ -7,7 +7,7 @@ import xarray as xr
 
 from stickslip import extensions
 from stickslip.config.studies import result_class
-from stickslip.dataset.selection import part_that_fits
+from stickslip.dataset.selection import check_dataset, part_that_fits
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure
 from stickslip.plots.maps import plot_map
@@ -57,6 +57,7 @@ def plot_result(
     PlotError
         for what cannot be drawn.
     """
+    check_dataset(ds)
     kind, study, places = kind_of(ds), result_class(ds), dict(select or {})
     if kind == "trajectory" and variable is None:
         check_plain(look, "a trajectory")

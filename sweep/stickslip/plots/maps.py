@@ -16,7 +16,7 @@ from stickslip.dataset import coarse
 from stickslip.dataset.coarse import pixel_for, pixel_note
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
-from stickslip.dataset.selection import MAX_PANELS, selected
+from stickslip.dataset.selection import MAX_PANELS, check_dataset, selected
 from stickslip.dataset.summary import why_absent
 from stickslip.errors import PlotError
 from stickslip.plots import marks
@@ -57,6 +57,7 @@ def plot_map(
     and memory stays small. Raises PlotError, also where the variable has no value at all, saying why; StoreError where
     a file turns out to be damaged.
     """
+    check_dataset(ds)
     if variable not in ds.data_vars:
         known = [str(name) for name in ds.data_vars]
         unknown = f"no variable {variable!r}; there are {', '.join(known)}{or_meant(variable, known)}"

@@ -7,6 +7,7 @@ import xarray as xr
 
 from stickslip.dataset.display import title as array_title
 from stickslip.dataset.display import unit_of
+from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
 from stickslip.plots.axes import shade
 from stickslip.plots.layout import Figure, entitle, labelled, legend
@@ -24,6 +25,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
 
     The line of the belt speed appears in the phase portrait only while that speed is constant. Raises PlotError.
     """
+    check_dataset(ds)
     if missing := {"displacement", "velocity", "relative_speed", "mode"} - set(ds.data_vars):
         raise PlotError(f"not a trajectory: no {', '.join(sorted(missing))}")
     names = "time", "displacement", "velocity"

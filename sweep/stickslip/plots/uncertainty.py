@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from stickslip.dataset.display import MapAxis
+from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
 from stickslip.plots.axes import apply
 from stickslip.plots.fixed_values import fixed_note
@@ -31,6 +32,7 @@ def plot_probability(
     Beside or below it, if they were computed, the Sobol indices of the uncertain quantities. look : of maps.
     Raises PlotError.
     """
+    check_dataset(ds)
     if "probability" not in ds or state not in ds.get("state", []):
         raise PlotError(f"holds no probability of {state}: it needs a result of a configuration with uncertain inputs")
     title = str(ds.attrs.get("title", "")) if title is None else title

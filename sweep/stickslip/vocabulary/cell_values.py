@@ -37,7 +37,7 @@ def as_cells(given: Mapping[str, Any] | xr.Dataset, law: str = "stribeck") -> Pa
         of a Dataset, the variables and coordinates that carry names of parameters. law : one of `models.LAWS`.
     Raises TypeError for names or values of the wrong kind, ValueError for missing or impossible values.
     """
-    named, model = {**coefficients_of(law), **_named(given)}, model_of(law)
+    named, model = {**coefficients_of(law), **named_values(given)}, model_of(law)
     known = PARAMETERS_OF[model]
     check_names(named, known)
     arrays = {}
@@ -104,7 +104,7 @@ def _involved(rules: tuple[Rule, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for rule in rules for name in rule.worse))
 
 
-def _named(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
+def named_values(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
     """Values by name; xarray is known where there is a Dataset."""
     xarray = sys.modules.get("xarray")
     return _from_dataset(given) if xarray and isinstance(given, xarray.Dataset) else dict(given)  # type: ignore[arg-type]

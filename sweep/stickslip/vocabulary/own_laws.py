@@ -343,7 +343,9 @@ def pickled_law(law: str) -> bytes:
 
 def is_law(name: object) -> bool:
     """Return whether a law has this name: of the program, registered, or brought by a package that is installed."""
-    if isinstance(name, str) and name not in LAW_MESSAGES:
+    if not isinstance(name, str):
+        return False
+    if name not in LAW_MESSAGES:
         _load_law(name.removeprefix(PREFIX))
     return name in LAW_MESSAGES
 

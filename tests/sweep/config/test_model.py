@@ -45,6 +45,8 @@ def value_of(name):
         return st.just({"mu_stop": "none", "mu_static": "mu_start"}[name])
     if name == "delta":
         return st.floats(1.0, 10.0)
+    if declared.at_most is not None:
+        return st.floats(0.5 * declared.at_most, declared.at_most)
     if name == "a3":
         return above_zero  # below zero it must fit to a1
     return anything if declared.above is None and declared.at_least is None else above_zero
@@ -78,7 +80,7 @@ def data(draw):
 
 def axis(name):
     values = st.lists(value_of(name), min_size=1, max_size=4, unique=True).map(lambda v: sorted(v, key=str_last))
-    ends = value_of("delta") if name == "delta" else above_zero
+    ends = value_of(name) if name == "delta" or QUANTITIES[name].at_most is not None else above_zero
     start_stop = st.tuples(ends, ends).filter(lambda pair: pair[0] < pair[1] * (1 - 1e-9))
     ranges = st.builds(
         lambda ends, num, spacing: {"start": ends[0], "stop": ends[1], "num": num, "spacing": spacing},

@@ -11,6 +11,7 @@ from helpers.configs import GOOD, message, with_line
 from stickslip.config import sections
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, make_config, parse_config
+from stickslip.config.sections import System
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.studies import BESIDE, STUDIES
 from stickslip.vocabulary.suggest import listed
@@ -96,7 +97,7 @@ BAD = {
     ),
     "a misspelt key": (
         with_line(4, "  stifness: 10"),
-        "map.yaml:4:3: system.stifness: unknown key, expected mass, stiffness, damping, normal_load or belt_speed\n"
+        f"map.yaml:4:3: system.stifness: unknown key, expected {listed(System.model_fields)}\n"
         "  hint: did you mean stiffness?",
     ),
     "a misspelt section": (
@@ -113,7 +114,8 @@ BAD = {
     "a law nobody knows": (
         with_line(7, "friction:", "  law: coulomb"),
         "map.yaml:8:8: friction.law: got 'coulomb', expected stribeck, stribeck_delta, rational, cubic, "
-        "rate_state_ageing or rate_state_slip",
+        "rate_state_ageing or rate_state_slip\n"
+        "  hint: if coulomb was registered in another process, call register_law here as well, before anything else",
     ),
     "a tolerance out of range": (
         GOOD + "solver: {rtol: 0.1}\n",

@@ -14,8 +14,9 @@ from stickslip.config.checks import add_finding
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
+from stickslip.config.ranges import interval
 from stickslip.config.rules import Finding, Space, findings
-from stickslip.config.sections import StudySection, interval, one_of
+from stickslip.config.sections import StudySection, one_of
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError

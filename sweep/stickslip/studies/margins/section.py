@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
+from stickslip.config.ranges import interval
 from stickslip.config.sections import (
     BOOLEAN,
     RANGE,
@@ -16,7 +17,6 @@ from stickslip.config.sections import (
     Schema,
     StudySection,
     choice,
-    interval,
     list_of,
     number,
     number_schema,

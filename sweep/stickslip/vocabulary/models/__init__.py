@@ -15,6 +15,7 @@ from stickslip.vocabulary.models.own_law import (
     OnBristles,
     OwnLaw,
     coefficients_of,
+    law_remedy,
     note,
     own_law,
     own_names,
@@ -32,7 +33,8 @@ _OF_LAW = {law: model for model in MODELS for law in model.laws}
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
     "ROUNDING", "STRIBECK", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels", "OwnLaw", "Rule", "Slider",
-    "add_law", "coefficients_of", "law_of_contact", "laws_with", "model_of", "model_with", "own_law", "own_names",
+    "add_law", "coefficients_of", "law_of_contact", "law_remedy", "laws_with", "model_of", "model_with", "own_law",
+    "own_names",
 ]  # fmt: skip
 
 

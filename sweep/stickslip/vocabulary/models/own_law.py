@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +81,17 @@ def own_law(name: str) -> OwnLaw | None:
 def own_names() -> tuple[str, ...]:
     """Names of those that people gave a name."""
     return tuple(name for name, law in _KNOWN.items() if law.functions is not None)
+
+
+def law_remedy(law: object) -> str | None:
+    """What to do about something given as a law that is none; None where nothing is known."""
+    if callable(law):
+        return "register_law(name, shape, slope) makes a law of a shape and its slope, and returns its name"
+    if not isinstance(law, str):
+        return None if law is None else "Table(w, mu) makes a law of measured speeds and friction coefficients"
+    if not re.match(OWN_NAME, law):
+        return None
+    return f"if {law} was registered in another process, call register_law here as well, before anything else"
 
 
 def coefficients_of(law: str) -> Mapping[str, Any]:
