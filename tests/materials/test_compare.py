@@ -218,7 +218,7 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
         (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
         (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
         (["--report", "x.doc"], "pages end in .html, .htm"),
-        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected one value"),
+        (["--load", "5..20 N"], "--load: got '5..20 N', expected a force"),
         (["--plot", "x.txt"], "plots end in"),
     ],
 )

@@ -71,7 +71,7 @@ def test_what_is_wrong_is_said_once_with_its_line_and_its_key(more, expected):
 def test_the_speed_of_the_drive_is_above_zero(speed):
     (line, _) = refused(TEXT.replace("10 mm/s}\nf", f"{speed}}}\nf"))
     assert "system.belt_speed" in line and "expected a speed above 0 m/s, that of the drive" in line
-    (line, _) = refused(TEXT.replace(", belt_speed: 10 mm/s", "") + f"axes: {{belt_speed: [{speed}, 1]}}\n")
+    (line, _) = refused(TEXT.replace(", belt_speed: 10 mm/s", "") + f"axes: {{belt_speed: [{speed}, 1 m/s]}}\n")
     assert line.startswith("my.yaml:5:21: axes.belt_speed[0]: got ")
 
 

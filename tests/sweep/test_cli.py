@@ -190,7 +190,7 @@ def test_a_map_and_its_plot_are_made_without_what_they_do_not_need(here):
     assert (here / "map.png").exists()
     loaded = {name.strip(" '[]") for name in done.stdout.splitlines()[-1].split(",")}
     assert "matplotlib.figure" in loaded
-    assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba", "stickslip_rig"}
+    assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba", "stickslip_rig.simulation"}
     assert not loaded & {"stickslip.api.studies", "stickslip.studies.attractors", "stickslip.dataset.export"}
     assert not loaded & {f"stickslip.cli.{other}" for other in ("advise", "fit", "plan", "rig", "simulate", "studies")}
 

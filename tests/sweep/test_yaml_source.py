@@ -3,7 +3,7 @@
 import pytest
 
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.studies import STUDIES
+from stickslip.vocabulary.studies import BESIDE, STUDIES
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.suggest import listed
@@ -28,7 +28,7 @@ YAML = {
     "a list": (
         b"- 1\n",
         "DIR/map.yaml:1:1: got a list, expected a mapping with the keys "
-        f"title, system, friction, start, axes, solver, execution, output, {listed(STUDIES)}",
+        f"title, system, friction, start, axes, solver, execution, output, {listed([*STUDIES, *BESIDE])}",
     ),
     "a tab": (
         b"system:\n\tmass: 1\n",

@@ -6,10 +6,10 @@ from helpers.configs import GOOD, message, with_line
 from stickslip.config.model import Range, Values
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.quantities import DRIVE, QUANTITIES
+from stickslip.vocabulary.quantities import OF_EXTENSIONS, QUANTITIES
 from stickslip.vocabulary.suggest import listed
 
-CELL_QUANTITIES = [name for name in QUANTITIES if name not in DRIVE]
+CELL_QUANTITIES = [name for name in QUANTITIES if name not in OF_EXTENSIONS]
 
 
 def test_axes_keep_the_order_of_the_file():
