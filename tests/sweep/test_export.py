@@ -82,8 +82,8 @@ def test_a_table_larger_than_memory_is_written_a_chunk_at_a_time(tmp_path, monke
     attributes = {"source": "stickslip test"}
     ds = xr.Dataset({name: (("y", "x"), values) for name in "abcdefgh"}, {"x": np.arange(700.0)}, attributes)
     writing.write(ds, tmp_path / "large.nc")
-    read, column = [], export._column
-    monkeypatch.setattr(export, "_column", lambda *taken: read.append(column(*taken)) or read[-1])
+    read, rounded = [], export._rounded
+    monkeypatch.setattr(export, "_rounded", lambda *taken: read.append(rounded(*taken)) or read[-1])
     with reading.look_into(tmp_path / "large.nc") as lazy:
         table = export.write_table(lazy, tmp_path / "large.csv")
     assert table.rows == size and max(one.size for one in read) <= 2**10  # a few stored chunks
@@ -100,7 +100,7 @@ def test_a_failing_write_leaves_the_good_table_as_it_was(small, tmp_path, monkey
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(export, "_column", fail)
+    monkeypatch.setattr(export, "_rounded", fail)
     with pytest.raises(StoreError, match=r"map\.csv: cannot be written \(disk full\)"):
         export.write_table(small, target)
     assert target.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["map.csv"]
