@@ -5,7 +5,7 @@ Flags are counted in one pass, a chunk at a time, whatever the size of the map.
 
 import shlex
 from collections.abc import Collection, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -34,11 +34,7 @@ class Share(NamedTuple):
 
 def summary(ds: xr.Dataset) -> dict[str, Share]:
     """The regimes that occur, in the order of `REGIMES`, with their number of cells and their share of the dataset."""
-    return shares(flag_counts(ds["regime"]))
-
-
-def shares(cells: Mapping[str, int]) -> dict[str, Share]:
-    """Numbers of cells with their shares of all of them, without those that are zero."""
+    cells = flag_counts(ds["regime"])
     total = max(1, sum(cells.values()))
     return {name: Share(n, n / total) for name, n in cells.items() if n}
 
@@ -48,25 +44,16 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
 
     Codes without a name, which a newer version may have written, are counted as ``code_9``.
     """
-    counts = np.zeros(_CODES, np.int64)
+    counts, flag = np.zeros(_CODES, np.int64), str(flags.name)
     for chunk in chunks(flags):
-        part = flags.isel(chunk)
-        if part.dtype.kind == "f":  # `where` left cells out
-            part = xr.DataArray(part.values[~np.isnan(part.values)])
-        counts += np.bincount(codes(part), minlength=_CODES)
-    return named(counts, str(flags.name))
+        part = flags.isel(chunk).values
+        counts += np.bincount(_codes(part[~np.isnan(part)] if part.dtype.kind == "f" else part), minlength=_CODES)
+    return {_name(flag, code): int(n) for code, n in enumerate(counts) if n or code < len(FLAGS[flag])}
 
 
-def codes(flags: xr.DataArray) -> NDArray[np.uint8]:
-    """The values of a flag as unsigned bytes in one row, as `named` counts them."""
-    return np.ascontiguousarray(flags.values, np.int8).view(np.uint8).ravel()
-
-
-def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
-    """Counts by code as counts by name: all names, and codes without a name where they occur."""
-    known = len(FLAGS[flag])
-    present = [*range(known), *(np.flatnonzero(counts[known:]) + known)]
-    return {_name(flag, code): int(counts[code]) for code in present}
+def _codes(flags: NDArray[Any]) -> NDArray[np.uint8]:
+    """The values of a flag as unsigned bytes in one row."""
+    return np.ascontiguousarray(flags, np.int8).view(np.uint8).ravel()
 
 
 def remark(parts: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
@@ -177,8 +164,8 @@ def survey(ds: xr.Dataset, *, regimes: Collection[str] = (), statuses: Collectio
 
     counts, cells = np.zeros(chosen.size, np.int64), list[Cell]()
     for chunk in chunks(ds["regime"]):
-        regime = codes(ds["regime"].isel(chunk))
-        status = codes(ds["status"].isel(chunk)) if has_status else np.zeros_like(regime)
+        regime = _codes(ds["regime"].isel(chunk).values)
+        status = _codes(ds["status"].isel(chunk).values) if has_status else np.zeros_like(regime)
         counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=chosen.size)
         for i in np.flatnonzero(chosen[regime, status])[: limit - len(cells)]:
             inside = np.unravel_index(i, [part.stop - part.start for part in chunk.values()])
