@@ -38,7 +38,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     are no maps it says what was found.
     """
     from stickslip.config.grid import quantity_of
-    from stickslip.config.studies import result_class
+    from stickslip.config.studies import Table, result_class
     from stickslip.dataset import summary as inspection
     from stickslip.dataset.display import MapAxis
     from stickslip.files import reading
@@ -53,23 +53,21 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     if "regime" not in ds.data_vars:
         fail(f"{file}: holds no regimes, expected a map or a list of cells")
     survey = inspection.survey(ds, regimes=regimes, statuses=statuses, limit=limit)
-    table = screen.new_table("regime", "status", numbers=("cells", "share"))
     total = sum(survey.counts.values())
-    for (regime, status), cells in survey.counts.items():
-        meaning = f"{status}: {STATUS_MESSAGES[status]}" if status in STATUS_MESSAGES else status
-        table.add_row(flag_label(regime), meaning, f"{cells:,}", screen.share_text(cells / max(1, total)))
-    screen.print_table(table)
+    counts = [(flag_label(regime), ": ".join(filter(None, (status, STATUS_MESSAGES.get(status)))), f"{cells:,}",
+               screen.share_text(cells / total)) for (regime, status), cells in survey.counts.items()]  # fmt: skip
+    screen.echo(Table("", ("regime", "status"), ("cells", "share"), counts).text())
     what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
     first = f"The first {len(survey.cells):,} of " if 0 < len(survey.cells) < survey.wanted else ""
     screen.echo(f"\n{first}{survey.wanted:,} {what}{':' if survey.cells else ''}")
     if survey.cells:
         axes = [MapAxis(ds, dim, plain=True) for dim in ds["regime"].dims]
         names = (quantity_of(str(axis.dim)).removesuffix("_case") for axis in axes)  # as --at takes them
-        table = screen.new_table("cell", *names, "regime", "status")
-        for cell in survey.cells:
-            place = (axis.text(i) for axis, i in zip(axes, cell.position.values(), strict=True))
-            table.add_row(str(cell.number), *place, flag_label(cell.regime), cell.status)
-        screen.print_table(table)
+        rows = [
+            (str(cell.number), *(axis.text(cell.position[str(axis.dim)]) for axis in axes), flag_label(cell.regime),
+             cell.status) for cell in survey.cells
+        ]  # fmt: skip
+        screen.echo(Table("", ("cell", *names, "regime", "status"), (), rows).text())
     return {
         "file": str(file),
         "cells": total,
