@@ -185,6 +185,20 @@ def test_exported_curves_are_read_as_points_again(tmp_path):
         np.testing.assert_allclose(back[name]["speed"], ds["slip_speed"].values, rtol=5e-6)
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_cells_that_are_left_out_are_empty_and_dates_are_dates(small, suffix, tmp_path):
+    if suffix == ".xlsx":
+        pytest.importorskip("openpyxl")
+    ds = small[["regime", "status"]].where(small.stickslip.mask("damped"))
+    days = np.datetime64("2026-01-01", "ns") + np.arange(ds.sizes["stiffness"]) * np.timedelta64(1, "D")
+    export.write_table(ds.assign(day=("stiffness", days)), tmp_path / f"part{suffix}")
+    found = (pd.read_csv if suffix == ".csv" else pd.read_excel)(tmp_path / f"part{suffix}")
+    assert found["regime"].value_counts(dropna=False).to_dict() == {
+        "damped": int((small["regime"] == 2).sum()), np.nan: int((small["regime"] != 2).sum())
+    }  # fmt: skip
+    assert set(pd.to_datetime(found["day"])) == {*days}
+
+
 LIVE = ["=cmd|' /C calc'!A0", "+1+2", "-2+3", "@SUM(A1)", "\t=1+1", " =1+1", "a;=1+1", "'=quoted", "＝1+1"]
 TAME = ["grease 2", "-5", "+1.5", "R-134a", "a = b", "'s-Gravenhage", "Öl (1+2)"]
 

@@ -145,7 +145,7 @@ def _write_csv(frames: Iterator[pd.DataFrame], path: Path) -> None:
     with path.open("w", encoding="utf-8-sig", newline="") as file:  # without the mark Excel reads Windows-1252
         for number, frame in enumerate(frames):
             for name in frame.select_dtypes(exclude=["number", "bool"]):
-                frame[name] = _each(inert, frame[name])
+                frame[name] = _each(lambda value: inert(str(value)), frame[name])
             frame.rename(columns=inert).to_csv(file, header=number == 0, index=False, lineterminator="\n")
 
 
