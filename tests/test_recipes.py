@@ -148,7 +148,6 @@ from stickslip import rig, sound
 from stickslip.api.cells import time_span
 from stickslip.config.describe import describe
 from stickslip.config.reader import make_config
-from stickslip.dataset.summary import duration_of
 from stickslip_explore.view import _ends
 from stickslip.vocabulary.models import model_of
 def system(**masses):
@@ -167,7 +166,6 @@ cell = {CELL} | dict(damping=0.05, belt_speed=0.4, displacement=1.0, velocity=0.
 whole, half = cell, cell | dict(mass=0.5, added_mass=0.5)
 one, other = stickslip.evaluate(whole), stickslip.evaluate(half)
 assert one["regime"] == other["regime"] and time_span(one) == time_span(other)
-assert duration_of(dict(), one.isel(cell=0)) == duration_of(dict(), other.isel(cell=0))
 np.testing.assert_array_equal(sound.of(whole, 0.1, transient=True).acceleration,
                               sound.of(half, 0.1, transient=True).acceleration)
 assert _ends(whole, model_of("stribeck"))["damping"] == _ends(half, model_of("stribeck"))["damping"]

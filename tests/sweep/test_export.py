@@ -82,8 +82,8 @@ def test_a_table_larger_than_memory_is_written_a_chunk_at_a_time(tmp_path, monke
     attributes = {"source": "stickslip test"}
     ds = xr.Dataset({name: (("y", "x"), values) for name in "abcdefgh"}, {"x": np.arange(700.0)}, attributes)
     writing.write(ds, tmp_path / "large.nc")
-    read, column = [], export._column
-    monkeypatch.setattr(export, "_column", lambda *taken: read.append(column(*taken)) or read[-1])
+    read, rounded = [], export._rounded
+    monkeypatch.setattr(export, "_rounded", lambda *taken: read.append(rounded(*taken)) or read[-1])
     with reading.look_into(tmp_path / "large.nc") as lazy:
         table = export.write_table(lazy, tmp_path / "large.csv")
     assert table.rows == size and max(one.size for one in read) <= 2**10  # a few stored chunks
@@ -100,7 +100,7 @@ def test_a_failing_write_leaves_the_good_table_as_it_was(small, tmp_path, monkey
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(export, "_column", fail)
+    monkeypatch.setattr(export, "_rounded", fail)
     with pytest.raises(StoreError, match=r"map\.csv: cannot be written \(disk full\)"):
         export.write_table(small, target)
     assert target.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["map.csv"]
@@ -183,6 +183,20 @@ def test_exported_curves_are_read_as_points_again(tmp_path):
         one = ds["friction"].sel(material=name)
         np.testing.assert_allclose(back[name]["mu"], one.values, rtol=5e-6)
         np.testing.assert_allclose(back[name]["speed"], ds["slip_speed"].values, rtol=5e-6)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_cells_that_are_left_out_are_empty_and_dates_are_dates(small, suffix, tmp_path):
+    if suffix == ".xlsx":
+        pytest.importorskip("openpyxl")
+    ds = small[["regime", "status"]].where(small.stickslip.mask("damped"))
+    days = np.datetime64("2026-01-01", "ns") + np.arange(ds.sizes["stiffness"]) * np.timedelta64(1, "D")
+    export.write_table(ds.assign(day=("stiffness", days)), tmp_path / f"part{suffix}")
+    found = (pd.read_csv if suffix == ".csv" else pd.read_excel)(tmp_path / f"part{suffix}")
+    assert found["regime"].value_counts(dropna=False).to_dict() == {
+        "damped": int((small["regime"] == 2).sum()), np.nan: int((small["regime"] != 2).sum())
+    }  # fmt: skip
+    assert set(pd.to_datetime(found["day"])) == {*days}
 
 
 LIVE = ["=cmd|' /C calc'!A0", "+1+2", "-2+3", "@SUM(A1)", "\t=1+1", " =1+1", "a;=1+1", "'=quoted", "＝1+1"]

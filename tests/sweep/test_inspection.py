@@ -1,16 +1,13 @@
-import shlex
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import stickslip
-from helpers.configs import cell_at
 from stickslip.cli import main
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import parse_config
-from stickslip.config.select import recipe_of
 from stickslip.dataset.build import map_dataset
+from stickslip.dataset.coarse import chunks
 from stickslip.dataset.provenance import provenance
 from stickslip.dataset.summary import remark, summary, survey
 from stickslip.errors import ConfigError
@@ -43,16 +40,12 @@ def made_up(text: str, **changes):
     return map_dataset(grid, results, provenance(config.to_yaml(), title=config.title)), config, grid
 
 
-def survey_of(ds, **options):
-    return survey(ds, recipe_of(ds, "map.nc"), **options)
-
-
 # --- counts -----------------------------------------------------------------------------------------------------------
 
 
 def test_cells_are_counted_by_regime_and_status():
     ds, _, grid = made_up(MAP, failed=[3, 50], unresolved=[7])
-    found = survey_of(ds)
+    found = survey(ds)
     expected = {("damped", "settled"): grid.size - 3, ("failed", "not_finite"): 2, ("unresolved", "step_limit"): 1}
     assert found.counts == expected
     assert found.wanted == 3 and [cell.number for cell in found.cells] == [3, 7, 50]
@@ -60,9 +53,26 @@ def test_cells_are_counted_by_regime_and_status():
 
 def test_the_first_cells_are_listed_up_to_a_limit_and_counted_all_the_same():
     ds, _, grid = made_up(MAP, failed=np.arange(5, 90))
-    found = survey_of(ds, limit=4)
+    found = survey(ds, limit=4)
     assert found.wanted == 85 and [cell.number for cell in found.cells] == [5, 6, 7, 8]
-    assert survey_of(ds, limit=0).cells == ()
+    assert survey(ds, limit=0).cells == []
+
+
+def test_the_position_of_a_cell_is_that_of_its_number_however_the_map_is_read(tmp_path, monkeypatch):
+    ds, _, grid = made_up(MAP, failed=slice(None, None, 11), unresolved=[7])
+    monkeypatch.setattr("stickslip.dataset.summary.chunks", lambda flags: chunks(flags, 100))
+    with stickslip.open(writing.write(ds, tmp_path / "map.nc")) as ds:
+        cells = survey(ds, limit=10**6).cells
+    assert [cell.number for cell in cells] == sorted([7, *range(0, grid.size, 11)])
+    for cell in cells:
+        assert [*cell.position.values()] == [*np.unravel_index(cell.number, grid.shape)]
+        assert cell.regime == REGIMES[int(ds["regime"].isel(cell.position))]
+
+
+def test_a_map_of_one_cell_is_counted_and_listed():
+    ds, _, _ = made_up(MAP, failed=[0])
+    found = survey(ds.isel(dict.fromkeys(ds.dims, 0)))
+    assert found.counts == {("failed", "not_finite"): 1} and found.cells == [(0, {}, "failed", "not_finite")]
 
 
 @pytest.mark.parametrize(
@@ -77,7 +87,7 @@ def test_the_first_cells_are_listed_up_to_a_limit_and_counted_all_the_same():
 )
 def test_any_regime_or_status_can_be_listed(options, numbers):
     ds, _, _ = made_up(MAP, failed=[3], unresolved=[7])
-    assert [cell.number for cell in survey_of(ds, **options).cells] == numbers
+    assert [cell.number for cell in survey(ds, **options).cells] == numbers
 
 
 def test_a_misspelt_regime_is_refused_with_those_that_exist():
@@ -85,7 +95,7 @@ def test_a_misspelt_regime_is_refused_with_those_that_exist():
     with pytest.raises(
         ConfigError, match="--regime: got 'stickslip', expected not_computed, .*\n.*did you mean stick_s"
     ):
-        survey_of(ds, regimes=["stickslip"])
+        survey(ds, regimes=["stickslip"])
 
 
 def test_a_report_says_how_many_cells_are_bad_and_how_to_see_them():
@@ -93,59 +103,6 @@ def test_a_report_says_how_many_cells_are_bad_and_how_to_see_them():
     assert remark(summary(ds), "my map.nc") == "1 unresolved and 2 failed cells: stickslip inspect 'my map.nc'"
     assert remark(summary(made_up(MAP)[0])) is None
     assert remark(summary(made_up(MAP, failed=[1])[0])) == "1 failed cell"
-
-
-# --- the same cell again ----------------------------------------------------------------------------------------------
-
-
-def pasted(command: str):
-    """The file and the settings of a line for the shell."""
-    words = shlex.split(command)
-    assert words[:2] == ["stickslip", "simulate"]
-    return words[2], [words[i + 1] for i, word in enumerate(words) if word == "--at"]
-
-
-def test_the_line_gives_the_same_cell_bit_for_bit(tmp_path):
-    everywhere = slice(None, None, 11)
-    ds, config, grid = made_up(MAP, failed=everywhere)
-    with stickslip.open(writing.write(ds, tmp_path / "a map.nc")) as ds:
-        recipe = recipe_of(ds, "a map.nc")
-        cells = survey(ds, recipe, limit=10**6).cells
-    assert len(cells) == len(range(grid.size)[everywhere])
-    whole = grid[:]
-    for cell in cells:
-        file, settings = pasted(cell.command("a map.nc"))
-        assert file == "a map.nc"
-        expected = {name: values[cell.number] for name, values in whole.items()}
-        found = cell_at(recipe, settings)
-        np.testing.assert_array_equal(list(found.values()), list(expected.values()))
-        assert cell_at(config, settings).keys() == found.keys()
-
-
-def test_cells_of_a_list_are_spelt_out(tmp_path):
-    chance = np.random.default_rng(1)
-    given = {name: chance.random(6) + 0.1 for name in ("mass", "stiffness", "normal_load", "a1", "a2", "a3", "a4")}
-    given["mu_stop"] = np.array([np.nan, 0.01, np.nan, 0.02, 0.03, np.nan])
-    ds = stickslip.evaluate(given | {"belt_speed": 0.3}, law="rational")
-    with stickslip.open(writing.write(ds, tmp_path / "cells.nc")) as ds:
-        recipe = recipe_of(ds, "cells.nc")
-        for cell in survey(ds, recipe, regimes=REGIMES).cells:
-            found = cell_at(recipe, pasted(cell.command("cells.nc"))[1])
-            expected = [float(ds[name][cell.number]) for name in found]
-            np.testing.assert_array_equal(list(found.values()), expected)
-
-
-def test_part_of_a_map_is_spelt_out_too(tmp_path):
-    text = MAP.replace("mu_start: 1.3, v_reversal: 340 mm/s, a4: 0.1", "a1: 1, a2: 0.1, a3: 0.3, a4: 0.1")
-    text = text.replace("  mu_reversal: [1.0440, 1.1, 1.2]\n", "")
-    ds, _, grid = made_up(text, failed=slice(None))
-    part = ds.isel(stiffness=[5], belt_speed=slice(3, 6))
-    whole = grid[:]
-    numbers = np.arange(grid.size).reshape(grid.shape)[5:6, ..., 3:6].ravel()
-    for cell in survey_of(part).cells:
-        found = cell_at(recipe_of(part, "part.nc"), cell.settings)
-        expected = [whole[name][numbers[cell.number]] for name in found]
-        np.testing.assert_array_equal(list(found.values()), expected)
 
 
 # --- the commands -----------------------------------------------------------------------------------------------------
@@ -175,13 +132,15 @@ def test_run_reports_bad_cells_inspect_lists_them_and_simulate_shows_them(here):
     assert done.exit_code == 0 and "unresolved cells: stickslip inspect small.nc" in done.stdout
     listed = call("inspect", "small.nc")
     assert listed.exit_code == 0, listed.output
-    lines = [line for line in listed.stdout.splitlines() if line.startswith("stickslip simulate")]
+    lines = [line.split() for line in listed.stdout.splitlines() if line.endswith("step_limit")]
     ds = stickslip.open("small.nc")
     assert len(lines) == summary(ds)["unresolved"].cells
-    assert "unresolved, step_limit: the step budget ran out" in listed.stdout
-    arguments = shlex.split(lines[0])[1:]
-    arguments[arguments.index("-t") + 1] = "1 s"  # as far as the step budget of this map goes
-    shown = call(*arguments, "-o", "trace.nc")
+    assert "step_limit: the step budget ran out" in listed.stdout
+    stiffness, belt_speed = " ".join(lines[0][1:3]), " ".join(lines[0][3:5])
+    at = ("--at", f"stiffness={stiffness}", "--at", f"belt_speed={belt_speed}")
+    shown = call(
+        "simulate", "small.nc", *at, "-t", "1 s", "-o", "trace.nc"
+    )  # as far as the step budget of this map goes
     assert shown.exit_code == 0, shown.output
     assert float(stickslip.open("trace.nc")["mass"]) == 1.0
 
@@ -199,15 +158,13 @@ def test_inspecting_a_good_map_says_so(here):
     assert "0 cells failed, are unresolved or were not computed" in done.stdout
 
 
-def test_a_map_without_status_gives_a_reason_only_where_there_is_one(here):
+def test_a_map_without_status_lists_its_cells_all_the_same(here):
     ds = made_up(MAP)[0].drop_vars("status")
     names = ["not_computed", "stick_slip", "unresolved"]
     ds["regime"].values.flat[: len(names)] = [REGIMES.index(name) for name in names]
     writing.write(ds, "map.nc")
-    told = call("inspect", "map.nc", *(word for name in names for word in ("--regime", name))).stdout.splitlines()
-    assert "not_computed: no run has computed these cells" in told and "stick_slip" in told
-    assert [line for line in told if "a reason that is in status" in line][0].startswith("unresolved, ")
-    assert sum("a reason" in line for line in told) == 1
+    lines = call("inspect", "map.nc", *(word for name in names for word in ("--regime", name))).stdout.splitlines()
+    assert [line.split()[-3] for line in lines if line.endswith("not kept")] == names
 
 
 def test_inspecting_what_is_no_map_says_so(here):

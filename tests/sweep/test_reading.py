@@ -118,12 +118,12 @@ def peak():
     return int(lines["VmHWM"].split()[0]) / 1024  # MB; ru_maxrss would begin with that of the parent
 
 small = reading.open(sys.argv[2])
-summary(small), survey(small, {}), plots.save(plots.plot_map(small), sys.argv[2] + ".png")  # libraries, fonts
+summary(small), survey(small), plots.save(plots.plot_map(small), sys.argv[2] + ".png")  # libraries, fonts
 before = peak()
 ds = reading.open(sys.argv[1])
 found = summary(ds)
 assert sum(share.cells for share in found.values()) == ds["regime"].size, found
-assert sum(survey(ds, {}).counts.values()) == ds["regime"].size
+assert sum(survey(ds).counts.values()) == ds["regime"].size
 after = peak()
 plots.save(plots.plot_map(ds), sys.argv[1] + ".png")
 plots.save(plots.plot_map(ds, "period"), sys.argv[1] + ".png")

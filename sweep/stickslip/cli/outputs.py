@@ -6,7 +6,6 @@ Their names were checked when the options were read (`params.Target`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.files.locations import Location
     from stickslip.plots import Look, Mark
-
-_LONG = 500_000  # rows of a table from which a bar tells how far it is
 
 
 def show_file(kind: str, target: Location, note: str = "") -> None:
@@ -56,13 +53,12 @@ def save_plot(figure: Figure | Callable[[Any], Figure], target: Path | None, not
 
 
 def save_table(ds: xr.Dataset, target: Path | None, variables: tuple[str, ...] = ()) -> None:
-    """Write a table, if it has a place; a long one with a bar. What is left out is said."""
+    """Write a table, if it has a place. What is left out is said."""
     if target is None:
         return
     from stickslip.dataset import export
 
-    is_long = export.table_of(ds, variables).rows >= _LONG
-    with screen.progress_bar("rows", " written") if is_long else nullcontext() as move:
+    with screen.progress_bar("rows", " written") as move:
         table = export.write_table(ds, target, variables, progress=move)
     show_file("table", target, f"{table.rows:,} row{'s' * (table.rows != 1)}, {len(table.columns)} columns")
     if table.left_out:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,11 +14,7 @@ from stickslip.cli.summary import show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
-    from stickslip.config.select import Recipe
-    from stickslip.dataset.summary import Survey
     from stickslip.files.locations import Location
-
-_UNDECIDED = ("failed", "unresolved")
 
 
 @click.command(
@@ -39,13 +34,13 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     """Count the cells of a result, and list problem cells.
 
     These are cells that failed, are unresolved or were not computed, unless --regime or --status say which to list.
-    Each is listed as a command that computes it over time, ready to paste. Of results that are no maps it
-    says what was found.
+    Each is listed with its place; `stickslip simulate FILE --at NAME=VALUE` computes the motion there. Of results that
+    are no maps it says what was found.
     """
-    from stickslip.config.select import recipe_of
-    from stickslip.config.studies import result_class
+    from stickslip.config.grid import quantity_of
+    from stickslip.config.studies import Table, result_class
     from stickslip.dataset import summary as inspection
-    from stickslip.errors import ConfigError
+    from stickslip.dataset.display import MapAxis
     from stickslip.files import reading
 
     ds = reading.look_into(file)
@@ -55,23 +50,24 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
             fail(f"{file}: --regime, --status and --json tell of the cells of a map; this file holds none")
         show_result(ds)
         return answer
-    recipe: Recipe = {}
-    try:
-        recipe = recipe_of(ds, str(file))
-    except ConfigError as error:  # of a law that another process registered, say: what is in the file can be told
-        if "regime" not in ds.data_vars:
-            raise
-        screen.notice(f"note: {error}")
-    survey = inspection.survey(ds, recipe, regimes=regimes, statuses=statuses, limit=limit)
-    table = screen.new_table("regime", "status", numbers=("cells", "share"))
+    if "regime" not in ds.data_vars:
+        fail(f"{file}: holds no regimes, expected a map or a list of cells")
+    survey = inspection.survey(ds, regimes=regimes, statuses=statuses, limit=limit)
     total = sum(survey.counts.values())
-    for (regime, status), cells in survey.counts.items():
-        table.add_row(flag_label(regime), status, f"{cells:,}", screen.share_text(cells / max(1, total)))
-    screen.print_table(table)
+    counts = [(flag_label(regime), ": ".join(filter(None, (status, STATUS_MESSAGES.get(status)))), f"{cells:,}",
+               screen.share_text(cells / total)) for (regime, status), cells in survey.counts.items()]  # fmt: skip
+    screen.echo(Table("", ("regime", "status"), ("cells", "share"), counts).text())
     what = "such cells" if regimes or statuses else "cells failed, are unresolved or were not computed"
     first = f"The first {len(survey.cells):,} of " if 0 < len(survey.cells) < survey.wanted else ""
     screen.echo(f"\n{first}{survey.wanted:,} {what}{':' if survey.cells else ''}")
-    _list_cells(survey, str(file))
+    if survey.cells:
+        axes = [MapAxis(ds, dim, plain=True) for dim in ds["regime"].dims]
+        names = (quantity_of(str(axis.dim)).removesuffix("_case") for axis in axes)  # as --at takes them
+        rows = [
+            (str(cell.number), *(axis.text(cell.position[str(axis.dim)]) for axis in axes), flag_label(cell.regime),
+             cell.status) for cell in survey.cells
+        ]  # fmt: skip
+        screen.echo(Table("", ("cell", *names, "regime", "status"), (), rows).text())
     return {
         "file": str(file),
         "cells": total,
@@ -79,27 +75,8 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
             {"regime": regime, "status": status, "cells": cells} for (regime, status), cells in survey.counts.items()
         ],
         "wanted": survey.wanted,
-        "listed": [
-            {name: getattr(cell, name) for name in ("number", "position", "regime", "status")}
-            | {"at": list(cell.settings), "command": cell.command(str(file))}
-            for cell in survey.cells
-        ],
+        "listed": [cell._asdict() for cell in survey.cells],
     }
-
-
-def _list_cells(survey: Survey, file: str) -> None:
-    """Print a command for each cell, under its regime and status."""
-    from stickslip.dataset.summary import NOT_KEPT
-
-    by_fate = sorted(survey.cells, key=lambda cell: (cell.regime, cell.status))
-    for (regime, status), cells in groupby(by_fate, key=lambda cell: (cell.regime, cell.status)):
-        message = f", {status}: {STATUS_MESSAGES.get(status, 'a code that this version does not know')}"
-        if status == NOT_KEPT:  # a regime that was found needs no reason
-            message = ", for a reason that is in status, which output.variables leaves out" * (regime in _UNDECIDED)
-            message += ": no run has computed these cells" * (regime == "not_computed")
-        screen.echo(f"\n{regime}{message}")
-        for cell in cells:
-            screen.echo(cell.command(file))
 
 
 @click.command(

@@ -95,21 +95,11 @@ def terminal(stderr: bool = False) -> Console:
     )
 
 
-def new_table(*names: str, numbers: Sequence[str] = ()) -> Table:
-    """An empty table with columns of names, and of numbers to the right."""
+def new_table() -> Table:
+    """An empty table of Rich."""
     from rich.table import Table
 
-    table = Table(*names, box=None, pad_edge=False, header_style="bold")
-    for heading in numbers:
-        table.add_column(heading, justify="right")
-    return table
-
-
-def print_table(table: Table) -> None:
-    """Print a table with all it says: on a screen that is too narrow its lines run on, and no number is cut."""
-    console = terminal()
-    needed = console.measure(table, options=console.options.update(width=_WIDE)).maximum
-    console.print(table, width=max(needed, min(console.width, _WIDE)), crop=False)
+    return Table(box=None, pad_edge=False, header_style="bold")
 
 
 def print_rows(rows: Sequence[tuple[str, ...]], indent: str = "") -> None:

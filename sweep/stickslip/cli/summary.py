@@ -30,13 +30,8 @@ def is_reported(ds: xr.Dataset) -> bool:
     if (study := result_class(ds)) is None:
         return False
     for part in study.report(ds):
-        if isinstance(part, Table):
-            table = screen.new_table(*part.words, numbers=part.numbers)
-            for row in part.rows:
-                table.add_row(*row)
-            screen.print_table(table)
-        elif isinstance(part, str):
-            screen.echo(part)
+        if isinstance(part, Table | str):
+            screen.echo(part.text() if isinstance(part, Table) else part)
         else:
             screen.terminal().print(part)
     return True
@@ -60,13 +55,12 @@ def threads_text(options: Options) -> str:
 
 def _show_map(ds: xr.Dataset, output: Location | None) -> None:
     """Print the regimes of a map, and remarks on cells that have none."""
+    from stickslip.config.studies import Table
     from stickslip.dataset.summary import remark, step_limit_remark, summary, table_remark
 
     shares, file = summary(ds), None if output is None else str(output)
-    table = screen.new_table("regime", numbers=("cells", "share"))
-    for name, share in shares.items():
-        table.add_row(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction))
-    screen.print_table(table)
+    rows = [(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction)) for name, share in shares.items()]
+    screen.echo(Table("", ("regime",), ("cells", "share"), rows).text())
     remarks = remark(shares, file), step_limit_remark(ds, file), table_remark(ds)
     for text in filter(None, remarks):
         screen.echo(text)

@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 
 from stickslip.config.document import with_table
-from stickslip.config.grid import build_grid, quantity_of
+from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
@@ -91,17 +91,6 @@ def shared_by(ds: xr.Dataset) -> dict[str, Any]:
     solver = plain.get("solver", {})
     shared = {name: solver[name] for name in ("rtol", "max_steps") if name in solver}
     return {"law": plain.get("friction", {}).get("law", "stribeck")} | shared
-
-
-def settings_at(recipe: Recipe, ds: xr.Dataset, position: Mapping[str, int]) -> list[str]:
-    """The settings that pick the cell of a result at `position`, by dimension, out of its recipe, bit for bit."""
-    if isinstance(recipe, Config):
-        grid, sizes = build_grid(recipe), ds["regime"].sizes
-        if (grid.dims, grid.shape) == (tuple(map(str, sizes)), tuple(sizes.values())):
-            points = zip(recipe.axes, position.values(), strict=True)
-            return [f"{axis.name}={point_text(axis, i)}" for axis, i in points]
-    given = {quantity_of(str(name)): values.isel(position, missing_dims="ignore") for name, values in ds.coords.items()}
-    return [f"{name}={QUANTITIES[name].setting(float(given[name]))}" for name in QUANTITIES if name in given]
 
 
 def seconds(text: str, option: str = "--duration") -> float:

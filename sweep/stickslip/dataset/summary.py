@@ -3,34 +3,26 @@
 Flags are counted in one pass, a chunk at a time, whatever the size of the map.
 """
 
-import math
 import shlex
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.reader import parse_config
-from stickslip.config.select import Recipe, settings_at
-from stickslip.dataset.coarse import Chunk, chunks
+from stickslip.dataset.coarse import chunks
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import FLAGS, REGIMES
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES, variables_of_model
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 NOT_KEPT = "not kept"  # in place of a status
 _CODES = 256  # what fits in the byte of a flag
-_CYCLES = 5  # of stick-slip that are worth seeing
-_OSCILLATIONS = 20  # of the undamped oscillator, where nothing else is known
-_LOOK = ("breakaway_time", "period", *PARAMETERS)  # what tells how long to look
 
 
 class Share(NamedTuple):
@@ -42,11 +34,7 @@ class Share(NamedTuple):
 
 def summary(ds: xr.Dataset) -> dict[str, Share]:
     """The regimes that occur, in the order of `REGIMES`, with their number of cells and their share of the dataset."""
-    return shares(flag_counts(ds["regime"]))
-
-
-def shares(cells: Mapping[str, int]) -> dict[str, Share]:
-    """Numbers of cells with their shares of all of them, without those that are zero."""
+    cells = flag_counts(ds["regime"])
     total = max(1, sum(cells.values()))
     return {name: Share(n, n / total) for name, n in cells.items() if n}
 
@@ -56,25 +44,16 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
 
     Codes without a name, which a newer version may have written, are counted as ``code_9``.
     """
-    counts = np.zeros(_CODES, np.int64)
+    counts, flag = np.zeros(_CODES, np.int64), str(flags.name)
     for chunk in chunks(flags):
-        part = flags.isel(chunk)
-        if part.dtype.kind == "f":  # `where` left cells out
-            part = xr.DataArray(part.values[~np.isnan(part.values)])
-        counts += np.bincount(codes(part), minlength=_CODES)
-    return named(counts, str(flags.name))
+        part = flags.isel(chunk).values
+        counts += np.bincount(_codes(part[~np.isnan(part)] if part.dtype.kind == "f" else part), minlength=_CODES)
+    return {_name(flag, code): int(n) for code, n in enumerate(counts) if n or code < len(FLAGS[flag])}
 
 
-def codes(flags: xr.DataArray) -> NDArray[np.uint8]:
-    """The values of a flag as unsigned bytes in one row, as `named` counts them."""
-    return np.ascontiguousarray(flags.values, np.int8).view(np.uint8).ravel()
-
-
-def named(counts: NDArray[np.int64], flag: str) -> dict[str, int]:
-    """Counts by code as counts by name: all names, and codes without a name where they occur."""
-    known = len(FLAGS[flag])
-    present = [*range(known), *(np.flatnonzero(counts[known:]) + known)]
-    return {_name(flag, code): int(counts[code]) for code in present}
+def _codes(flags: NDArray[Any]) -> NDArray[np.uint8]:
+    """The values of a flag as unsigned bytes in one row."""
+    return np.ascontiguousarray(flags, np.int8).view(np.uint8).ravel()
 
 
 def remark(parts: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
@@ -144,29 +123,16 @@ def why_absent(ds: xr.Dataset, *names: str) -> str | None:
 # --- cells one by one -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One cell: its number in the map and its position by dimension, what became of it, and how to pick it.
-
-    settings : what `stickslip simulate --at` takes. duration : s, long enough to see what happens.
-    """
+class Cell(NamedTuple):
+    """One cell: its number in the map, its position by dimension, and what became of it."""
 
     number: int
     position: dict[str, int]
     regime: str
     status: str
-    settings: tuple[str, ...]
-    duration: float
-
-    def command(self, file: str) -> str:
-        """The line for the shell that simulates this cell of `file`, the same to the last bit."""
-        at = [word for setting in self.settings for word in ("--at", setting)]
-        words = ["stickslip", "simulate", file, *at, "-t", f"{self.duration:g}", "--plot", f"cell-{self.number}.png"]
-        return shlex.join(words)
 
 
-@dataclass(frozen=True)
-class Survey:
+class Survey(NamedTuple):
     """The contents of a map.
 
     counts : cells by (regime, status), the most frequent first; the status is NOT_KEPT where the map holds none.
@@ -176,41 +142,41 @@ class Survey:
 
     counts: dict[tuple[str, str], int]
     wanted: int
-    cells: tuple[Cell, ...]
+    cells: list[Cell]
 
 
-def survey(
-    ds: xr.Dataset, recipe: Recipe, *, regimes: Collection[str] = (), statuses: Collection[str] = (), limit: int = 20
-) -> Survey:
-    """Count the cells of a map by what became of them, and describe the first `limit` of some.
+def survey(ds: xr.Dataset, *, regimes: Collection[str] = (), statuses: Collection[str] = (), limit: int = 20) -> Survey:
+    """Count the cells of a map by what became of them, and list the first `limit` of some.
 
-    recipe : what the map was computed from (`pick.recipe_of`).
-    regimes, statuses : which cells to describe, by names; without any, those that failed, are unresolved or were not
+    regimes, statuses : which cells to list, by names; without any, those that failed, are unresolved or were not
         computed.
-    Raises ConfigError for names that do not exist, for a dataset that is no map, and where statuses are asked of a map
-    that does not hold them.
+    Raises ConfigError for names that do not exist, and where statuses are asked of a map that does not hold them.
     """
     chosen_regimes = _chosen("regime", regimes or (() if statuses else BAD_REGIMES))
-    chosen_statuses = _chosen("status", statuses)
-    if "regime" not in ds.data_vars:
-        raise ConfigError.of("inspect", "no regime, expected a map")
+    chosen = np.logical_and.outer(chosen_regimes, _chosen("status", statuses))
     has_status = "status" in ds.data_vars
     if statuses and not has_status:
         reason, _, hint = str(why_absent(ds, "status")).partition("\nhint: ")
         raise ConfigError.of("--status", f"the map {reason}", hint)
-    counts = np.zeros(_CODES * _CODES, np.int64)
-    places: list[tuple[int, ...]] = []
+
+    def names(regime: int, status: int) -> tuple[str, str]:
+        return _name("regime", regime), _name("status", status) if has_status else NOT_KEPT
+
+    counts, cells = np.zeros(chosen.size, np.int64), list[Cell]()
     for chunk in chunks(ds["regime"]):
-        regime = codes(ds["regime"].isel(chunk))
-        status = codes(ds["status"].isel(chunk)) if has_status else np.zeros_like(regime)
-        counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=_CODES * _CODES)
-        if len(places) < limit:
-            inside = np.flatnonzero(chosen_regimes[regime] & chosen_statuses[status])
-            places += _places(inside[: limit - len(places)], chunk)
-    table = counts.reshape(_CODES, _CODES)
-    pairs = sorted(np.argwhere(table), key=lambda pair: -table[tuple(pair)])
-    counted = {(_name("regime", r), _name("status", s) if has_status else NOT_KEPT): int(table[r, s]) for r, s in pairs}
-    return Survey(counted, int(table[np.ix_(chosen_regimes, chosen_statuses)].sum()), tuple(_cells(ds, recipe, places)))
+        regime = _codes(ds["regime"].isel(chunk).values)
+        status = _codes(ds["status"].isel(chunk).values) if has_status else np.zeros_like(regime)
+        counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=chosen.size)
+        for i in np.flatnonzero(chosen[regime, status])[: limit - len(cells)]:
+            inside = np.unravel_index(i, [part.stop - part.start for part in chunk.values()])
+            place = [int(part.start + j) for part, j in zip(chunk.values(), inside, strict=True)]
+            number = int(np.ravel_multi_index(place, ds["regime"].shape))
+            position = dict(zip(map(str, chunk), place, strict=True))
+            cells.append(Cell(number, position, *names(regime[i], status[i])))
+    present = np.flatnonzero(counts)
+    ranked = present[np.argsort(-counts[present], kind="stable")]
+    counted = {names(*divmod(int(code), _CODES)): int(counts[code]) for code in ranked}
+    return Survey(counted, int(counts[chosen.ravel()].sum()), cells)
 
 
 def _chosen(flag: str, names: Collection[str]) -> NDArray[np.bool_]:
@@ -227,41 +193,3 @@ def _chosen(flag: str, names: Collection[str]) -> NDArray[np.bool_]:
 def _name(flag: str, code: int) -> str:
     names = list(FLAGS[flag])
     return names[code] if code < len(names) else f"code_{code}"
-
-
-def _places(inside: NDArray[np.intp], chunk: Chunk) -> list[tuple[int, ...]]:
-    """Positions in the map of some cells of a chunk."""
-    shape = tuple(part.stop - part.start for part in chunk.values())
-    places = np.stack(np.unravel_index(inside, shape), axis=1) if shape else np.zeros((inside.size, 0), np.intp)
-    return [tuple(int(i) for i in row) for row in places + [part.start for part in chunk.values()]]
-
-
-def _cells(ds: xr.Dataset, recipe: Recipe, places: list[tuple[int, ...]]) -> list[Cell]:
-    if not places:
-        return []
-    dims = [str(dim) for dim in ds["regime"].dims]
-    picked = {dim: xr.DataArray([place[i] for place in places], dims="picked") for i, dim in enumerate(dims)}
-    known = ds[[name for name in ("regime", "status", *_LOOK) if name in ds.variables]].isel(picked).load()
-    cells = []
-    for i, place in enumerate(places):
-        values = known.isel(picked=i) if "picked" in known.dims else known
-        position = dict(zip(dims, place, strict=True))
-        number = int(np.ravel_multi_index(place, ds["regime"].shape)) if place else 0
-        regime, status = (
-            _name(flag, int(codes(values[flag])[0])) if flag in values else NOT_KEPT for flag in ("regime", "status")
-        )
-        settings = tuple(settings_at(recipe, ds, position))
-        cells.append(Cell(number, position, regime, status, settings, duration_of(recipe, values)))
-    return cells
-
-
-def duration_of(recipe: Recipe, cell: xr.Dataset) -> float:
-    """The time worth looking at a cell, in s: to the horizon, or some cycles, or some oscillations after break-away."""
-    solver = recipe.get("solver", {}) if isinstance(recipe, dict) else dict(recipe.solver)  # type: ignore[union-attr]
-    known = {name: float(cell[name]) for name in _LOOK if name in cell.variables}
-    oscillation = 2.0 * math.pi * float(scales_of({"mass": 1.0, "stiffness": 1.0} | known).time)
-    begin = known.get("breakaway_time", math.nan)
-    cycle = known.get("period", math.nan)
-    seen = _CYCLES * cycle if math.isfinite(cycle) else _OSCILLATIONS * oscillation
-    duration = seen + (begin if math.isfinite(begin) else 0.0)
-    return float(f"{min(duration, solver.get('horizon') or math.inf):.3g}")

@@ -3,24 +3,23 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice
+from math import prod
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from stickslip import pages
 from stickslip.config.studies import Regime, Study, Table, result_class
 from stickslip.config.yaml import section_in
-from stickslip.dataset.coarse import chunks
 from stickslip.dataset.display import MapAxis
-from stickslip.dataset.summary import BAD_REGIMES, Share, codes, flag_counts, shares, summary
+from stickslip.dataset.summary import BAD_REGIMES, Share, flag_counts, summary, survey
 from stickslip.errors import PlotError
 from stickslip.plots import plot_map, plot_result, subject
 from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
-from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 
 _OF_MAPS = ("regime", "period", "damping_ratio")  # whose pictures are on the page of a map
 _BESIDE = ("_error", "_low", "_high", "_width")
@@ -116,7 +115,7 @@ def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     name = "regime" if "regime" in ds else subject(ds)
     sizes = {str(dim): ds.sizes[dim] for dim in (ds[name].dims if name in ds else ()) if dim not in own}
     over = " × ".join(f"{_spoken(dim)} ({size:,})" for dim, size in sizes.items())
-    count = int(np.prod(list(sizes.values())))
+    count = prod(sizes.values())
     text = f"{count:,} {study.places if study else 'cells'}: {over}." if sizes else ""
     parts = ", ".join(f"{share.fraction:.1%} {regime_label(regime)}" for regime, share in regimes.items())
     return f"{text} {parts}{'.' if parts else ''}".strip()
@@ -160,17 +159,13 @@ def _own_dims(ds: xr.Dataset) -> set[str]:
 
 def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """Table of cells without a regime, by the reason."""
-    bad = [REGIMES.index(name) for name in BAD_REGIMES if name in regimes]
-    if not bad:
+    if not {*BAD_REGIMES} & {*regimes}:
         return pages.paragraph("None: every cell has a regime.")
     if "status" not in ds.data_vars:
         return pages.paragraph("The reasons were not stored (variable status).")
-    counts = np.zeros(256, np.int64)
-    for chunk in chunks(ds["regime"]):
-        open_cells = np.isin(codes(ds["regime"].isel(chunk)), bad)
-        counts += np.bincount(codes(ds["status"].isel(chunk))[open_cells], minlength=256)
-    reasons = shares({STATUSES[code]: int(counts[code]) for code in range(len(STATUSES))})
-    rows = [[_spoken(name), f"{share.cells:,}", STATUS_MESSAGES[name]] for name, share in reasons.items()]
+    counts = survey(ds, limit=0).counts
+    rows = [[_spoken(status), f"{cells:,}", STATUS_MESSAGES.get(status, "")]
+            for (regime, status), cells in counts.items() if regime in BAD_REGIMES]  # fmt: skip
     columns = pages.Column("reason", is_text=True), pages.Column("cells"), pages.Column("what it means", is_text=True)
     return pages.table(columns, rows)
 

@@ -263,7 +263,6 @@ def test_a_summary_counts_regimes_and_says_why_no_reason_is_known(file, tmp_path
 def test_inspect_lists_cells_by_regime_and_says_what_is_needed_for_more(file):
     done = call("inspect", file)
     assert done.exit_code == 0 and "unresolved" in done.stdout and "not kept" in done.stdout
-    assert "stickslip simulate" in done.stdout
     refused = call("inspect", file, "--status", "step_limit")
     assert refused.exit_code == 2
     assert "holds no status, since output.variables kept regime alone" in refused.stderr
