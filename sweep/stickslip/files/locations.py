@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from stickslip.errors import StoreError
+from stickslip.errors import StoreError, reason
 
 ROOT = "zarr.json"  # what makes a place a Zarr store
 TEMPORARY = ".tmp"  # suffix of what is not written yet
@@ -73,8 +73,8 @@ class Url(str):
             except FileNotFoundError:
                 bucket = path[: path.find("/", 1)]
                 if not service.exists(bucket):
-                    reason = f"there is no {bucket!r})\nhint: make the bucket first, or correct its name"
-                    raise StoreError(f"{self}: cannot be written ({reason}") from None
+                    hint = "make the bucket first, or correct its name"
+                    raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
             service.makedirs(path.rpartition("/")[0], exist_ok=True)
             service.pipe_file(path, data)
 
@@ -273,10 +273,9 @@ def explained(
 def failure(where: str, action: str, error: BaseException) -> StoreError:
     """The error of what could not be done to a place, with the reason and a remedy."""
     number = getattr(error, "errno", None)
-    reason = getattr(error, "strerror", None) or str(error).partition("\n")[0] or type(error).__name__
     hint = ""
     if number in _SPACE:
         hint = "\nhint: free some space, then do the same again; what is finished is kept"
     elif number in _ACCESS:
         hint = "\nhint: choose another folder for the output, or for the store"
-    return StoreError(f"{where}: cannot be {action} ({reason}){hint}")
+    return StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}")
