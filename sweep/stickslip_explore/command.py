@@ -45,7 +45,7 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     from stickslip import engine
     from stickslip_explore.source import open_source
 
-    source = open_source(config, params.settings())  # type: ignore[arg-type]
+    source = open_source(config, params.settings())
     for signals in (False, True):
         engine.warm_up(source.options.law, signals)
     for note in source.notes:

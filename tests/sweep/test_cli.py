@@ -335,7 +335,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     (["--shard", "1/2"], "a shard needs a place"),
     (["--shard", "1/2", "-o", "none/x.nc"], "none/x.nc: no folder none"),
     (["--shard", "1/2", "--fresh"], "other shards share the store"),
-    (["--store", "gopher://x/y"], "gopher://x/y: cannot be opened"),
+    (["--store", "gopher://x/y"], "gopher://x/y: a working store has to be on a file system"),
     (["--store", "small.yaml"], "small.yaml"),
     (["--store", "."], "holds other things"),
     (["--dask", "head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
@@ -349,7 +349,7 @@ def test_stores_that_will_not_do_are_told(here, arguments, message):
 @pytest.mark.parametrize("name", ["collect", "status", "retry-failed"])
 def test_commands_for_stores_explain_what_they_miss(here, name):
     config = write_config(here)
-    for place, message in ((config, "name an output"), ("memory://none", "no working store there"),
+    for place, message in ((config, "name an output"), ("memory://none", "on a file system"),
                            ("none.yaml", "none.yaml"), (".", "holds other things")):  # fmt: skip
         done = call(name, place)
         assert done.exit_code == 2 and "Traceback" not in done.output

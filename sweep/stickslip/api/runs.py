@@ -57,8 +57,9 @@ def run(
         arrays (`load_config`); or a Config.
     output : file to write, .nc or .zarr; None computes in memory and writes nothing (the output section of the
         configuration is for the command line).
-    store : path or URL of the working store that keeps finished blocks until the output is written; None puts it
-        beside the output, as FILE.parts. The same call resumes from it, and from an output whose axes were extended.
+    store : folder of the working store that keeps finished blocks until the output is written; None puts it beside
+        the output, as FILE.parts, or into the current folder for an output behind a URL. The same call resumes from it,
+        and from an output whose axes were extended.
     fresh : start over, and replace an output made from another configuration. keep_parts : leave the working store.
     on_error : whether an exception in a block ends the run ("stop") or the others are computed first ("continue").
     progress : "auto" shows a bar in a notebook, True anywhere, False nowhere; a function is called with (cells done,

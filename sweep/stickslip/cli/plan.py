@@ -115,13 +115,16 @@ def _on_nodes(whole: Estimate, shared: Nodes, lines: dict[str, str]) -> Iterator
 
 def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
     """The lines for the shell; shards are counted from 1."""
+    from stickslip.files.locations import location
+    from stickslip.runs.workdir.block_store import beside
+
     output = loaded.output.file or f"{config.stem}.nc"
     named = [] if loaded.output.file else ["-o", output]
     again = params.settings_again()
     threads = [] if "--threads" in again else ["--threads", str(shared.threads)]
     run = shlex.join(["stickslip", "run", str(config), *named, *again, *threads])
     run += f" --shard {_TASK}/{shared.shards}"
-    store = f"{output}.parts"
+    store = str(beside(location(output)))
     minutes = ceil(_MARGIN * shared.seconds / 60) + _START
     asked = f"--cpus-per-task={shared.threads} --mem={ceil(_MARGIN * shared.memory / 1e6)}M --time={minutes}"
     return {

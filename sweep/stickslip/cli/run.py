@@ -34,7 +34,7 @@ def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorato
     return params.decorated(
         command,
         click.option(
-            "--store", "place", metavar="PATH_OR_URL", help="Where finished blocks are kept.  [default: OUTPUT.parts]"
+            "--store", "place", metavar="FOLDER", help="Where finished blocks are kept.  [default: OUTPUT.parts]"
         ),
         click.option(
             "--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no result."
@@ -77,8 +77,8 @@ def run(
     """Compute the map a configuration asks for.
 
     Writes the file and the plot named in its `output` section, or by the options. Finished blocks are kept in
-    OUTPUT.parts until the map is written: whatever stops a run, the same command resumes from there. Without an
-    output the map is counted, plotted if a plot is asked for, and not kept.
+    OUTPUT.parts (in the current folder if OUTPUT is a URL) until the map is written: whatever stops a run, the same
+    command resumes from there. Without an output the map is counted, plotted if a plot is asked for, and not kept.
     """
     from stickslip.runs.session import Request
 
@@ -132,7 +132,8 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     of = f"shard {request.shard}: " if request.shard else ""
     place = str(outcome.where)  # the store itself: what the configuration names may not be what was asked for
     # `collect` can tell where the result goes if the store is beside it, and named after it
-    named = [] if request.place is None else ["-o", str(request.output or "map.nc")]
+    is_beside = request.place is None and isinstance(request.output, Path)
+    named = [] if is_beside else ["-o", str(request.output or "map.nc")]
     screen.print_rows([
         ("blocks", f"{of}{outcome.computed:,} {study.counted} computed into {place}"),
         ("next", f"{shlex.join(['stickslip', 'status', place])}    # progress of the {study.name}"),

@@ -113,7 +113,7 @@ def print_rows(rows: Sequence[tuple[str, ...]], indent: str = "") -> None:
 def size_of(path: Location) -> str:
     """Size of a file or of all files in a folder, for people."""
     if not isinstance(path, Path):
-        return memory(path.folder().size())
+        return memory(sum(path.keys().values()))
     count = sum(p.stat().st_size for p in path.rglob("*")) if path.is_dir() else path.stat().st_size
     return memory(count)
 

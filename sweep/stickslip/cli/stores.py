@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
     """The argument `config_or_store` with the option `--set` for the former, and the option `--store`."""
-    option = click.option("--store", metavar="PATH_OR_URL", help="Store of CONFIG, if it is not OUTPUT.parts.")
+    option = click.option("--store", metavar="FOLDER", help="Store of CONFIG, if it is not OUTPUT.parts.")
     return params.decorated(command, click.argument("config_or_store"), params.SET, option)
 
 
@@ -43,7 +43,7 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
-    later: then the exit code is 1. Names a configuration, or the folder or URL of a store.
+    later: then the exit code is 1. Names a configuration, or the folder of a store.
     """
     from stickslip.errors import StoreError
     from stickslip.files import reading
@@ -100,7 +100,7 @@ def _where_blocks_are(request: Request, named: str) -> str:
 def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     """Show the progress of a run, and who works on it.
 
-    Names a configuration, or the folder or URL of a store.
+    Names a configuration, or the folder of a store.
     """
     from stickslip.runs import collecting
     from stickslip.runs.session import request_for
@@ -152,7 +152,7 @@ def _show(progress: Status) -> None:
 def retry_failed(config_or_store: str, store: str | None, output: Location | None, dask: str | None) -> None:
     """Retry the blocks that failed.
 
-    The map is written if nothing is missing then. Names a configuration, or the folder or URL of a store.
+    The map is written if nothing is missing then. Names a configuration, or the folder of a store.
     """
     from stickslip.runs import session
     from stickslip.runs.session import request_for

@@ -1,8 +1,8 @@
 """Places of results and of working stores: a path of this machine, or a URL that fsspec opens.
 
-A folder holds bytes under names, each written whole or not at all, and safe from a power failure once `write` returns.
-Whatever the system complains about comes out as a StoreError with path, reason and remedy; a name that is not there as
-FileNotFoundError.
+A working store is a folder: it holds bytes under names, each written whole or not at all, and safe from a power failure
+once `write` returns. Whatever the system complains about comes out as a StoreError with path, reason and remedy; a name
+that is not there as FileNotFoundError.
 """
 
 from __future__ import annotations
@@ -11,66 +11,88 @@ import errno
 import os
 import shutil
 import uuid
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from stickslip.errors import StoreError
+from stickslip.errors import StoreError, reason
 
 ROOT = "zarr.json"  # what makes a place a Zarr store
 TEMPORARY = ".tmp"  # suffix of what is not written yet
+UNCACHED = {"use_listings_cache": False}  # of fsspec: other machines write there, too
 Move = Callable[[Path, Path], None]
 Check = Callable[[], None]
 _SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) if hasattr(errno, "EDQUOT") else (errno.ENOSPC, errno.EFBIG)
 _ACCESS = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
 
 
-@dataclass(frozen=True)
-class Url(os.PathLike[str]):
-    """A Zarr store behind a URL, with what is asked of a `Path` that is a result. text : without a slash at its end."""
+class Url(str):
+    """The URL of a Zarr store, without a slash at its end, with what is asked of a `Path` that is a result.
 
-    text: str
-
-    def __str__(self) -> str:
-        return self.text
-
-    def __fspath__(self) -> str:
-        return self.text
+    Services that keep objects write each whole or not at all. Raises StoreError for what they refuse.
+    """
 
     @property
     def name(self) -> str:
         """The part after the last slash."""
-        return self.text.rpartition("/")[2]
+        return self.rpartition("/")[2]
 
     @property
     def suffix(self) -> str:
         """`.zarr`, for one."""
         return PurePosixPath(self.name).suffix
 
-    def with_name(self, name: str) -> Url:
-        """A place in the same folder, of another name."""
-        return Url(f"{self.text.rpartition('/')[0]}/{name}")
-
-    def with_suffix(self, suffix: str) -> Url:
-        """A place of the same name but for the suffix."""
-        return self.with_name(self.stem + suffix)
-
-    @property
-    def stem(self) -> str:
-        """The name without its suffix."""
-        return self.name.removesuffix(self.suffix)
-
     def exists(self) -> bool:
-        """Tell whether a store is there, and whole: what it says of itself is written last."""
-        return self.folder().has(ROOT)
+        """Tell whether a store is there, and whole: what it says of itself is empty before."""
+        service, root = self._opened()
+        try:
+            with explained(self, "read"):
+                return bool(service.cat_file(f"{root}/{ROOT}"))
+        except FileNotFoundError:
+            return False
 
-    def folder(self) -> RemoteFolder:
-        """The place for reading and writing. Raises StoreError if it cannot be opened."""
-        return RemoteFolder(self.text)
+    def keys(self) -> dict[str, int]:
+        """All objects, `regime/c/0/1` for one, and their bytes."""
+        service, root = self._opened()
+        with explained(self, "read"), suppress(FileNotFoundError):
+            objects = service.find(root, detail=True)
+            return {path.removeprefix(root).lstrip("/"): int(objects[path]["size"] or 0) for path in objects}
+        return {}
+
+    def put(self, key: str, data: bytes) -> None:
+        """Write an object; make its folder if need be, but no bucket: that may be misspelt."""
+        service, root = self._opened()
+        path = f"{root}/{key}"
+        with explained(self, "written", answers=()):
+            try:
+                service.pipe_file(path, data)
+                return
+            except FileNotFoundError:
+                bucket = path[: path.find("/", 1)]
+                if not service.exists(bucket):
+                    hint = "make the bucket first, or correct its name"
+                    raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
+            service.makedirs(path.rpartition("/")[0], exist_ok=True)
+            service.pipe_file(path, data)
+
+    def remove(self, *keys: str) -> None:
+        """Remove objects, and all below these keys; those that are there."""
+        service, root = self._opened()
+        with explained(self, "removed"), suppress(FileNotFoundError):
+            service.rm([f"{root}/{key}" for key in keys], recursive=True)
+
+    def _opened(self) -> tuple[Any, str]:
+        """The file system of fsspec, and the path there."""
+        import fsspec
+
+        try:
+            service, root = fsspec.core.url_to_fs(self, **UNCACHED)
+        except Exception as error:  # an unknown kind of URL, a package that is not installed, ...
+            raise failure(self, "opened", error) from error
+        return service, root.rstrip("/")
 
 
 Location = Path | Url
@@ -89,7 +111,7 @@ def location(place: str | os.PathLike[str]) -> Location:
 # --- folders ----------------------------------------------------------------------------------------------------------
 
 
-class LocalFolder:
+class Folder:
     """A folder of this machine, or of a file system mounted on it. absolute : the place as other processes find it."""
 
     def __init__(self, path: Path) -> None:
@@ -169,125 +191,12 @@ def _link(temporary: Path, name: Path) -> None:
         os.unlink(temporary)
 
 
-class RemoteFolder:
-    """A folder behind a URL. Services that keep objects write each whole or not at all, which is all that is needed."""
-
-    def __init__(self, url: str) -> None:
-        import fsspec
-
-        self.where = self.absolute = url.rstrip("/")
-        try:
-            self._fs, root = fsspec.core.url_to_fs(self.where)
-        except ImportError as error:
-            kind = url.partition("://")[0]
-            known = "pip install 'stickslip[s3]'" if kind in ("s3", "s3a") else str(error)
-            raise StoreError(f"{self.where}: needs an optional package\nhint: {known}") from error
-        except Exception as error:  # an unknown kind of URL, missing credentials, ...
-            raise failure(self.where, "opened", error) from error
-        self._root = root.rstrip("/")
-
-    def names(self) -> list[str]:
-        """Names that exist."""
-        with explained(self.where, "read"):
-            self._fs.invalidate_cache(self._root)  # other machines write here too
-            try:
-                paths = self._fs.ls(self._root, detail=False)
-            except FileNotFoundError:
-                return []
-            return sorted(path.rstrip("/").rpartition("/")[2] for path in paths)
-
-    def keys(self) -> list[str]:
-        """Names that exist, and what is in folders: `regime/c/0/1`."""
-        return sorted(path.removeprefix(self._root).lstrip("/") for path in self._objects())
-
-    def has(self, name: str) -> bool:
-        """Tell whether a name exists."""
-        try:
-            self.read(name)
-        except FileNotFoundError:
-            return False
-        return True
-
-    def read(self, name: str) -> bytes:
-        """The bytes under a name."""
-        with explained(f"{self.where}/{name}", "read"):
-            return bytes(self._fs.cat_file(self._path(name)))
-
-    def write(self, name: str, data: bytes) -> None:
-        """Write an object."""
-        self._put(name, lambda path: self._fs.pipe_file(path, data))
-
-    def create(self, name: str, data: bytes) -> None:
-        """Write an object under a free name; services that cannot refuse are asked beforehand."""
-
-        def put(path: str) -> None:
-            if self._fs.exists(path):
-                raise FileExistsError(name)
-            try:
-                self._fs.pipe_file(path, data, mode="create")
-            except (TypeError, NotImplementedError):
-                self._fs.pipe_file(path, data)
-
-        self._put(name, put)
-
-    def copy(self, keys: Collection[str], to: RemoteFolder) -> None:
-        """Copy objects to another folder of the same service, which moves the bytes itself. Raises StoreError."""
-        pairs = [self._path(key) for key in keys], [to._path(key) for key in keys]
-        try:
-            with explained(to.where, "written"):
-                self._fs.copy(*pairs, on_error="raise")
-        except FileNotFoundError as error:
-            raise failure(to.where, "written", error) from error
-
-    def remove(self, *names: str) -> None:
-        """Remove objects, those that are there."""
-        with explained(f"{self.where}/{names[0]}", "removed"), suppress(FileNotFoundError):
-            self._fs.rm([self._path(name) for name in names])
-
-    def rmdir(self) -> None:
-        """Remove the folder, where the service has folders."""
-        with suppress(Exception):
-            self._fs.rmdir(self._root)
-
-    def size(self) -> int:
-        """Bytes of all objects."""
-        return sum(int(about["size"] or 0) for about in self._objects().values())
-
-    def _objects(self) -> dict[str, dict[str, Any]]:
-        """All objects by their paths, and what the service says of each."""
-        with explained(self.where, "read"), suppress(FileNotFoundError):
-            self._fs.invalidate_cache(self._root)
-            return dict(self._fs.find(self._root, detail=True))
-        return {}
-
-    def _put(self, name: str, put: Callable[[str], None]) -> None:
-        """Write an object; make its folder if need be, but no bucket: that may be misspelt."""
-        path = self._path(name)
-        with explained(f"{self.where}/{name}", "written"):
-            try:
-                return put(path)
-            except FileNotFoundError:
-                first = path[: path.find("/", 1)]
-                if not self._fs.exists(first):
-                    reason = f"there is no {first!r})\nhint: make the bucket first, or correct its name"
-                    raise StoreError(f"{self.where}: cannot be written ({reason}") from None
-            self._fs.makedirs(path.rpartition("/")[0], exist_ok=True)
-            try:
-                put(path)
-            except FileNotFoundError as error:
-                raise failure(self.where, "written", error) from error
-
-    def _path(self, name: str) -> str:
-        return f"{self._root}/{name}"
-
-
-Folder = LocalFolder | RemoteFolder
-
-
 def folder_at(place: str | os.PathLike[str]) -> Folder:
-    """The folder at a path or URL; nothing is created. Raises StoreError for a URL that cannot be opened."""
+    """The folder at a path; nothing is created. Raises StoreError for a URL."""
     where = location(place)
-    return LocalFolder(where) if isinstance(where, Path) else where.folder()
+    if isinstance(where, Url):
+        raise StoreError(f"{where}: a working store has to be on a file system", hint="name a folder with {store}")
+    return Folder(where)
 
 
 # --- on the disk ------------------------------------------------------------------------------------------------------
@@ -347,11 +256,15 @@ def remove(path: Path) -> None:
 
 
 @contextmanager
-def explained(where: str, action: str) -> Iterator[None]:
-    """Errors of the system as StoreError. The two that are answers pass."""
+def explained(
+    where: str, action: str, answers: tuple[type[OSError], ...] = (FileNotFoundError, FileExistsError)
+) -> Iterator[None]:
+    """Errors of the system as StoreError, but for those that are answers."""
     try:
         yield
-    except (FileNotFoundError, FileExistsError, StoreError):
+    except StoreError:
+        raise
+    except answers:
         raise
     except Exception as error:  # fsspec lets through whatever the library of a service raises
         raise failure(where, action, error) from error
@@ -360,10 +273,9 @@ def explained(where: str, action: str) -> Iterator[None]:
 def failure(where: str, action: str, error: BaseException) -> StoreError:
     """The error of what could not be done to a place, with the reason and a remedy."""
     number = getattr(error, "errno", None)
-    reason = getattr(error, "strerror", None) or str(error).partition("\n")[0] or type(error).__name__
     hint = ""
     if number in _SPACE:
         hint = "\nhint: free some space, then do the same again; what is finished is kept"
     elif number in _ACCESS:
         hint = "\nhint: choose another folder for the output, or for the store"
-    return StoreError(f"{where}: cannot be {action} ({reason}){hint}")
+    return StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}")

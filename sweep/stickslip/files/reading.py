@@ -24,7 +24,7 @@ from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexed
 
 from stickslip.errors import StoreError, reason
 from stickslip.files.lazy_duck_arrays import wait_for_imports
-from stickslip.files.locations import Url, location
+from stickslip.files.locations import UNCACHED, Url, location
 from stickslip.files.netcdf import NETCDF_LOCK
 from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
 from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
@@ -129,6 +129,9 @@ def _source(path: str | os.PathLike[str]) -> Path | str:
     """The path, or the address of a remote store; refused if there is nothing."""
     where = location(path)
     if isinstance(where, Url):
+        if where.suffix == ".zarr" and not where.exists():
+            again = "a run that was stopped while it wrote it writes it again"
+            raise StoreError(f"{path}: no Zarr store there, or not all of it\nhint: {again}")
         return str(where)
     message, hint = f"{path}: no such file", None
     if not where.exists():
@@ -166,8 +169,8 @@ def _as_stored(source: Path | str, engine: str, group: str | None = None) -> xr.
 
 
 def _remote(source: Path | str) -> dict[str, Any]:
-    """The options of a store behind a URL, which may have been replaced since fsspec looked at it."""
-    return {"storage_options": {"use_listings_cache": False}} if isinstance(source, str) else {}
+    """The options of a store behind a URL."""
+    return {"storage_options": UNCACHED} if isinstance(source, str) else {}
 
 
 def _in_order(ds: xr.Dataset, source: Path | str) -> xr.Dataset:

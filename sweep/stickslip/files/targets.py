@@ -4,10 +4,8 @@ A temporary file beside the target is written, flushed and renamed over it: a cr
 leaves the old file as it was, and what is new survives a power failure. All that writes goes through `replaced`, all
 that is asked to write later through `check_target`.
 
-Services that keep objects behind URLs write each whole or not at all, but have no rename; they copy by themselves. So a
-new store is written beside its place, under `.NAME.new`. Once it is whole, its objects are copied to its place: the
-root, without which nobody sees a store there, is removed first and written last. Whoever is killed in between leaves
-the new one whole, and `finish` goes on from there. One process at a time writes (`runs/workdir/lock.py`).
+Services that keep objects behind URLs have no rename. A new Zarr store there is written once the older one is removed.
+Its root is empty from the beginning to the end, which says that nothing whole is there, and that what is there is ours.
 """
 
 import glob
@@ -18,7 +16,7 @@ import socket
 import stat
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -26,7 +24,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Check, Move, RemoteFolder, Url, location, placed, remove
+from stickslip.files.locations import ROOT, Check, Move, Url, location, placed, remove
 
 JOURNAL = ".journal"  # in a folder that is being written, if what is there can be gone on with
 _SILENT = 120.0  # s without a note in its journal: a writer on another machine is gone
@@ -91,7 +89,7 @@ def check_target(place: str | os.PathLike[str], *kinds: str | Kind) -> None:
         )
     if isinstance(where, Url):
         check_url(where)
-        return check_writable(where)
+        return _check_writable(where)
     _check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
 
 
@@ -209,75 +207,26 @@ def _is_silent(path: Path) -> bool:
 # --- stores behind URLs -----------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def replaced_store(target: Url) -> Iterator[Callable[[str, bytes], None]]:
-    """A function that puts the bytes of a new store, inside `with`, its root last; at the end it replaces `target`.
-
-    Whatever goes wrong leaves `target` alone, but for what goes wrong while objects are copied. Raises StoreError.
-    """
-    _check_ours(target)
-    if is_unfinished(target):
-        finish(target)
-    new = _beside(target)
-    _clear(new)
-    keys = set[str]()
-
-    def put(key: str, data: bytes) -> None:
-        new.write(key, bytes(data))
-        keys.add(key)
-
-    try:
-        yield put
-    except BaseException:
-        with suppress(StoreError):  # of what went wrong, the first is told
-            _clear(new)
-        raise
-    _swap(new, target.folder(), keys)
+def _check_writable(target: Url) -> None:
+    """Raise StoreError now if `begin_store` would fail later."""
+    key = ".probe" if _keys_of_ours(target) else ROOT
+    target.put(key, b"")
+    target.remove(key)
 
 
-def check_writable(target: Url) -> None:
-    """Raise StoreError now if `replaced_store` would fail later."""
-    _check_ours(target)
-    probe, new = "probe", _beside(target)
-    new.write(probe, b"")
-    new.remove(probe)
+def begin_store(target: Url) -> None:
+    """Make room for a new store, whose root is to be put at last."""
+    there = _keys_of_ours(target)
+    target.put(ROOT, b"")
+    target.remove(*{key.partition("/")[0] for key in there} - {ROOT})
 
 
-def is_unfinished(target: Url) -> bool:
-    """Recognize a new store that is whole and not yet in its place: its writer was killed, or is at work."""
-    return _beside(target).has(ROOT) and not target.exists()
-
-
-def finish(target: Url) -> None:
-    """Put a new store in its place that is whole."""
-    new = _beside(target)
-    _swap(new, target.folder(), set(new.keys()))
-
-
-def _swap(new: RemoteFolder, target: RemoteFolder, keys: set[str]) -> None:
-    target.remove(ROOT)
-    new.copy(sorted(keys - {ROOT}), target)
-    if older := set(target.keys()) - keys:
-        target.remove(*older)
-    new.copy([ROOT], target)
-    _clear(new)
-
-
-def _clear(folder: RemoteFolder) -> None:
-    """Remove all objects, the root first: what is left is not whole."""
-    folder.remove(ROOT)
-    if keys := folder.keys():
-        folder.remove(*keys)
-
-
-def _check_ours(target: Url) -> None:
-    """Raise StoreError if something else than a store of ours, or a part of one, has the name of the target."""
-    if not target.exists() and target.folder().keys() and not _beside(target).has(ROOT):
+def _keys_of_ours(target: Url) -> Collection[str]:
+    """The objects of a store, or of a part of one. Raises StoreError for something else."""
+    there = target.keys()
+    if there and ROOT not in there:
         raise StoreError(f"{target}: exists and is not a Zarr store, so it is left alone")
-
-
-def _beside(target: Url) -> RemoteFolder:
-    return target.with_name(f".{target.name}.new").folder()
+    return there
 
 
 # --- by whom ----------------------------------------------------------------------------------------------------------

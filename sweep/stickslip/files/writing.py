@@ -1,7 +1,7 @@
 """Datasets on disk: netCDF, or Zarr where that optional package is installed.
 
-Writing is all or nothing (`targets.py`; behind a URL only Zarr is written); netCDF4 opened for
-writing would truncate the target first. These files are results, not checkpoints.
+Writing is all or nothing (`targets.py`; behind a URL only Zarr is written, and an older store goes first); netCDF4
+opened for writing would truncate the target first. These files are results, not checkpoints.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
 In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
@@ -36,7 +36,7 @@ from stickslip.files.locations import Check, Location, Url, location
 from stickslip.files.netcdf import NETCDF, NETCDF_LOCK, NetcdfChunks, packed
 from stickslip.files.reading import open, require_zarr
 from stickslip.files.seal import GROUP, NOBODY_WROTE, SEAL, TABLE, content_of, marks_of, sealed
-from stickslip.files.targets import JOURNAL, check_url, replaced, replaced_store
+from stickslip.files.targets import JOURNAL, begin_store, check_url, replaced
 
 if TYPE_CHECKING:
     from stickslip.files.zarr_chunks import NewZarr
@@ -60,12 +60,12 @@ def write(
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
 
-    Replaces what is there only once the new file is whole and on the disk.
+    Replaces what is there only once the new file is whole and on the disk. Behind a URL it is removed before.
     fill : writes the values of the variables in chunks, whatever they are in the dataset; called with what
         `open_chunks` takes, in which all else is written.
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
     check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
-        Behind a URL nothing can come between, since who writes holds a lock.
+        Not called behind a URL.
     identity : of the values, beside all else that is written: a large Zarr store in a folder goes on where an earlier
         writer of the same was interrupted. None: nobody goes on with it.
     """
@@ -73,6 +73,8 @@ def write(
     plain = sealed(_with_plain_texts(ds.drop_encoding()))
     if place.suffix == ".zarr":
         require_zarr(path)
+        if isinstance(place, Url) and fill is None:
+            plain.load()  # its values may be read from the older store
         with _new_zarr(place, plain.attrs[SEAL], check, identity) as store:
             _create(plain, chunks, store, fill)
             store.finish(map(str, ds.variables))
@@ -95,8 +97,8 @@ def _new_zarr(place: Location, seal: str, check: Check | None, identity: str | N
     from stickslip.files.zarr_chunks import NewZarr, Shards, is_begun
 
     if isinstance(place, Url):
-        with replaced_store(place) as put:
-            yield NewZarr(put, waits=True)
+        begin_store(place)
+        yield NewZarr(lambda key, data: place.put(key, bytes(data)))
         return
     of = f"{seal} {identity}"
     begun = None if identity is None else partial(is_begun, of=of)

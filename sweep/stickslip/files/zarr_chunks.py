@@ -43,15 +43,14 @@ _AT_ONCE = 8  # objects that are put while others wait for an answer
 class NewZarr:
     """A Zarr store that is being written.
 
-    put : stores bytes under a key, by any thread. waits : whether that waits for a service, so that more threads pay.
-    shards : in a folder; where None, each chunk is a file or an object of its own.
+    put : stores bytes under a key, by any thread.
+    shards : in a folder; None behind a URL, where each chunk is an object of its own.
 
     Chunks are put as they come. What the store says of itself is kept in memory until `finish` puts it, the root last:
     before that, nobody takes it for a store.
     """
 
     put: Callable[[str, Packed], None]
-    waits: bool = False
     shards: Shards | None = None
     contents: Contents = field(default_factory=dict)
     shardings: dict[str, Sharding] = field(default_factory=dict)
@@ -113,7 +112,7 @@ class ZarrChunks(Chunks):
     """The chunks of a store that is being written, put by the threads that compress."""
 
     def __init__(self, store: NewZarr, threads: int | None = None) -> None:
-        super().__init__(max(threads or os.cpu_count() or 1, _AT_ONCE) if store.waits else threads)
+        super().__init__(threads if store.shards else max(threads or os.cpu_count() or 1, _AT_ONCE))
         self._group, self._store = zarr.open_group(store.metadata, mode="r"), store
 
     def _declared(self, name: str) -> Layout:

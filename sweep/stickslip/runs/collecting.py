@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.config.studies import Study
 from stickslip.errors import StoreError
-from stickslip.files.locations import ROOT, Location
+from stickslip.files.locations import ROOT, Location, Url
 from stickslip.files.targets import check_target
 from stickslip.runs import existing_output
 from stickslip.runs.assembly import Gathered, assemble
@@ -16,7 +16,7 @@ from stickslip.runs.session import Request
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import Failure
-from stickslip.runs.workdir.lock import WHOLE, Holder, hold_lock, holders, shard_of, writing_alone
+from stickslip.runs.workdir.lock import WHOLE, Holder, hold_lock, holders, shard_of
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 
@@ -52,7 +52,6 @@ def collect(request: Request) -> Collected:
     check_target(request.output, "result")
     if not store.finished():
         raise StoreError(f"{store.where}: no finished blocks there, so there is nothing to collect")
-    existing_output.finish_replacing(request.output, request.notice)
     before = _seen(request.output)
 
     def check() -> None:
@@ -68,8 +67,9 @@ def collect(request: Request) -> Collected:
             Work(request.config, old.known, store.blocks, old.grid) if old else Work(request.config, cut=store.blocks)
         )
         gathered = Gathered(store, work, None, request.notice)
-        with writing_alone(request.output, request.notice):
-            assemble(gathered, store, work, request.output, request.assembling, check)
+        if work.known and isinstance(request.output, Url):
+            work.known.dataset.load()  # the older store goes before the new one is written
+        assemble(gathered, store, work, request.output, request.assembling, check)
     missing = sum(gathered.missing.values())
     collected = Collected(request.output, store.blocks.size, missing, store.where, work.study)
     if missing or request.keep:
@@ -87,7 +87,6 @@ def _whole(request: Request, output: Location) -> Collected | None:
 
     Raises StoreError for a part of it, and for something else.
     """
-    existing_output.finish_replacing(output, request.notice)
     with existing_output.opened(output, request.config, False, _OTHER) as old:
         if old is None:
             return None

@@ -14,12 +14,11 @@ from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import INCOMPLETE
 from stickslip.errors import ConfigError, StoreError
-from stickslip.files import reading, targets
-from stickslip.files.locations import Location, Url
+from stickslip.files import reading
+from stickslip.files.locations import Location
 from stickslip.runs.known_cells import KnownCells, as_before, points_of
 from stickslip.runs.work import MapStudy, study_of
 from stickslip.runs.workdir.block_store import START_OVER, refuse, same_major
-from stickslip.runs.workdir.lock import Notice, writing_alone
 from stickslip.runs.workdir.manifest import differences
 from stickslip.vocabulary.cells import Cells
 
@@ -39,13 +38,6 @@ class ExistingOutput:
     complete: bool
     known: KnownCells | None
     grid: Cells | None = None
-
-
-def finish_replacing(output: Location | None, notice: Notice) -> None:
-    """Put a result behind a URL in its place, if a run was killed while it did. Raises StoreError if one is at it."""
-    if isinstance(output, Url) and targets.is_unfinished(output):
-        with writing_alone(output, notice):
-            targets.finish(output)
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from stickslip.runs.threads import Tally, compute_blocks
 from stickslip.runs.work import Work
 from stickslip.runs.workdir import block_store
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.lock import Lock, Notice, hold_lock, writing_alone
+from stickslip.runs.workdir.lock import Lock, Notice, hold_lock
 from stickslip.runs.workdir.manifest import fingerprint
 
 OnError = Literal["continue", "stop"]
@@ -35,7 +35,7 @@ class Request:
     """The request of a run.
 
     output : result to write; None leaves the blocks in the store.
-    place : path or URL of the store; None lays it beside the output.
+    place : path of the store; None lays it beside the output, of one behind a URL into the current folder.
     shard : compute only its blocks. fresh : start over. keep : leave the store once the result is written.
     on_error : whether a block that fails ends the run or not.
     progress, assembling : called with (cells done, cells in all) while computing and while writing the result.
@@ -107,27 +107,30 @@ def request_for(
     store: str | os.PathLike[str] | None = None,
     settings: Sequence[Setting] = (),
 ) -> Request:
-    """The request behind a configuration, or behind the path or URL of a store.
+    """The request behind a configuration, or behind the path of a store.
 
     store : place of the store of a configuration, if not beside its output.
     settings : of a command line, put into the configuration; those that change the results of a store are refused when
         it is used.
-    The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE.
+    The output is the one named, else that of the configuration; a store called `FILE.parts` belongs to FILE,
+    which may be behind a URL.
     Raises ConfigError or StoreError.
     """
     text = os.fspath(place) if isinstance(place, str | os.PathLike) else None
-    beside, at = None, store
+    beside: Location | None = None
+    at = store
     if text is None or not ("://" in text or os.path.isdir(text)):
         config = as_config(place, apart=None) if text is None else load_config(text, settings, apart=None)
     else:
-        config, at = block_store.find(folder_at(text)).config(), text
+        folder = folder_at(text)
+        config, at = block_store.find(folder).config(), text
         if settings:
             changed = parse_config(config.to_yaml(), text, settings)
             config = changed.shown_in(config.written_in | changed.written_in)
-        parts = location(text)
-        beside = parts.with_suffix("") if parts.suffix == block_store.SUFFIX else None
-        if isinstance(beside, Url) and beside.suffix != ".zarr":
-            beside = None
+        configured = None if config.output.file is None else location(config.output.file)
+        beside = folder.path.with_suffix("") if folder.path.suffix == block_store.SUFFIX else None
+        if beside and isinstance(configured, Url) and configured.name == beside.name:
+            beside = configured
     file = next((file for file in (output, beside, config.output.file) if file is not None), None)
     return Request(config, None if file is None else location(file), at)
 
@@ -143,11 +146,9 @@ def run(request: Request) -> Outcome:
     """
     folder = request.folder()
     block_store.check_ours(folder)
-    if request.output is not None and not request.fresh:
-        existing_output.finish_replacing(request.output, request.notice)
-        if whole := _finished(request):
-            _remove_leftovers(folder, request)
-            return whole
+    if request.output is not None and not request.fresh and (whole := _finished(request)):
+        _remove_leftovers(folder, request)
+        return whole
     if request.output is not None:
         check_target(request.output, "result")
     if not request.fresh:
@@ -268,6 +269,8 @@ class _Session:
                 f"{store.cells(finished):,} of {store.cells(own):,} {work.study.counted}{of} were found finished in "
                 f"{store.where}"
             )
+        if numbers and isinstance(request.output, Url):
+            (request.news or request.notice)(f"finished blocks are kept in {store.where} until the result is written")
         compute, name = machines
         if numbers and name is None:
             for law in work.study.kernels:
@@ -303,8 +306,7 @@ class _Session:
             return block.results
 
         try:
-            with writing_alone(output, request.notice):
-                assemble(Gathered(store, work, repair, request.notice), store, work, output, request.assembling)
+            assemble(Gathered(store, work, repair, request.notice), store, work, output, request.assembling)
         except KeyboardInterrupt:
             raise self._interrupted() from None
         except StoreError as error:

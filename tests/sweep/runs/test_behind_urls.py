@@ -1,28 +1,34 @@
-"""Results behind URLs: the map of a local run, all or nothing, though nothing can be renamed there."""
+"""Results behind URLs: written from a working store on the disk, and not seen before they are whole."""
+
+from pathlib import Path
 
 import fsspec
 import pytest
 import xarray as xr
+from click.testing import CliRunner
 
 import stickslip
 from helpers.runs import FEW, opened, same, stop_early, with_axes
+from stickslip.cli import main
 from stickslip.errors import StoreError
-from stickslip.files import locations, targets, writing
+from stickslip.files import writing
 from stickslip.files.locations import Url
-from stickslip.runs.workdir.lock import hold_lock
 
 pytest.importorskip("zarr")
+ROOT = "zarr.json"
 
 
-@pytest.fixture
-def url(tmp_path):
-    return f"memory:/{tmp_path}/map.zarr"
+@pytest.fixture(params=["memory", "local"])
+def url(request, tmp_path, monkeypatch):
+    """A URL of a service that keeps objects under any name, and of one with folders; the program runs in a folder."""
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    return f"{request.param}://{tmp_path}/there/map.zarr"
 
 
-def below(url):
-    """The objects in the folder of a result, but for its own."""
-    folder = locations.RemoteFolder(url.rpartition("/")[0])
-    return [key for key in folder.keys() if not key.startswith("map.zarr/")]
+def nothing_is_left():
+    return list(Path().iterdir()) == []
 
 
 class Killed(BaseException):
@@ -31,40 +37,38 @@ class Killed(BaseException):
 
 @pytest.fixture
 def killed(monkeypatch):
-    """Kills writers at a copy: `killed(2)` at the second; `killed(None)` lets them live."""
-    copy, clear, count = locations.RemoteFolder.copy, targets._clear, [0]
+    """Kills writers as they put an object that is not empty: `killed("zarr.json")`; `killed(None)` lets them live."""
+    put = Url.put
 
     def kill(at):
-        count[0] = 0
-
-        def dying(self, keys, to):
-            count[0] += 1
-            if count[0] == at:
+        def dying(self, key, data):
+            if key == at and data:
                 raise Killed
-            copy(self, keys, to)
+            put(self, key, data)
 
-        monkeypatch.setattr(locations.RemoteFolder, "copy", dying)
-        monkeypatch.setattr(targets, "_clear", clear if at is None else lambda folder: None)
+        monkeypatch.setattr(Url, "put", dying)
 
     return kill
 
 
-def test_a_map_is_written_behind_a_url_and_nothing_is_left_beside_it(config, whole, url):
+def test_a_map_is_written_behind_a_url_and_nothing_else_is_left(config, whole, url):
     same(stickslip.run(config, url), whole)
-    assert below(url) == []
+    assert nothing_is_left() and not [key for key in Url(url).keys() if key.startswith(".")]
     with xr.open_dataset(url, engine="zarr", consolidated=False, chunks=None) as plain:
         assert (plain["regime"].values == whole["regime"].values).all()
 
 
-def test_a_run_that_was_stopped_resumes_from_the_blocks_beside_the_url(config, whole, url, computed):
-    stopped = stop_early(config, url)
-    assert all(key.startswith("map.zarr.parts/") for key in below(url)) and f"{url}.parts" in str(stopped)
+def test_a_run_that_was_stopped_resumes_from_the_blocks_in_the_current_folder(config, whole, url, computed):
+    notices = []
+    stopped = stop_early(config, url, notice=notices.append)
+    assert notices == ["finished blocks are kept in map.zarr.parts until the result is written"]
+    assert "map.zarr.parts" in str(stopped) and (Path() / "map.zarr.parts" / "manifest.json").is_file()
     assert not Url(url).exists()
-    with pytest.raises(StoreError):
+    with pytest.raises(StoreError, match="no Zarr store there, or not all of it"):
         stickslip.open(url)
     del computed[:]
     same(stickslip.run(config, url), whole)
-    assert sum(computed) == 900 - stopped.done and below(url) == []
+    assert sum(computed) == 900 - stopped.done and nothing_is_left()
 
 
 def test_a_map_that_is_complete_is_not_computed_again(config, url, computed):
@@ -83,14 +87,23 @@ def test_a_map_behind_a_url_is_extended(tmp_path, small_blocks, url, computed):
     assert sum(computed) == 2
 
 
-def test_shards_are_collected_into_a_url(config, whole, url):
-    for i in (1, 3):
-        stickslip.run_shard(config, f"{i}/3", f"{url}.parts")
-    with stickslip.collect(f"{url}.parts") as part:
-        assert int((part["regime"] == 0).sum()) == 300
-    stickslip.run_shard(config, "2/3", f"{url}.parts")
-    same(stickslip.collect(f"{url}.parts"), whole)
-    assert below(url) == []
+def test_a_map_is_collected_over_the_part_of_it_that_is_read_meanwhile(config, whole, url):
+    """Of two stores, of which neither has all blocks: the cells of the first come from the map."""
+    for i in (1, 2, 3):
+        stickslip.run_shard(config, f"{i}/3", f"store {i}")
+        with stickslip.collect(f"store {i}", url) as part:
+            assert int((part["regime"] == 0).sum()) == 900 - 300 * i
+    same(stickslip.open(url), whole)
+
+
+def test_a_store_named_after_the_url_of_its_configuration_is_collected_there(config, whole, url):
+    config.write_text(config.read_text() + f"output: {{file: {url}}}\n")
+    done = [CliRunner().invoke(main, ["run", str(config), "--shard", f"{i}/2"]) for i in (1, 2)]
+    assert [result.exit_code for result in done] == [0, 0], done[0].output
+    assert f"stickslip collect map.zarr.parts -o {url}" in done[0].output
+    assert stickslip.status(config).blocks_finished == 15
+    assert CliRunner().invoke(main, ["collect", "map.zarr.parts"]).exit_code == 0
+    assert opened(url)["regime"].equals(whole["regime"]) and nothing_is_left()
 
 
 def test_another_map_is_refused_and_stays(config, tmp_path, url):
@@ -101,64 +114,53 @@ def test_another_map_is_refused_and_stays(config, tmp_path, url):
     same(stickslip.open(url), before)
 
 
-def test_a_failing_write_leaves_the_older_map_and_nothing_else(config, whole, url, monkeypatch):
+@pytest.mark.parametrize("at, fresh", [("regime/c/0/0", True), ("regime/zarr.json", True), (ROOT, False)])
+def test_a_writer_that_is_killed_leaves_no_half_map_and_the_next_one_writes_it_from_the_blocks(
+    config, whole, url, killed, computed, at, fresh
+):
+    """With an older map there and without one, which is told of in place of what is not whole."""
+    if fresh:
+        stickslip.run(config, url).close()
+    killed(at)
+    with pytest.raises(Killed):
+        stickslip.run(config, url, fresh=fresh)
+    assert not Url(url).exists() and Url(url).keys()
+    with pytest.raises(StoreError, match="no Zarr store there, or not all of it"):
+        stickslip.open(url)
+    killed(None)
+    del computed[:]
+    same(stickslip.run(config, url), whole)
+    assert computed == [] and nothing_is_left()
+
+
+def test_a_dataset_is_written_over_the_map_that_its_values_are_read_from(config, whole, url):
     stickslip.run(config, url).close()
-    put = locations.RemoteFolder.write
-
-    def failing(self, name, data):
-        if name == "regime/zarr.json":
-            raise StoreError("no space")
-        put(self, name, data)
-
-    monkeypatch.setattr(locations.RemoteFolder, "write", failing)
-    with pytest.raises(stickslip.IncompleteError, match="no space"):
-        stickslip.run(config, url, fresh=True)
-    assert all(key.startswith("map.zarr.parts/") for key in below(url))
+    with stickslip.open(url) as ds:
+        writing.write(ds, url)
     same(stickslip.open(url), whole)
 
 
-@pytest.mark.parametrize("at", [1, 2])
-def test_a_writer_killed_while_it_replaces_leaves_no_half_map_and_the_next_one_finishes(config, whole, url, killed, at):
-    """At the chunks, and at the root: an older map is there."""
-    stickslip.run(config, url).close()
-    killed(at)
-    with pytest.raises(Killed):
-        stickslip.run(config, url, fresh=True)
-    assert not Url(url).exists()
-    killed(None)
-    same(stickslip.run(config, url), whole)
-    assert below(url) == []
-
-
-def test_a_dataset_is_written_where_a_writer_was_killed_while_it_replaced(config, whole, url, killed):
-    killed(1)
-    with pytest.raises(Killed):
-        writing.write(whole, url)
-    killed(None)
-    same(stickslip.open(writing.write(whole, url)), whole)
-    assert below(url) == []
-
-
-def test_what_a_killed_writer_left_is_no_part_of_the_next_map(config, whole, url):
-    folder = locations.RemoteFolder(url.replace("map.zarr", ".map.zarr.new"))
-    folder.write("of_another_version/zarr.json", b"{}")
-    same(stickslip.run(config, url), whole)
-    assert below(url) == [] and not any("another" in key for key in Url(url).folder().keys())
-
-
-def test_two_do_not_write_at_once(config, url):
-    where = Url(url)
-    with hold_lock(where.with_name(".map.zarr.lock").folder(), None, lambda: None, print):
-        with pytest.raises(stickslip.IncompleteError, match="another run works there"):
-            stickslip.run(config, url)
-    stickslip.run(config, url).close()
+def test_what_an_older_store_holds_is_no_part_of_the_next_map(config, whole, url):
+    Url(url).put("of_another_version/zarr.json", b"{}")
+    Url(url).put(ROOT, b"{}")
+    same(stickslip.run(config, url, fresh=True), whole)
+    assert not any("another" in key for key in Url(url).keys())
 
 
 def test_other_things_behind_the_url_are_left_alone(config, url, computed):
-    Url(url).folder().write("thesis.pdf", b"")
+    Url(url).put("thesis.pdf", b"")
     with pytest.raises(StoreError, match="exists and is not a Zarr store, so it is left alone"):
         stickslip.run(config, url)
-    assert Url(url).folder().keys() == ["thesis.pdf"] and computed == []
+    assert list(Url(url).keys()) == ["thesis.pdf"] and computed == []
+
+
+@pytest.mark.parametrize("keep", [{"store": "s3://b/map.parts"}, {"store": "memory://map.parts"}])
+def test_a_working_store_is_on_a_file_system(config, tmp_path, computed, keep):
+    with pytest.raises(StoreError, match="a working store has to be on a file system\nhint: name a folder with store"):
+        stickslip.run(config, tmp_path / "map.nc", **keep)
+    said = CliRunner().invoke(main, ["status", keep["store"]])
+    assert said.exit_code == 2 and "on a file system\nhint: name a folder with --store" in said.stderr
+    assert computed == []
 
 
 def test_only_zarr_goes_behind_a_url(config, tmp_path, computed):
@@ -183,6 +185,5 @@ def test_a_service_that_cannot_be_opened_is_said_before_computing(config, comput
 
 def test_urls_keep_their_slashes():
     url = Url("s3://bucket/a/map.zarr")
-    assert (url.name, url.stem, url.suffix) == ("map.zarr", "map", ".zarr")
-    assert str(url.with_suffix(".png")) == "s3://bucket/a/map.png" and str(url) == "s3://bucket/a/map.zarr"
+    assert (url.name, url.suffix, str(url)) == ("map.zarr", ".zarr", "s3://bucket/a/map.zarr")
     assert fsspec.core.url_to_fs("memory://x")[1] == "/x"

@@ -20,7 +20,7 @@ from stickslip.runs.session import request_for
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("place", ["{}/the store", "file://{}/the%20store", "memory://{}/store"])
+@pytest.mark.parametrize("place", ["{}/the store", "file://{}/the%20store"])
 def test_shards_are_merged_to_the_map_of_one_run(config, output, whole, tmp_path, computed, place):
     place = place.format(tmp_path)
     done = [stickslip.run_shard(config, f"{i}/3", place) for i in (2, 3, 1)]

@@ -5,22 +5,19 @@ import os
 
 import pytest
 
-from stickslip.errors import StoreError
-from stickslip.files.locations import LocalFolder, RemoteFolder
+from stickslip.files.locations import Folder
 
 
-@pytest.fixture(params=["links", "no links", "memory"])
+@pytest.fixture(params=["links", "no links"])
 def folder(request, tmp_path, monkeypatch):
-    """A folder on a file system with links, on one without, and behind a URL."""
-    if request.param == "memory":
-        return RemoteFolder(f"memory://{tmp_path}")
+    """A folder on a file system with links, and on one without."""
     if request.param == "no links":
 
         def refused(source, target):
             raise OSError(errno.EPERM, "Operation not permitted")
 
         monkeypatch.setattr(os, "link", refused)
-    return LocalFolder(tmp_path / "map.nc.parts")
+    return Folder(tmp_path / "map.nc.parts")
 
 
 def test_what_is_written_is_read_listed_and_removed(folder):
@@ -38,8 +35,3 @@ def test_a_name_is_created_once(folder):
     with pytest.raises(FileExistsError):
         folder.create("lock", b"yours")
     assert folder.read("lock") == b"mine" and folder.names() == ["lock"]
-
-
-def test_a_url_of_an_unknown_kind_is_refused():
-    with pytest.raises(StoreError, match="gopher://x/y: cannot be opened"):
-        RemoteFolder("gopher://x/y")

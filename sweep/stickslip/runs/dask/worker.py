@@ -25,7 +25,7 @@ class Job(TypedDict):
     """The data that all blocks of a run have in common.
 
     configuration : resolved, as YAML text. blocks : how the items are cut, as arguments of `Blocks`. packing : of them.
-    place : path or URL of the store. token : a name that exists in the store while the run lasts. versions : those of
+    place : path of the store. token : a name that exists in the store while the run lasts. versions : those of
     the process that runs it. law : a registered one, pickled. grid : with values of an
     older map (`Work.grid`), pickled.
     """

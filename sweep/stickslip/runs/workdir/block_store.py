@@ -1,4 +1,5 @@
-"""The working store of a run: a manifest and a file per finished block, `FILE.parts` beside the result.
+"""The working store of a run: a manifest and a file per finished block, `FILE.parts` beside the result; in the folder
+where the program runs if the result is behind a URL.
 
 A block exists once its file does; it is accepted once its checksum, its run and its cells agree. No state
 is kept anywhere else, so there is nothing to repair after a crash but to compute what is missing.
@@ -9,6 +10,7 @@ import re
 import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from stickslip import engine, errors
@@ -31,9 +33,10 @@ _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.j
 _LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
 
-def beside(output: Location) -> str:
+def beside(output: Location) -> Path:
     """Place of the working store of a result, unless another one is named."""
-    return str(output.with_name(output.name + SUFFIX))
+    name = output.name + SUFFIX
+    return output.with_name(name) if isinstance(output, Path) else Path(name)
 
 
 @dataclass(frozen=True)

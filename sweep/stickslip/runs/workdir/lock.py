@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from stickslip.errors import StoreError, printable
-from stickslip.files.locations import Folder, Location, Url
+from stickslip.files.locations import Folder
 from stickslip.files.targets import host, is_alive, space
 from stickslip.runs.blocks import Shard
 
@@ -95,16 +95,6 @@ def hold_lock(folder: Folder, shard: Shard | None, lost: Callable[[], None], not
     finally:
         lock.release()
         folder.rmdir()  # nothing is left of a run that was refused
-
-
-@contextmanager
-def writing_alone(output: Location, notice: Notice) -> Iterator[None]:
-    """Alone in writing a result behind a URL; files have temporary names of their own. Raises as `hold_lock`."""
-    if not isinstance(output, Url):
-        yield
-        return
-    with hold_lock(output.with_name(f".{output.name}.lock").folder(), None, lambda: None, notice):
-        yield
 
 
 class Lock:
