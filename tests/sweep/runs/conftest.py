@@ -1,9 +1,13 @@
 """Runs of many small blocks, and what they compute counted."""
 
+import contextlib
+import itertools
+
 import pytest
 
 import stickslip
 from helpers.configs import write_config
+from helpers.runs import until
 from stickslip.runs import blocks, work
 
 SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks of two rows
@@ -36,6 +40,27 @@ def computed(monkeypatch):
 
     monkeypatch.setattr(work, "compute_range", counting)
     return counts
+
+
+@pytest.fixture
+def endless_block(monkeypatch):
+    """Makes one block, by its place in the order computed, go on until the run is stopped."""
+    compute_range = work.compute_range
+
+    @contextlib.contextmanager
+    def endless(place):
+        turns = itertools.count()
+
+        def compute(cells, start, end, options, stop, *rest):
+            if next(turns) == place:
+                until(lambda: stop[0])
+            return compute_range(cells, start, end, options, stop, *rest)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(work, "compute_range", compute)
+            yield
+
+    return endless
 
 
 @pytest.fixture

@@ -30,11 +30,11 @@ def test_shards_are_merged_to_the_map_of_one_run(config, output, whole, tmp_path
     assert folder_at(place).names() == []
 
 
-def test_status_names_the_shards_that_lack_blocks_whatever_became_of_them(config, output, whole):
+def test_status_names_the_shards_that_lack_blocks_whatever_became_of_them(config, output, whole, endless_block):
     """One is finished, one was stopped and took its lock away, one never began."""
     store = f"{output}.parts"
     stickslip.run_shard(config, "1/3", store)
-    with pytest.raises(stickslip.Interrupted):
+    with endless_block(2), pytest.raises(stickslip.Interrupted):
         stickslip.run_shard(config, "2/3", store, progress=interrupted_after(1))
     done = CliRunner().invoke(main, ["status", store])
     assert "shard     1/3" not in done.output
