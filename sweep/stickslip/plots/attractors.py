@@ -81,7 +81,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     for ax in (upper, lower):
         shade(ax, x.edges, _bistable(ds), BAND)
     apply(x, lower, "x")
-    legend(figure, labelled(lower, upper), at_right=False, notes=fixed_note(ds))
+    legend(figure, labelled(lower, upper), fixed_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -145,7 +145,7 @@ def plot_ramp(
     ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
-    legend(figure, [*handles, *labelled(ax)], at_right=False, notes=fixed_note(ds))
+    legend(figure, [*handles, *labelled(ax)], fixed_note(ds))
     entitle(figure, ax, title)
     return figure
 
@@ -187,7 +187,7 @@ def plot_branches(
     ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.printed})")
     apply(x, ax, "x")
     ax.margins(y=0.08)
-    legend(figure, labelled(ax), at_right=False)
+    legend(figure, labelled(ax))
     entitle(figure, ax, title)
     return figure
 
