@@ -197,21 +197,12 @@ def _compared(ds: xr.Dataset, i: int) -> Drawn:
     shown = np.isfinite(ds["friction"].values[i])
     sigma = ds["point_sigma"].values[own] if "point_sigma" in ds else None
     grid, speed = ds["slip_speed"].values[shown], ds["point_speed"].values[own]
-    curve = [ds[column].values[i][shown] for column in ("friction", "friction_low", "friction_high")]
+    middle, low, high = (ds[column].values[i][shown] for column in ("friction", "friction_low", "friction_high"))
     known = sigma is not None and bool(np.isfinite(sigma).all()) and sigma.size > 0
     coefficients = {key: float(ds[key].values[i]) for key in (*CURVE, "mu_stop") if key in ds}
-    slowing = _slowing(coefficients, grid, curve[0])
-    return Drawn(
-        name,
-        speed,
-        ds["point_friction"].values[own],
-        sigma if known else None,
-        grid,
-        curve[0],
-        curve[1],
-        curve[2],
-        slowing,
-    )
+    slowing = _slowing(coefficients, grid, middle)
+    mu = ds["point_friction"].values[own]
+    return Drawn(name, speed, mu, sigma if known else None, grid, middle, low, high, slowing)
 
 
 def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
