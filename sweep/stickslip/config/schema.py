@@ -44,14 +44,14 @@ def json_schema() -> Schema:
                 for key, place in entry.beside.items()
             },
             "uncertain": uncertain_schema(),
-            **_of_extensions(),
+            **{
+                name: schema
+                for extension in extensions.installed()
+                for place in extension.schema
+                for name, schema in extensions.imported(place)().items()
+            },
         },
     }
-
-
-def _of_extensions() -> Schema:
-    return {name: schema for extension in extensions.installed() for place in extension.schema
-            for name, schema in extensions.imported(place)().items()}  # fmt: skip
 
 
 def uncertain_schema() -> Schema:
