@@ -24,16 +24,7 @@ from stickslip_explore.maps import Line, Picture, border_lines
 from stickslip_explore.motions import CellMotions, motions_by_line, motions_of
 from stickslip_explore.page import Page
 from stickslip_explore.source import Source
-from stickslip_explore.view import (
-    COARSE,
-    FULL,
-    At,
-    View,
-    cell_of_view,
-    config_of,
-    first_view,
-    with_plane,
-)
+from stickslip_explore.view import COARSE, FULL, At, View, cell_of_view, config_of, first_view, with_plane
 
 Job = TypeVar("Job")
 

@@ -64,10 +64,7 @@ def uncertain_schema() -> Schema:
     matrix = section_schema(Matrix)
     matrices: Schema = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {
-            "description": f"by quantity, its distribution: {listed(kinds)}",
-            **strict(quantities),
-        },
+        "quantities": {"description": f"by quantity, its distribution: {listed(kinds)}", **strict(quantities)},
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": section_schema(Subset),
