@@ -191,8 +191,8 @@ def name_of(stem: Path, variable: str | None, places: Mapping[str, str]) -> Path
     return stem.with_name(f"{NO_FILE_NAME.sub('_', '-'.join([stem.name, *words])) if words else stem.name}.png")
 
 
-def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
-    """Have matplotlib show all texts of a figure, or of a part of it, as they are, unless the figure has `formulas`.
+def show_verbatim(figure: PlainFigure) -> None:
+    """Have matplotlib show all texts of a figure as they are, unless the figure has `formulas`.
 
     Ticks that matplotlib labels by itself keep their powers of ten.
     """
@@ -205,7 +205,7 @@ def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
                 axis.get_majorticklabels()  # which makes them
             else:
                 own.update(set(axis.findobj(Text)) - {axis.label})
-    for text in (part or figure).findobj(Text):
+    for text in figure.findobj(Text):
         if isinstance(text, Text) and text not in own:
             text.set_parse_math(False)
             text.set_text(visible(text.get_text()))
