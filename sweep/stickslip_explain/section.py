@@ -135,8 +135,7 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
     record: str | None = Field(None, description="CSV file of a record of a rig, which is compared by its features")
     drive: dict[str, Any] | None = Field(None, description="configuration of the rig of the record, or its file")
     scatter: Annotated[float | None, _SCATTER] = Field(
-        None,
-        description="how far features may be off those of the simulated rig, besides the scatter of strokes",
+        None, description="how far features may be off those of the simulated rig, besides the scatter of strokes"
     )
     features: dict[str, tuple[float, ...]] | None = Field(None, description="of each stroke that counts, in SI")
     known: tuple[str, ...] | None = Field(None, description="signals and conditions that the record has")

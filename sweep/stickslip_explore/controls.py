@@ -69,11 +69,6 @@ class Controls:
         beside = Row(children=[x, y], sizing_mode="stretch_width", spacing=6)
         self.column.children = [self.variable, beside, *pickers, *common, more, rare, self._reset]
 
-    def offer(self, variables: list[tuple[str, str]]) -> None:
-        """Offer the variables that can be drawn."""
-        if variables != self.variable.options:
-            self.variable.options = variables
-
     def _slider(self, limits: SliderRange, view: View) -> UIElement:
         """The slider of a quantity, with a box that switches it on where it may be absent."""
         name, label = limits.name, spoken(limits.name)

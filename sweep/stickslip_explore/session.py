@@ -24,17 +24,7 @@ from stickslip_explore.maps import Line, Picture, border_lines
 from stickslip_explore.motions import CellMotions, motions_by_line, motions_of
 from stickslip_explore.page import Page
 from stickslip_explore.source import Source
-from stickslip_explore.view import (
-    COARSE,
-    FULL,
-    At,
-    View,
-    cell_of_view,
-    config_of,
-    first_view,
-    is_as_opened,
-    with_plane,
-)
+from stickslip_explore.view import COARSE, FULL, At, View, cell_of_view, config_of, first_view, with_plane
 
 Job = TypeVar("Job")
 
@@ -197,7 +187,8 @@ class Session:
     def _compute_map(self, view: View, stop: StopFlag) -> None:
         """Coarse, then full, then its borders; each shown when it is there."""
         with self._reporting_errors(stop):
-            if self._source.computed is not None and is_as_opened(self._source, view):
+            as_opened = not view.values and {*view.plane} <= {*self._source.axes}
+            if self._source.computed is not None and as_opened:
                 shown = self._show_dataset(view, stop, lambda: maps.read(self._source, view), "read")
             else:
                 small, full = config_of(self._source, view, COARSE), config_of(self._source, view, FULL)
@@ -265,7 +256,7 @@ class Session:
             self._draw_borders([], None)  # with the cells they belong to, not when their successors are there
         state.shown, state.timings = shown, {"map": text, "borders": _COMING}
         self.page.show_map(shown)
-        self.controls.offer(variables)
+        self.controls.variable.options = variables
         self._mark()
         self._show_timings()
 

@@ -76,11 +76,6 @@ def with_plane(view: View, y: str, x: str) -> View:
     return replace(view, y=y, x=x, values=values, points=points)
 
 
-def is_as_opened(source: Source, view: View) -> bool:
-    """True if a view shows what the file says, over two axes of its own."""
-    return not view.values and all(name in source.axes for name in view.plane)
-
-
 # --- its configuration, its cells -------------------------------------------------------------------------------------
 
 
@@ -153,7 +148,7 @@ def _side(source: Source, name: str, most: int) -> Axis:
     """The axis along a side, of at most so many points."""
     axis = source.axes.get(name)
     if axis is None:
-        slider = slider_of(source, name)
+        slider = {one.name: one for one in sliders_of(source)}[name]
         spacing, num = "log" if slider.is_log else "linear", min(_POINTS, most)
         return Range(name=name, spacing=spacing, start=slider.low, stop=slider.high, num=num)
     if isinstance(axis, Range):
@@ -241,11 +236,6 @@ def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[Slider
             yield SliderRange(name, value, axis.start, axis.stop, axis.spacing == "log", value, False, written)
         else:
             yield SliderRange(name, value, *_range(name, value, ends.get(name)), name in _RARE, written)
-
-
-def slider_of(source: Source, name: str) -> SliderRange:
-    """The slider a quantity would have. Raises KeyError."""
-    return {slider.name: slider for slider in sliders_of(source)}[name]
 
 
 def _range(name: str, value: float, ends: Slider | None) -> tuple[float, float, bool, float]:

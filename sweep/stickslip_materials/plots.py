@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
-from stickslip.plots.layout import ROW, Figure, entitle, legend
+from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.palette import BLACK, FLAG_COLOURS, look_of
 from stickslip.theory import reversal_speed
 from stickslip.vocabulary import units
@@ -83,7 +84,7 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
         notes.append("of the other fill: measured as the speed fell")
     if any("mu_stop" in one.curve.coefficients() for one in curves if one.curve):
         notes.append("dotted: down to mu_stop")
-    legend(figure, handles, at_right=panels == 1, notes=notes)
+    legend(figure, handles, notes)
     entitle(figure, axes[0], title or ", ".join(one.name for one in fits), above_all=True)
     return figure
 
@@ -163,6 +164,7 @@ def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> list[Line2D]:
 
 _ROOM = 1.6  # factor by which the axis of speeds reaches beyond what is on it
 _INSET = 0.015  # of the axis of speeds
+_ROW_LETTERS, _FEW = 28, 6  # of a line of a name beside its row; rows that have room for larger letters
 _EDGE: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.5}
 _LOUD = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["stick_slip"], "hatch": "////", "alpha": 0.75}
 _CALM = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["damped"], "alpha": 0.6}
@@ -195,33 +197,25 @@ def _compared(ds: xr.Dataset, i: int) -> Drawn:
     shown = np.isfinite(ds["friction"].values[i])
     sigma = ds["point_sigma"].values[own] if "point_sigma" in ds else None
     grid, speed = ds["slip_speed"].values[shown], ds["point_speed"].values[own]
-    curve = [ds[column].values[i][shown] for column in ("friction", "friction_low", "friction_high")]
+    middle, low, high = (ds[column].values[i][shown] for column in ("friction", "friction_low", "friction_high"))
     known = sigma is not None and bool(np.isfinite(sigma).all()) and sigma.size > 0
     coefficients = {key: float(ds[key].values[i]) for key in (*CURVE, "mu_stop") if key in ds}
-    slowing = _slowing(coefficients, grid, curve[0])
-    return Drawn(
-        name,
-        speed,
-        ds["point_friction"].values[own],
-        sigma if known else None,
-        grid,
-        curve[0],
-        curve[1],
-        curve[2],
-        slowing,
-    )
+    slowing = _slowing(coefficients, grid, middle)
+    mu = ds["point_friction"].values[own]
+    return Drawn(name, speed, mu, sigma if known else None, grid, middle, low, high, slowing)
 
 
 def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
     """A row a material: vibration in the colour of stick-slip, quiet in that of a decay, and what lies between them."""
     factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
     left, right = ends = _ends(ds, factor)
+    size = "small" if ds.sizes["material"] <= _FEW else "xx-small"
     inset = (right / left) ** _INSET  # an arrow at the edge of the axes points out of it, and stays whole
     for i, name in enumerate(map(str, ds["material"].values)):
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
         look, outside = look_of(i), ax.get_yaxis_transform()
         ax.plot([1.04, 1.09, 1.14], [i] * 3, **look, markevery=[1], transform=outside, clip_on=False)
-        ax.text(1.18, i, name, label=name, transform=outside, va="center", gid=ROW)
+        ax.text(1.18, i, fill(name, _ROW_LETTERS), transform=outside, va="center", fontsize=size)
         if state == "not_determined":
             ax.text(left * 1.05, i, "not determined", va="center", fontsize="small")
             continue
@@ -269,4 +263,4 @@ def _legend(figure: Figure, ds: xr.Dataset, unit: str) -> None:
         speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in belt_speeds]
         label = f"belt speed {(' to ' if 'speed_range_from' in ds.attrs else ', ').join(speeds)} {unit}"
         handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
-    legend(figure, handles, at_right=False)
+    legend(figure, handles)

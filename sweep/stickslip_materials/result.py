@@ -37,11 +37,6 @@ class Comparison(Result):
         return answer(ds)
 
     @classmethod
-    def is_drawn(cls, ds: xr.Dataset) -> bool:
-        """Always."""
-        return True
-
-    @classmethod
     def figure(
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Any:

@@ -78,8 +78,9 @@ def read_settings(document: Document) -> Settings:
     reader = _Reader(document)
     data = reader.keys_of(document.data or {}, (), ("record", "conditions", "features", "risk"))
     record = reader.keys_of(data.get("record"), ("record",), ("columns", "units", "ignore"))
+    known = RECORD, tuple(COLUMNS)
     columns, units = (
-        reader.values(record.get(key), ("record", key), column_name, read, COLUMNS)
+        reader.values(record.get(key), ("record", key), lambda word: signal_of(heading(word, *known)), read, COLUMNS)
         for key, read in (("columns", _text), ("units", _column_unit))
     )
     conditions = reader.values(data.get("conditions"), ("conditions",), condition_name, condition, _CONDITION_NAMES)
@@ -132,11 +133,6 @@ def condition_name(word: str) -> str | None:
     name = word.strip().lower().replace(" ", "_").replace("-", "_")
     name = CONDITION_WORDS.get(name, name)
     return name if name in _CONDITION_NAMES else None
-
-
-def column_name(word: str) -> str | None:
-    """The column of a record that people call so; None if none."""
-    return signal_of(heading(word, RECORD, tuple(COLUMNS)))
 
 
 def signal_of(column: Heading) -> str | None:

@@ -25,12 +25,6 @@ def sample_rate(time: Floats) -> float:
     return (time.size - 1) / float(time[-1] - time[0])
 
 
-def is_even(time: Floats) -> bool:
-    """True if the samples are evenly spaced, to a fiftieth of the step."""
-    step = 1.0 / sample_rate(time)
-    return bool(np.abs(np.diff(time) - step).max() <= _EVEN * step)
-
-
 def gaps_of(time: Floats) -> Positions:
     """Positions of the samples before gaps: steps far longer than they usually are, and than those around them."""
     steps = np.diff(time)
@@ -63,7 +57,8 @@ def evenly(record: xr.Dataset) -> xr.Dataset:
     As many as there are samples, and those that gaps lack.
     """
     time = record["time"].values
-    if is_even(time):
+    step = 1.0 / sample_rate(time)
+    if np.abs(np.diff(time) - step).max() <= _EVEN * step:
         return record
     gaps = gaps_of(time)
     lacking = np.rint(np.diff(time)[gaps] / np.median(np.diff(time))).sum() - gaps.size if gaps.size else 0

@@ -195,19 +195,15 @@ class _Rates:
             width = min(max(int(round(window / self._step)), 3), self._force.size - 2)
         width |= 1  # odd
         while True:
-            self._measure(width)
+            self._width, self._rate = width, slope(self._force, self._step, width)
+            self._velocity = drive_velocity(self._record, self._tolerance, width)
+            self._full = self._full_loading()
             allowed = _QUIET * self._tolerance * self.full_rate()
             if window is not None or width >= widest or slope_noise(noise, self._step, width) <= allowed:
                 return
             width = int(1.4 * width) | 1
             while width < widest and slope_noise(noise, self._step, width) > allowed:
                 width = int(1.4 * width) | 1  # wider windows find slower rates, and allow less
-
-    def _measure(self, width: int) -> None:
-        self._width = width
-        self._rate = slope(self._force, self._step, width)
-        self._velocity = drive_velocity(self._record, self._tolerance, width)
-        self._full = self._full_loading()
 
     def _full_loading(self) -> float:
         """K (N/m) where the motion of the drive is known, K |u| (N/s) where it is not; from the force if need be."""

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.cli import main
-from stickslip.errors import UnitWarning, ConfigError
+from stickslip.errors import ConfigError, UnitWarning
 from stickslip_materials.commands import fit as command
 from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
 from stickslip_materials.fit.files import names_of

@@ -109,7 +109,8 @@ def test_pages_have_blocks_to_try():
 
 @pytest.mark.parametrize("name", YAML)
 def test_every_configuration_of_the_docs_is_computed(here, name):
-    few = re.sub(r"\bdepth: \d+", "depth: 1", re.sub(r"\bnum: \d+", "num: 3", YAML[name]))  # whether it is computed, and not how long that takes
+    # whether it is computed, and not how long that takes
+    few = re.sub(r"\bdepth: \d+", "depth: 1", re.sub(r"\bnum: \d+", "num: 3", YAML[name]))
     few += "particles: 100\n" if few.startswith("observed:") else ""
     (here / "my.yaml").write_text(few, encoding="utf-8")
     keys = parse_yaml(YAML[name]).data

@@ -70,7 +70,7 @@ def simulate(
     """
     from stickslip.api import cells
     from stickslip.config.select import cell_of, config_at, seconds
-    from stickslip.dataset.display import shown_as_written
+    from stickslip.dataset.display import with_units
 
     loaded = config_at(params.recipe_in(config), at)
     given = None if duration is None else seconds(duration)
@@ -86,7 +86,7 @@ def simulate(
         cell, duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
         max_steps=solver.max_steps,
     )  # fmt: skip
-    ds = shown_as_written(ds, loaded.written_in)
+    ds = with_units(ds, {name: unit for name, unit in loaded.written_in.items() if name in ds.coords})
     over = ", ".join(filter(None, [quantity(span.duration, "s"), span.why]))
     save_result(ds, output, "trajectory", over)
     title, note = cell_title(loaded.title, at), over if output is None else ""

@@ -41,12 +41,12 @@ class ProblemCollector:
         kind = f" ({found})" if found else ""
         self.add(path, f"got {self.text(path)}{kind}, expected {expected}", hint)
 
-    def mapping(self, value: object, path: Path, expected: str, hint: str | None = None) -> dict[str, Any]:
+    def mapping(self, value: object, path: Path, expected: str) -> dict[str, Any]:
         """`value` if it is a mapping, else an empty one; nothing at all is one, but not as a whole document."""
         if isinstance(value, dict):
             return value
         if value is not None or not path:
-            self.refuse(path, f"a mapping with {expected}", hint)
+            self.refuse(path, f"a mapping with {expected}")
         return {}
 
     def read(self, model: type[AnySection], path: Path, data: object, context: object = None) -> AnySection | None:

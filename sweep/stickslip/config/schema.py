@@ -44,14 +44,14 @@ def json_schema() -> Schema:
                 for key, place in entry.beside.items()
             },
             "uncertain": uncertain_schema(),
-            **_of_extensions(),
+            **{
+                name: schema
+                for extension in extensions.installed()
+                for place in extension.schema
+                for name, schema in extensions.imported(place)().items()
+            },
         },
     }
-
-
-def _of_extensions() -> Schema:
-    return {name: schema for extension in extensions.installed() for place in extension.schema
-            for name, schema in extensions.imported(place)().items()}  # fmt: skip
 
 
 def uncertain_schema() -> Schema:
@@ -64,10 +64,7 @@ def uncertain_schema() -> Schema:
     matrix = section_schema(Matrix)
     matrices: Schema = {"anyOf": [matrix, {"type": "array", "items": matrix}]}
     own: Schema = {
-        "quantities": {
-            "description": f"by quantity, its distribution: {listed(kinds)}",
-            **strict(quantities),
-        },
+        "quantities": {"description": f"by quantity, its distribution: {listed(kinds)}", **strict(quantities)},
         "correlation": matrices | {"description": "of the normal deviates of quantities (a Gaussian copula)"},
         "covariance": matrices | {"description": "of normal quantities, in SI; it says their standard deviations"},
         "subset": section_schema(Subset),

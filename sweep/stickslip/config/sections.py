@@ -128,9 +128,9 @@ def choice(
     return value
 
 
-def one_of(words: Collection[str], what: str = "", named: Collection[str] = ()) -> Read:
-    """One of some words. named : those among them that people are told, unless all."""
-    return Read(lambda value: value if value in words else choice(value, named or words, what), {"enum": list(words)})
+def one_of(words: Collection[str], what: str = "") -> Read:
+    """One of some words."""
+    return Read(lambda value: value if value in words else choice(value, words, what), {"enum": list(words)})
 
 
 def list_of(

@@ -79,11 +79,6 @@ def with_units(ds: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
     return ds
 
 
-def shown_as_written(ds: xr.Dataset, written_in: Mapping[str, str]) -> xr.Dataset:
-    """The dataset, whose coordinates are shown in the units in which a configuration has them (`Config.written_in`)."""
-    return with_units(ds, {name: unit for name, unit in written_in.items() if name in ds.coords})
-
-
 def _expected(si: str) -> str:
     try:
         kind, example = units.kind(si).split(" ", 1)[1], units.unit_in(units.example(si))

@@ -81,7 +81,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
     for ax in (upper, lower):
         shade(ax, x.edges, _bistable(ds), BAND)
     apply(x, lower, "x")
-    legend(figure, labelled(lower, upper), at_right=False, notes=fixed_note(ds))
+    legend(figure, labelled(lower, upper), fixed_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -140,12 +140,13 @@ def plot_ramp(
     for name in (REGIMES[int(code)] for code in np.unique(ds["regime"].values[drawn])):
         ax.plot([], [], linestyle="none", marker="o", color=FLAG_COLOURS["regime"][name], markeredgecolor="black",
                 label=regime_label(name))  # fmt: skip
-    up, down = (_settled_alike(ds["regime"].sel(direction=name).values) for name in ("up", "down"))
+    settles = ds["regime"].where(ds["regime"] != REGIMES.index("creep"), REGIMES.index("damped"))  # one as the other
+    up, down = (settles.sel(direction=name).values for name in ("up", "down"))
     shade(ax, edges_of(ds, x), up != down, BAND)
     ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
-    legend(figure, [*handles, *labelled(ax)], at_right=False, notes=fixed_note(ds))
+    legend(figure, [*handles, *labelled(ax)], fixed_note(ds))
     entitle(figure, ax, title)
     return figure
 
@@ -187,7 +188,7 @@ def plot_branches(
     ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.printed})")
     apply(x, ax, "x")
     ax.margins(y=0.08)
-    legend(figure, labelled(ax), at_right=False)
+    legend(figure, labelled(ax))
     entitle(figure, ax, title)
     return figure
 
@@ -201,14 +202,8 @@ def _draw_cycles(ax: Axes, ds: xr.Dataset, variable: str, x: Floats) -> None:
             lone = there & ~beside[:-2] & ~beside[2:]  # through which there is no line
             look: dict[str, Any] = {"color": colour, "zorder": 3, "label": label}
             ax.plot(x, np.where(there, values, np.nan), linewidth=_LINE_WIDTH, **look)
-            ax.plot(
-                x[lone],
-                values[lone],
-                marker="o",
-                markersize=2.0 * _LINE_WIDTH,
-                linestyle="none",
-                **look | {"label": None},
-            )
+            dot = look | {"marker": "o", "markersize": 2.0 * _LINE_WIDTH, "linestyle": "none", "label": None}
+            ax.plot(x[lone], values[lone], **dot)
 
 
 def _draw_rest(ax: Axes, ds: xr.Dataset, x: Floats) -> None:
@@ -298,11 +293,6 @@ def _bistable(ds: xr.Dataset) -> Flags:
         (reached & sum(1 << (REGIMES.index(name) - 1) for name in names)) > 0 for names in (_CYCLES, _SLIDES)
     )
     return np.asarray(vibrates & settles)
-
-
-def _settled_alike(regimes: NDArray[np.int8]) -> NDArray[np.int8]:
-    """Regimes, those that settle being one."""
-    return np.where(regimes == REGIMES.index("creep"), np.int8(REGIMES.index("damped")), regimes)
 
 
 def _is(ds: xr.Dataset, direction: str, *names: str) -> Flags:

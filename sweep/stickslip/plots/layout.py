@@ -2,8 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from textwrap import fill
@@ -19,35 +18,20 @@ from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from stickslip.errors import PlotError, StoreError, reason, visible
 from stickslip.files.targets import NO_FILE_NAME, check_target, replaced
-from stickslip.plots import marks
 from stickslip.plots.options import inches
 
 DPI = 150  # of pictures unless asked for
 _NOTEBOOK_DPI = 100
 TITLE_WIDTH = 70  # letters in a line above a plot
 NOTE_WIDTH = 110  # in small print
-_PANEL_TITLE = 10.0  # points; titles of panels are not larger
-_SMALLEST_TITLE = 0.7  # times its usual size: over a narrow figure
 _LETTERS_PER_INCH = 9.5  # of a title over a whole figure
-BESIDE_LEGEND = 54  # and above one with a legend at its side
-_QUARTER = 0.25  # of a figure, what a legend takes at most
-_NAMES = 0.19  # of it, what the names of rows take
-_LEGEND_SIZES = (8.3, 7.0, 6.0, 5.0)  # points
-_HANDLE, _LETTER = 4.0, 0.55  # widths beside the words of a legend, and of a letter, in sizes of its letters
-ROW = "name of a row"  # of texts at the right of axes, which are a legend
+_LEGEND_SIZE, _SMALL_SIZE = 8.3, 7.0  # points, of the letters of a legend, and of one of many entries and of notes
+_MANY, _MOST_COLUMNS = 6, 4
+_LETTER, _HANDLE = 0.6, 8  # width of a letter in sizes; letters as wide as what stands beside a label
 _BESIDE_AXES = 1.1  # times the height of axes: how long the words along them are
 _FEWEST_LETTERS = 8  # in a line
 _NOTE_COLOUR = "#555555"
 _FIRM_SPACE = "\N{NO-BREAK SPACE}"
-
-
-@dataclass(frozen=True)
-class _Legend:
-    """The content and the place of a legend, so that it can be placed again in a figure of another size."""
-
-    handles: list[Any]
-    at_right: bool
-    note: str
 
 
 class Figure(PlainFigure):
@@ -60,7 +44,7 @@ class Figure(PlainFigure):
     """
 
     formulas = False
-    legend_outside: _Legend | None = None
+    entries: tuple[Sequence[Any], Sequence[str | None]] = (), ()  # handles and notes of the legend
 
     def draw(self, renderer: Any) -> None:
         """Draw, texts as they are; what matplotlib draws before it saves, without ink, is only laid out."""
@@ -111,90 +95,41 @@ def labelled(*axes: Axes) -> list[Any]:
     return [*artists.values()]
 
 
-def legend(
-    figure: Figure, handles: Sequence[Artist | tuple[Artist, ...]], *, at_right: bool, notes: Sequence[str | None] = (),
-) -> None:  # fmt: skip
-    """The legend, outside the axes: at the right of a lone map, else below. The notes, lines, are below the plot."""
+def legend(figure: Figure, handles: Sequence[Any], notes: Sequence[str | None] = ()) -> None:
+    """The legend below the axes, in as many columns as its labels have room for, under the notes, lines."""
     if not handles:
         return annotate(figure, notes)
-    figure.legend_outside = _Legend(list(handles), at_right, "\n".join(filter(None, notes)))
-    _place_legend(figure, figure.legend_outside)
-
-
-def _place_legend(figure: PlainFigure, entries: _Legend) -> None:
-    """The legend where it takes no more than a quarter of the figure: at the right, there in broken lines, or below; in
-    smaller letters where it must be."""
-    for old in list(figure.legends):
+    for old in [*figure.legends]:
         old.remove()
-    figure.supxlabel("")
-    width, height = figure.bbox.width, figure.bbox.height
-    candidates = [*_candidates(entries, 72 * figure.get_figwidth())]
-    for number, (labels, size, columns) in enumerate(candidates, 1):
-        where: dict[str, Any] = {"loc": "outside lower center", "ncols": columns}
-        drawn = figure.legend(entries.handles, labels, frameon=False, fontsize=size,
-                              handler_map={tuple: HandlerTuple(ndivide=None, pad=0.0)},
-                              **where if columns else {"loc": "outside right upper"})  # fmt: skip
-        show_verbatim(figure, drawn)
-        box, wide, high = drawn.get_window_extent(), width, _QUARTER * height
-        if not columns:
-            wide, high = _QUARTER * width, height
-        elif size == _LEGEND_SIZES[-1]:
-            high = height
-        if (box.width <= wide and box.height <= high) or number == len(candidates):
-            break
-        drawn.remove()
-    if not columns:
-        annotate(figure, [entries.note])
-    elif entries.note:
-        drawn.set_title(entries.note)
-        show_verbatim(figure, drawn)
-        drawn.get_title().set(fontsize="x-small", color=_NOTE_COLOUR, multialignment="center")
-        _fit(drawn.get_title(), width)
-
-
-def _candidates(entries: _Legend, width: float) -> Iterator[tuple[list[str], float, int]]:
-    """The forms of a legend, the best first: labels, size of letters, columns below the plot (none: at the right).
-
-    width : of the figure (points).
-    """
-    labels = [str((one[0] if isinstance(one, tuple) else one).get_label()) for one in entries.handles]
-    for size in _LEGEND_SIZES:
-        beside, below = (int((share * width - _HANDLE * size) / (_LETTER * size)) for share in (_QUARTER, 1.0))
-        if entries.at_right and beside > _FEWEST_LETTERS:
-            yield labels, size, 0
-            yield [folded(one, beside) for one in labels], size, 0
-        for columns in range(min(4, len(labels)), 1, -1):
-            yield labels, size, columns
-        yield [folded(one, max(_FEWEST_LETTERS, below)) for one in labels], size, 1
+    figure.entries = handles, notes
+    size = _LEGEND_SIZE if len(handles) <= _MANY else _SMALL_SIZE
+    room = int(72 * figure.get_figwidth() / (_LETTER * size)) - _HANDLE
+    labels = [folded(str((one[0] if isinstance(one, tuple) else one).get_label()), room) for one in handles]
+    longest = max(map(len, "\n".join(labels).splitlines()))
+    columns = max(1, min(_MOST_COLUMNS, len(labels), (room + _HANDLE) // (longest + _HANDLE)))
+    drawn = figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=size,
+                          handler_map={tuple: HandlerTuple(ndivide=None, pad=0.0)})  # fmt: skip
+    if note := "\n".join(filter(None, notes)):
+        drawn.set_title(folded(note, int(72 * figure.get_figwidth() / (_LETTER * _SMALL_SIZE))))
+        drawn.get_title().set(fontsize=_SMALL_SIZE, color=_NOTE_COLOUR, multialignment="center")
 
 
 # --- title, size and fit ----------------------------------------------------------------------------------------------
 
 
-def entitle(figure: PlainFigure, top: Axes, title: str, *, above_all: bool = False, width: int = TITLE_WIDTH) -> None:
-    """The title, over the axes it belongs to: over the figure it would be centred on a legend at the side as well.
-
-    width : letters of a line over single axes.
-    """
-    width = int(_LETTERS_PER_INCH * figure.get_figwidth()) if above_all else width
-    title = folded(title, width)
+def entitle(figure: PlainFigure, top: Axes, title: str, *, above_all: bool = False) -> None:
+    """The title, over the axes it belongs to, or over the whole figure."""
     if above_all:
-        figure.suptitle(title, fontsize="large")
+        figure.suptitle(folded(title, int(_LETTERS_PER_INCH * figure.get_figwidth())), fontsize="large")
     else:
-        top.set_title(title, fontsize="large")
+        top.set_title(folded(title, TITLE_WIDTH), fontsize="large")
 
 
 def resize(figure: PlainFigure, width: float, height: float) -> None:
-    """Give a figure another size, in inches. Letters keep theirs but for titles over narrow figures, and the lines of
-    titles and notes fit the width."""
-    narrower = min(1.0, width / figure.get_figwidth())
-    smaller = max(narrower, _SMALLEST_TITLE)
+    """Give a figure another size, in inches. Letters keep theirs; lines of titles, notes and labels fit the width."""
     figure.set_size_inches(width, height)
-    for text in (ax.title for ax in figure.axes if float(ax.title.get_fontsize()) > _PANEL_TITLE):
-        text.set_fontsize(smaller * float(text.get_fontsize()))
-        text.set_text(folded(text.get_text(), int(BESIDE_LEGEND * narrower / smaller)))
-    if isinstance(figure, Figure) and figure.legend_outside:
-        _place_legend(figure, figure.legend_outside)
+    if isinstance(figure, Figure) and figure.legends:
+        legend(figure, *figure.entries)
     fit(figure)
 
 
@@ -205,31 +140,15 @@ def fit(figure: PlainFigure) -> None:
         _fit(text, figure.bbox.width)
     if (engine := figure.get_layout_engine()) is None:
         return
-    engine.execute(figure)
-    if _fit_rows(figure):
+    for _ in range(2):  # names of axes in several lines move the axes
         engine.execute(figure)
-    for ax in figure.axes:
-        box = ax.get_window_extent()
-        upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
-        _fit(ax.yaxis.label, min(upright, _BESIDE_AXES * box.height))
-        across = 2.0 * min(0.5 * (box.x0 + box.x1), figure.bbox.x1 - 0.5 * (box.x0 + box.x1))
-        for text in (ax.xaxis.label, ax.title):
-            _fit(text, across)
-        marks.turn_labels(ax)
-
-
-def _fit_rows(figure: PlainFigure) -> bool:
-    """Break the names at the right of rows, and make them smaller, so that each has room in its row; whether there are
-    any."""
-    rows = [(text, ax) for ax in figure.axes for text in ax.texts if text.get_gid() == ROW]
-    for size in _LEGEND_SIZES if rows else ():
-        letters = int(_NAMES * 72 * figure.get_figwidth() / (_LETTER * size))
-        for text, _ in rows:
-            text.set(text=fill(str(text.get_label()), letters), fontsize=size)
-        tallest = max(text.get_window_extent().height for text, _ in rows)
-        if all(tallest * len(rows) <= ax.get_window_extent().height for _, ax in rows):
-            break
-    return bool(rows)
+        for ax in figure.axes:
+            box = ax.get_window_extent()
+            upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
+            _fit(ax.yaxis.label, min(upright, _BESIDE_AXES * box.height))
+            across = 2.0 * min(0.5 * (box.x0 + box.x1), figure.bbox.x1 - 0.5 * (box.x0 + box.x1))
+            for text in (ax.xaxis.label, ax.title):
+                _fit(text, across)
 
 
 def _fit(text: Text, room: float) -> None:
@@ -272,8 +191,8 @@ def name_of(stem: Path, variable: str | None, places: Mapping[str, str]) -> Path
     return stem.with_name(f"{NO_FILE_NAME.sub('_', '-'.join([stem.name, *words])) if words else stem.name}.png")
 
 
-def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
-    """Have matplotlib show all texts of a figure, or of a part of it, as they are, unless the figure has `formulas`.
+def show_verbatim(figure: PlainFigure) -> None:
+    """Have matplotlib show all texts of a figure as they are, unless the figure has `formulas`.
 
     Ticks that matplotlib labels by itself keep their powers of ten.
     """
@@ -286,7 +205,7 @@ def show_verbatim(figure: PlainFigure, part: Artist | None = None) -> None:
                 axis.get_majorticklabels()  # which makes them
             else:
                 own.update(set(axis.findobj(Text)) - {axis.label})
-    for text in (part or figure).findobj(Text):
+    for text in figure.findobj(Text):
         if isinstance(text, Text) and text not in own:
             text.set_parse_math(False)
             text.set_text(visible(text.get_text()))

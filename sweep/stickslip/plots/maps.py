@@ -22,7 +22,7 @@ from stickslip.errors import PlotError
 from stickslip.plots import marks
 from stickslip.plots.axes import apply, plain_numbers, scaled
 from stickslip.plots.fixed_values import fixed_note, why_nothing
-from stickslip.plots.layout import BESIDE_LEGEND, TITLE_WIDTH, Figure, entitle, folded, labelled, legend, wrapped
+from stickslip.plots.layout import Figure, entitle, folded, labelled, legend, wrapped
 from stickslip.plots.marks import BORDERS, border_handles, draw_borders, levels_inside, over_panel
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.painting import hatch, painted, patterns
@@ -128,9 +128,8 @@ def _panels(
         bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
     handles += [*labelled(*grid.flat), *marks.entries(look.marks, ds)]
-    legend(figure, handles, at_right=is_flag and not outer, notes=[pixel_note(pixel, is_flag), *notes])
-    beside = is_flag and not outer
-    entitle(figure, grid.flat[0], title, above_all=bool(outer), width=BESIDE_LEGEND if beside else TITLE_WIDTH)
+    legend(figure, handles, [pixel_note(pixel, is_flag), *notes])
+    entitle(figure, grid.flat[0], title, above_all=bool(outer))
     return figure
 
 
@@ -214,8 +213,8 @@ def _strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Sequenc
                                 textcoords="offset points", ha="center", fontweight="bold")  # fmt: skip
     axes[shown[-1]].set_xlabel(x.title)
     handles += marks.entries(look.marks, ds, line=True)
-    legend(figure, handles, at_right=True, notes=[pixel_note(pixel, variable in FLAG_COLOURS), *notes])
-    entitle(figure, axes[shown[0]], title, width=BESIDE_LEGEND)
+    legend(figure, handles, [pixel_note(pixel, variable in FLAG_COLOURS), *notes])
+    entitle(figure, axes[shown[0]], title)
     return figure
 
 

@@ -1,16 +1,13 @@
 """What is drawn over maps: operating points, borders of linear theory, and exact ones."""
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from textwrap import fill
 from typing import Any, Literal
 
 import matplotlib.patheffects as patheffects
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.contour import ContourSet
 from matplotlib.lines import Line2D
-from matplotlib.text import Annotation
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
@@ -27,10 +24,6 @@ _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "whi
                          "markeredgewidth": 1.6, "linestyle": "none", "clip_on": False}  # fmt: skip
 LINE: dict[str, Any] = {"color": "black", "linestyle": "dashdot", "linewidth": 1.2}
 _HALO = [patheffects.Stroke(linewidth=3.0, foreground="white"), patheffects.Normal()]
-_GID = "mark"
-# Where a label may stand: points from the mark, alignment; the first that is free is taken.
-_SIDES = ((8, 0, "left", "center"), (-8, 0, "right", "center"), (0, 9, "center", "bottom"), (0, -9, "center", "top"),
-          (-6, 9, "left", "bottom"), (6, 9, "right", "bottom"), (-6, -9, "left", "top"))  # fmt: skip
 _MOST_LABELS, _SHORT = 3, 4  # marks in a map whose labels may be long; letters of a short one
 _MIDDLE = 0.7  # of the width of the axes: beyond it a label stands at the left of its mark
 
@@ -67,39 +60,11 @@ def _ring(mark: Mark) -> dict[str, Any]:
 
 
 def _label(ax: Axes, label: str, place: tuple[float, float]) -> None:
-    """The label, on the side where there is room."""
-    across = ax.transAxes.inverted().transform(ax.transData.transform(place))[0]
-    words = ax.annotate(label, place, xytext=(8, 0), textcoords="offset points", fontweight="bold", zorder=5, gid=_GID)
-    words.set_path_effects(_HALO)
-    _put(words, _SIDES[1 if across > _MIDDLE else 0], label)
-
-
-def turn_labels(ax: Axes) -> None:
-    """Put the labels of marks where they are within the axes and across no line, once the axes have their place."""
-    lines = [one.get_transform().transform_path(path) for one in ax.collections if isinstance(one, ContourSet)
-             for path in one.get_paths()]  # fmt: skip
-    lines += [one.get_transform().transform_path(one.get_path()) for one in ax.lines if np.size(one.get_xdata()) > 1]
-    taken = [one.get_window_extent() for one in ax.lines if np.size(one.get_xdata()) == 1]
-    within = ax.get_window_extent()
-    for words in ax.texts:
-        if words.get_gid() != _GID or not isinstance(words, Annotation):
-            continue
-        label, costs = " ".join(words.get_text().split()), []
-        folded = fill(label, (len(label) + 1) // 2 + 1)
-        ways = [(side, text) for text in dict.fromkeys((label, folded)) for side in _SIDES]
-        for side, text in ways:
-            _put(words, side, text)
-            box = words.get_window_extent()
-            outside = max(within.x0 - box.x0, box.x1 - within.x1, within.y0 - box.y0, box.y1 - within.y1, 0.0)
-            crossed = sum(path.intersects_bbox(box, filled=False) for path in lines if np.size(path.vertices))
-            crossed += sum(box.overlaps(other) for other in taken)
-            costs.append(((outside > 0.0) + crossed, outside))
-        _put(words, *ways[costs.index(min(costs))])
-        taken.append(words.get_window_extent())
-
-
-def _put(words: Annotation, side: tuple[int, int, str, str], text: str) -> None:
-    words.set(text=text, position=side[:2], ha=side[2], va=side[3])
+    """The label, at the right of its mark, or at the left where it is near the right edge."""
+    at_left = ax.transAxes.inverted().transform(ax.transData.transform(place))[0] > _MIDDLE
+    words = ax.annotate(label, place, xytext=(-8 if at_left else 8, 0), textcoords="offset points", va="center",
+                        ha="right" if at_left else "left", fontweight="bold", zorder=5)  # fmt: skip
+    words.set(path_effects=_HALO, in_layout=False)  # the map keeps its width
 
 
 def position(axis: MapAxis, value: Any) -> float:

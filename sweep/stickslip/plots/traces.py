@@ -60,7 +60,7 @@ def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     phase.set(xlabel=named["displacement"], ylabel=named["velocity"])
     for ax in (upper, lower, phase):
         ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
-    legend(figure, labelled(lower, phase), at_right=False)
+    legend(figure, labelled(lower, phase))
     entitle(figure, upper, _title(ds) if title is None else title, above_all=True)
     return figure
 

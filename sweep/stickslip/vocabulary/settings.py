@@ -23,7 +23,7 @@ EXECUTION: dict[str, Parameter] = table(
               default=4096, at_least=1, at_most=1_000_000, whole=True),
 )  # fmt: skip
 AXIS: dict[str, Parameter] = table(  # the values of axes are held in memory, those of cells are not
-    Parameter("num", "1", "number of points", "axes", at_least=2, at_most=10_000_000, whole=True),
+    Parameter("num", "1", "number of points", "axes", at_least=2, at_most=10_000_000, whole=True)
 )
 UNCERTAIN: dict[str, Parameter] = table(
     Parameter(

@@ -335,7 +335,7 @@ def each_with_unit(given: Any, units: str) -> Any:
         return given
     for i in reversed(range(len(leaves))):
         unit = _unit_of(leaves[i], units) or unit
-        if _lacks_unit(leaves[i]):
+        if isinstance(leaves[i], int | float) and not isinstance(leaves[i], bool) and 0 < abs(leaves[i]) < math.inf:
             if not unit:
                 raise QuantityError(f"a unit with {leaves[i]!r} as well, since others have one")
             leaves[i] = f"{leaves[i]} {unit}"
@@ -369,10 +369,6 @@ def _unit_of(value: Any, units: str) -> str | None:
 def _unit_in_text(text: str, units: str) -> str | None:
     unit = unit_in(text.translate(AS_TYPED))
     return unit if unit and _fits(unit, units) else None
-
-
-def _lacks_unit(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < math.inf
 
 
 def ends_of(name: str, text: str) -> tuple[float | str, float | str]:

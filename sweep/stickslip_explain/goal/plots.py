@@ -13,7 +13,7 @@ from matplotlib.patheffects import withTickedStroke
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import Polyline, plane_names, polylines
 from stickslip.dataset.selection import selected
-from stickslip.plots.layout import Figure, legend
+from stickslip.plots.layout import Figure, labelled, legend
 from stickslip.plots.maps import plot_map
 from stickslip.plots.options import PLAIN, Look
 from stickslip.vocabulary.display_units import Unit
@@ -44,18 +44,16 @@ def plot_goal(ds: xr.Dataset, select: Mapping[str, Any], *, title: str | None = 
             own &= lines[dim].values == panel[dim].values
         _ticks(ax, polylines(lines, own), (unit_of(panel[x]), unit_of(panel[y])))
         _marks(ax, panel, y, x)
-    if (before := figure.legend_outside) is not None:
-        for handle in before.handles:
-            if str(handle.get_label()).startswith("border"):
-                handle.set_label(f"{handle.get_label()}; ticks on its quiet side")
-        shown = [Line2D([], [], label=label, **look) for label, look in (("as it is", _RING), ("nearest change", _END))]
-        has = part[f"here_{x}"].notnull().any() and part[f"here_{y}"].notnull().any()
-        legend(
-            figure,
-            before.handles + shown * bool(has),
-            at_right=before.at_right,
-            notes=[before.note],
-        )
+    if not figure.legends:
+        return figure
+    handles, notes = figure.entries
+    for handle in labelled(*figure.axes):
+        if handle.get_label().startswith("border"):
+            handle.set_label(f"{handle.get_label()}; ticks on its quiet side")
+    if part[f"here_{x}"].notnull().any() and part[f"here_{y}"].notnull().any():
+        marked = ("as it is", _RING), ("nearest change", _END)
+        handles = [*handles, *(Line2D([], [], label=label, **look) for label, look in marked)]
+    legend(figure, handles, notes)
     return figure
 
 

@@ -1,7 +1,7 @@
 """The report of a comparison, to read, to send and to print: verdict, table, picture and notes on the first sheet, and
 on the second what they rest on."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import starmap
 
 import numpy as np
@@ -34,9 +34,10 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     files = pages.terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
     origin = pages.provenance(ds.attrs) + files + pages.paragraph(_AGAIN)
     formula = f"Friction coefficient over slip speed w: {FORMULA}; in brackets the 95 % intervals."
+    method = "".join(map(pages.paragraph, ranking.method()))
     small = [
         ("The fitted curves", pages.paragraph(formula) + _table(fits) + qualities),
-        ("What the numbers mean", _paragraphs(ranking.method()) + pages.terms(_meanings([*ranks, *fits]), "short")),
+        ("What the numbers mean", method + pages.terms(_meanings([*ranks, *fits]), "short")),
         ("Where this comes from", origin + pages.configuration(ds.attrs["configuration"])),
     ]
     sections = [
@@ -47,10 +48,6 @@ def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = N
     heading = str(ds.attrs["title"]) if title is None else title
     sections[-1] = sections[-1]._replace(html=sections[-1].html + pages.details(small))
     return pages.page(heading, ranking.answer(), sections)
-
-
-def _paragraphs(texts: Iterable[str]) -> str:
-    return "".join(map(pages.paragraph, texts))
 
 
 def _table(columns: list[RankColumn]) -> str:

@@ -107,9 +107,8 @@ class RankTable:
         places = [f" at {self.speed(speed)} {self.unit}" for speed in self.speeds] if len(self._at) > 1 else [""]
         for rows, place in zip(self._at, places, strict=True) if self.speeds else ():
             ends = f"{' to '.join(map(self.speed, self.speeds))} {self.unit}"
-            yield self._column(
-                place.strip() or f"{'worst from' if self._is_range else 'at'} {ends}", None, _regime, rows
-            )
+            name = place.strip() or f"{'worst from' if self._is_range else 'at'} {ends}"
+            yield self._column(name, None, lambda row: flag_label(REGIMES[row.regime]) if row.regime else "-", rows)
             if not place:
                 unit = "slowest speed over border" if self._is_range else "speed over border"
                 yield self._column("margin", unit, self._margin)
@@ -269,10 +268,6 @@ def _rows(ds: xr.Dataset) -> list[Any]:
     columns |= {str(name): v.values.tolist() for name, v in ds.variables.items() if v.dims == ("material",)}
     columns |= {"name": columns["material"], "state": [QUIET_STATES[code] for code in columns["quiet_state"]]}
     return [SimpleNamespace(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
-
-
-def _regime(row: Any) -> str:
-    return flag_label(REGIMES[row.regime]) if row.regime else "-"
 
 
 def _fit(row: Any) -> str:

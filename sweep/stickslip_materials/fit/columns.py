@@ -39,18 +39,17 @@ class HeadedTable:
     @classmethod
     def read(
         cls, path: Path, example: str, are_headings: Callable[[list[Heading]], bool], kinds: tuple[str, ...] = POINTS,
-        rows_are: str = "samples", names: tuple[str, ...] = (), sheet: str | None = None,
+        names: tuple[str, ...] = (),
     ) -> "HeadedTable":  # fmt: skip
         """The table in a file, below the first line of headings over numbers. Raises ConfigError.
 
-        are_headings : whether these may be the headings of the table; units alone never are. sheet : of a workbook;
-        without it, the one that holds such a table.
+        are_headings : whether these may be the headings of the table; units alone never are.
         """
 
         def is_heading(texts: Sequence[str]) -> bool:
             return not are_units(texts) and are_headings([heading(text, kinds, names) for text in texts])
 
-        return cls(read_table(path, example, rows_are, is_heading, sheet), kinds, names)
+        return cls(read_table(path, example, is_heading=is_heading), kinds, names)
 
     def pick(self, kind: str, name: str = "") -> int | None:
         """The column of a kind, or of that name: plainly called so before longer names, actual before set values.

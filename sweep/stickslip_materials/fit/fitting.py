@@ -25,16 +25,7 @@ from stickslip_materials.fit.curve import CurveFit, Drawn
 from stickslip_materials.fit.models import STRAIGHT, WEAKENING, Chosen, MeasuredPoints
 from stickslip_materials.fit.quality import Quality
 from stickslip_materials.fit.turns import course
-from stickslip_materials.fit.uncertainty import (
-    Flags,
-    Floats,
-    Interval,
-    covariance,
-    points_of,
-    r_squared,
-    rms,
-    student,
-)
+from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, covariance, points_of, r_squared, rms, student
 
 BEST = "best"  # of all laws
 _FEWEST = 4  # distinct speeds; as many as coefficients

@@ -1,5 +1,6 @@
 """Fits in words: coefficients with their intervals, the section of a configuration they make, materials in order."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -136,7 +137,7 @@ def as_yaml(materials: Sequence[MaterialFit]) -> str:
         lines = [f"  {name}: {value:14}{comments[name]}".rstrip() for name, (value,) in rows.items()]
         return "\n".join(["friction:", *of_law, *lines])
     lines = [f"      {name}: [{', '.join(row)}]   {comments[name]}".rstrip() for name, row in rows.items()]
-    labels = f"    labels: [{', '.join(_quoted(name) for name, _ in curves)}]"
+    labels = f"    labels: {json.dumps([name for name, _ in curves], ensure_ascii=False)}"  # which is YAML
     return "\n".join([*(["friction:", *of_law] if of_law else []), "axes:", "  material:", "    zip:", *lines, labels])
 
 
@@ -146,10 +147,3 @@ def _number(value: float) -> str:
         return "none"
     text = f"{value:.6g}"
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
-
-
-def _quoted(name: str) -> str:
-    """A name as YAML writes it in a list; in quotes unless it is a plain word."""
-    words = name.replace("-", "").replace("_", "").replace(" ", "")
-    is_word = words.isalnum() and words[:1].isalpha() and words.lower() not in ("null", "true", "false", "yes", "no")
-    return name if is_word and name == name.strip() else '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'

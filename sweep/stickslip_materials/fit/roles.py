@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.layout import DECIMAL_COMMA, NUMBER
+from stickslip.files.layout import NUMBER, is_number
 from stickslip.files.tables import Cell
 from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest
 from stickslip_materials.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
-from stickslip_materials.fit.headings import Heading, heading, trailing_unit, words_for
+from stickslip_materials.fit.headings import Heading, heading, trailing_unit
 from stickslip_materials.fit.words import PERCENT, PURE, plain
 
 MU, SIGMA = "mu", "sigma"
@@ -76,11 +76,11 @@ class _Column:
 
     @property
     def is_numbers(self) -> bool:
-        return all(map(_may_be_number, self.texts))
+        return all(map(is_number, self.texts))
 
     @property
     def has_numbers(self) -> bool:
-        return any(map(_may_be_number, self.texts))
+        return any(map(is_number, self.texts))
 
     @property
     def is_count(self) -> bool:
@@ -290,19 +290,15 @@ class Search:
 
     def _lacking(self, missing: list[Parameter], others: Iterable[_Column]) -> ConfigError:
         """An error about columns that are not there, with the heading that was perhaps meant."""
-        words = [word for word in map(plain, words_for([column.name for column in missing])) if len(word) > 2]
         others = [one for one in others
                   if one.heading.text and (one.heading.label or one.heading.kind not in self._known)]  # fmt: skip
-        misspelt = [one for one in others if nearest(one.heading.name, words)]
-        if misspelt or len(missing) > 1 and others and _may_be_number(others[0].heading.text):
-            one = (misspelt or others)[0]
-            near = nearest(one.heading.name, self._known)
-            hint = "the first line names the columns, separated as numbers are; columns of other names are taken by "
-            hint = f"did you mean {near!r}?" if near else f"{hint}--speed-column and --friction-column"
-            return self._refused(one, f"{listed([*self._known])}, with the unit in brackets", hint)
-        lacking = listed([f"{c.name} ({c.long_name})" for c in missing], "and")
-        if not others:
-            hint = f"the first line that is not a comment says, for instance, '{example([*self._known.values()])}'"
+        for one in others:
+            if near := nearest(one.heading.name, self._known):
+                expected = f"{listed([*self._known])}, with the unit in brackets"
+                return self._refused(one, expected, f"did you mean {near!r}?")
+        lacking = listed([f"{column.name} ({column.long_name})" for column in missing], "and")
+        if not others or is_number(others[0].heading.text):
+            hint = f"the first line names the columns, for instance '{example([*self._known.values()])}'"
             return self._table.error(f"no column is called {lacking}", hint)
         unknown = listed([repr(one.heading.text) for one in others], "and")
         likely = [one.heading.text for one in others if is_column_unit(one.heading.unit, missing[0].units)]
@@ -314,10 +310,6 @@ class Search:
 
 def _is_there(row: tuple[Cell, ...], i: int) -> bool:
     return i < len(row) and row[i].text.lower() not in GAPS
-
-
-def _may_be_number(text: str) -> bool:
-    return bool(NUMBER.fullmatch(text) or DECIMAL_COMMA.fullmatch(text))
 
 
 def _size(text: str) -> float:

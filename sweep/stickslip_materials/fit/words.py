@@ -44,17 +44,9 @@ PHYSICAL = {kind: unit for kind, (unit, _) in KINDS.items() if unit}
 POINTS = (  # kinds in tables of points
     "speed", "time", "mu", "friction_force", "load", "rotation", "sigma", "direction", "material",
 )  # fmt: skip
-STEPS = (
-    "time",
-    "speed",
-    "mu",
-    "friction_force",
-    "force",
-    "load",
-    "rotation",
-    "displacement",
-    "sigma",
-)  # in records in steps
+STEPS = (  # kinds in records in steps
+    "time", "speed", "mu", "friction_force", "force", "load", "rotation", "displacement", "sigma",
+)  # fmt: skip
 PLAN = ("begin", "end", "speed", "rotation", "load")  # in tables of when they begin and end
 RECORD = ("time", "force", "friction_force", "acceleration", "speed", "displacement", "stick", "mu", "load")  # of a rig
 TURNS = {  # rad/s of one; people mean turns by 1/min and Hz

@@ -49,10 +49,6 @@ class Orbits:
         turned = np.where(turns, y0 + s * (d0 + s * (b + c * s)), y0)
         return turned.max(axis=1), turned.min(axis=1)
 
-    def thinned(self) -> Orbits:
-        """Every other sample."""
-        return Orbits(self.x[:, ::2], self.v[:, ::2], self.a[:, ::2], self.period)
-
 
 def area_in_box(orbits: Orbits, left: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
     """The area inside each orbit and its box, all of shape (n,)."""

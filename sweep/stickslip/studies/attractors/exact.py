@@ -80,7 +80,8 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
         x = motion["displacement"] - plain.steady_displacement(some)[:, np.newaxis]
         orbits = Orbits(x, motion["velocity"], motion["acceleration"], cycles.period[left])
         ends = _mirrored_box(taken(cells, left), box)
-        area, coarse = area_in_box(orbits, *ends), area_in_box(orbits.thinned(), *ends)
+        every_other = Orbits(orbits.x[:, ::2], orbits.v[:, ::2], orbits.a[:, ::2], orbits.period)
+        area, coarse = area_in_box(orbits, *ends), area_in_box(every_other, *ends)
         done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, box.area * AREA_ERROR)
         measures = _measures(orbits, area / box.area)
         known = done & np.isfinite(list(measures.values())).all(axis=0)

@@ -23,14 +23,7 @@ from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
-from stickslip.studies.borders.lines import (
-    PARAMETER,
-    CellsOrConfig,
-    Side,
-    check_line,
-    lines_along,
-    range_along,
-)
+from stickslip.studies.borders.lines import PARAMETER, CellsOrConfig, Side, check_line, lines_along, range_along
 from stickslip.studies.report import MOST_ROWS, cells_over
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells

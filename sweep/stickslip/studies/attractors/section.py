@@ -12,6 +12,7 @@ from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth
 Interval = tuple[float, float]
+_CHANGES = "inf: no change does that; 0: any does"
 VARIABLES = table(
     Variable("coexisting", "1", "regimes reached from different starting states"),
     Variable("regime_from_stick", "1", "regime reached from sticking, with no load on the contact"),
@@ -24,24 +25,16 @@ VARIABLES = table(
     Variable("unstable_amplitude", "m", "half the range of displacement on the unstable cycle"),
     Variable("unstable_velocity_amplitude", "m s-1", "half the range of velocity on the unstable cycle"),
     Variable("unstable_period", "s", "period of the unstable cycle"),
-    Variable(
-        "critical_shock",
-        "m s-1",
-        "smallest change of velocity after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
+    Variable("critical_shock", "m s-1", "smallest change of velocity after which steady sliding does not come back",
+             comment=_CHANGES),
     Variable("critical_shock_along", "m s-1", "critical change of velocity, along the motion of the belt"),
     Variable("critical_shock_against", "m s-1", "critical change of velocity, against the motion of the belt"),
-    Variable(
-        "critical_shift",
-        "m",
-        "smallest change of displacement after which steady sliding does not come back",
-        comment="inf: no change does that; 0: any does",
-    ),
+    Variable("critical_shift", "m", "smallest change of displacement after which steady sliding does not come back",
+             comment=_CHANGES),
     Variable("critical_shift_along", "m", "critical change of displacement, along the motion of the belt"),
     Variable("critical_shift_against", "m", "critical change of displacement, against the motion of the belt"),
     CELL_VARIABLES["damping_ratio"],
-)
+)  # fmt: skip
 
 
 def _ends(name: str) -> Read:

@@ -52,7 +52,7 @@ def border_cells(points: Points, scan: tuple[int, int]) -> Integers:
     scan : how many rows and columns of points are looked at first. Borders that cross no side between neighbours of the
     scan twice are found; a loop between them is missed.
     """
-    ahead, seen = _seeds(points, scan), np.zeros(_cells_of(points.grid), np.bool_)
+    ahead, seen = _seeds(points, scan), np.zeros(np.subtract(points.grid, (0, 1, 1)), np.bool_)
     found = []
     while ahead.size:
         ahead = _inside(np.unique(ahead, axis=0), seen.shape)
@@ -113,10 +113,6 @@ def _side_between(points: Points, low: Integers, high: Integers, axis: int) -> I
         same = points(*middle.T) == home[apart]
         low[apart[same]] = middle[same]
         high[apart[~same]] = middle[~same]
-
-
-def _cells_of(grid: Grid) -> Grid:
-    return grid[0], grid[1] - 1, grid[2] - 1
 
 
 def _inside(cells: Integers, shape: tuple[int, ...]) -> Integers:

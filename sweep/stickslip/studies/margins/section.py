@@ -98,8 +98,7 @@ class Margins(StudySection):
                   default=0.01, at_least=0.0, at_most=0.5),
     )  # fmt: skip
     parameters: Annotated[
-        tuple[Annotated[str, PARAMETER], ...] | None,
-        list_of(PARAMETERS, "a list of different parameters", unique=True),
+        tuple[Annotated[str, PARAMETER], ...] | None, list_of(PARAMETERS, "a list of different parameters", unique=True)
     ] = Field(None, description="parameters that may change; all that a designer chooses unless given")
     costs: dict[str, float] = Field(
         {},
@@ -122,8 +121,7 @@ class Margins(StudySection):
         "unless given",
     )
     joint: Annotated[bool, BOOLEAN] = Field(
-        False,
-        description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more",
+        False, description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more"
     )
     scan: int = of_row(rows["scan"])
     tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
