@@ -36,12 +36,13 @@ class Distribution:
 
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
-        z = np.asarray(z, np.float64)
-        if math.isinf(self.low) and math.isinf(self.high):
-            return np.asarray(self.map(z))
-        below, above, inside = self.shares
-        p, q = below + ndtr(z) * inside, above + ndtr(-z) * inside
-        return np.clip(self.map(np.where(p < q, ndtri(p), -ndtri(q))), self.low, self.high)
+        score = np.asarray(z, np.float64)
+        if not (math.isinf(self.low) and math.isinf(self.high)):
+            below, above, inside = self.shares
+            p, q = below + ndtr(score) * inside, above + ndtr(-score) * inside
+            score = np.where(p < q, ndtri(p), -ndtri(q))
+        with np.errstate(over="ignore"):  # far out: inf
+            return np.asarray(np.clip(self.map(score), self.low, self.high))
 
     @property
     def shares(self) -> tuple[float, float, float]:
@@ -83,13 +84,8 @@ def _normal(mean: float, std: float) -> tuple[Any, Map]:
 
 
 def _lognormal(median: float, factor: float) -> tuple[Any, Map]:
-    width = math.log(factor) if factor > 0 else math.nan
-
-    def values(z: Floats) -> Floats:
-        with np.errstate(over="ignore"):  # far out, with a large factor: inf
-            return np.asarray(median * np.exp(width * z))
-
-    return stats.lognorm(width, scale=median), values
+    std = math.log(factor) if factor > 0 else math.nan
+    return stats.lognorm(std, scale=median), lambda z: median * np.exp(std * z)
 
 
 def _uniform(low: float, high: float) -> tuple[Any, Map]:
@@ -99,13 +95,11 @@ def _uniform(low: float, high: float) -> tuple[Any, Map]:
 
 def _triangular(low: float, mode: float, high: float) -> tuple[Any, Map]:
     width = high - low
-
-    def values(z: Floats) -> Floats:
-        rising = low + np.sqrt(ndtr(z) * width * (mode - low))
-        falling = high - np.sqrt(ndtr(-z) * width * (high - mode))
-        return np.asarray(np.where(ndtr(z) * width < mode - low, rising, falling))
-
-    return stats.triang((mode - low) / (width or math.nan), low, width), values
+    return stats.triang((mode - low) / (width or math.nan), low, width), lambda z: np.where(
+        ndtr(z) * width < mode - low,
+        low + np.sqrt(ndtr(z) * width * (mode - low)),
+        high - np.sqrt(ndtr(-z) * width * (high - mode)),
+    )
 
 
 def _drawn(*values: float) -> tuple[Any, Map]:
