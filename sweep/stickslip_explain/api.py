@@ -45,8 +45,8 @@ def explain(
         (``period="54 +- 2 ms"``), or a list of repeats. Or a file of observations, which says all else itself.
     prior : Mapping
         By quantity what was known before: a number or text where it is fixed, else a distribution as in the section
-        `uncertain` of a configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation`,
-        `covariance` or `fit` as there.
+        `uncertain` of a configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation`
+        or `fit` as there.
     laws : str or sequence of str, optional
         Laws of friction, alternatives of the same probability; "stribeck" unless given.
     predict : Mapping, optional

@@ -19,7 +19,7 @@ EXPLAIN: dict[str, Parameter] = table(
 # Names that explanations have for laws with a certain parameter: the law, and that parameter.
 NAMED_LAWS: dict[str, tuple[str, dict[str, float]]] = {"gaussian": ("stribeck_delta", {"delta": 2.0})}
 EXPLAINING_LAWS = (*WRITTEN_LAWS, *NAMED_LAWS)
-OF_PRIOR = ("correlation", "covariance", "fit")  # keys of `prior` beside quantities and laws, words of `uncertain`
+OF_PRIOR = ("correlation", "fit")  # keys of `prior` beside quantities and laws, words of `uncertain`
 
 
 def law_of(name: str) -> tuple[str, dict[str, float]]:

@@ -99,7 +99,7 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
     laws = ratio(share.T, share.sum(0)[:, None])
     law, draws = _drawn(share, columns)
     correlation = context.prior.correlation
-    root = np.eye(len(context.prior.names)) if correlation is None else np.linalg.cholesky(correlation.values)
+    root = np.eye(len(context.prior.names)) if correlation is None else np.linalg.cholesky(correlation)
     deviates = draws["score"] @ root.T
     rng = np.random.default_rng(int(context.request.seed))
     posterior = context.prior.values(draws["score"])

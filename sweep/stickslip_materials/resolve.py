@@ -4,6 +4,7 @@ by several (`friction.fit`, `uncertain.fit`, `axes.NAME.zip.fit`)."""
 from __future__ import annotations
 
 import warnings
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -180,10 +181,12 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
         for name, one in zip(names, std, strict=True)
         if (row := QUANTITIES[name])
     }
-    own = uncertain.get("correlation")
-    blocks = [*(own if isinstance(own, list) else [own] if own is not None else [])]
+    section = {**uncertain, "quantities": {**quantities, **drawn}}
     if len(names) > 1:
-        blocks.append({"between": names, "matrix": matrix.tolist()})
-    section = {**uncertain, "quantities": {**quantities, **drawn}} | ({"correlation": blocks} if blocks else {})
+        own = uncertain.get("correlation") or {"between": [], "matrix": []}
+        with suppress(KeyError, TypeError):  # the reader says what is wrong with it
+            others, rows = own["between"], [[*row, *[0.0] * len(names)] for row in own["matrix"]]
+            rows += [[*[0.0] * len(others), *row] for row in matrix.tolist()]
+            section["correlation"] = {"between": [*others, *names], "matrix": rows}
     fixed = {name: value for name, value in known.items() if name not in names}
     return replace(document, data={**data, "friction": {**data.get("friction", {}), **fixed}, "uncertain": section})

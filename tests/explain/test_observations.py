@@ -105,7 +105,8 @@ def test_populations_that_are_not_computed_yet_are_left_out_and_said(tmp_path):
          "got stribeck, which has no delta"),
         ("  a4: 20 mm/s\n", "  a4: 20 mm/s\n  delta: {uniform: [1, 2]}\n  laws: [gaussian]\n", ":13:", "delta is"),
         ("  mass: 100 g\n", "  mass: 100 g\n  weight: 2\n", ":7:", "did you mean mass?"),
-        ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":8:", " prior.a1.uniform[1]: got 0.05"),
+        ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":8:",
+         " prior.a1.uniform: got uniform, low 0.6"),
         ("mislabelled: 0.02", "mislabelled: 2", ":17:", "at most 0.5"),
         ("150 mm/s, normal_load: 10 N", "150 mm/s, normal_load: 20 N", ":13:", "differs between"),
         ("num: 5}", "num: 0}", ":13:", " predict.axes.belt_speed.num: "),
@@ -177,14 +178,14 @@ def test_the_command_tells_what_is_fixed_and_writes_all_it_is_asked_for(tmp_path
     assert stickslip.open(files[0]).stickslip.plot("probability").axes
 
 
-def test_repeats_a_covariance_and_a_law_by_its_other_name_are_read():
+def test_repeats_a_correlation_and_a_law_by_its_other_name_are_read():
     config = parse_config("""\
 observed:
   - {belt_speed: 0.1, regime: stick_slip, period: [1.9 s, 2.0 s, 2.2 s]}
-prior: {mass: 1, normal_load: 1, a2: 0.1, a4: 0.1, laws: [gaussian, stribeck], stiffness: {normal: {mean: 10}},
-        a1: {normal: {mean: 1}}, a3: 0.3,
-        covariance: {between: [stiffness, a1], matrix: [[0.01, 0.001], [0.001, 0.01]]}}
+prior: {mass: 1, normal_load: 1, a2: 0.1, a4: 0.1, laws: [gaussian, stribeck], a3: 0.3,
+        stiffness: {normal: {mean: 10, std: 0.1}}, a1: {normal: {mean: 1, std: 0.1}},
+        correlation: {between: [stiffness, a1], matrix: [[1, 0.1], [0.1, 1]]}}
 """)
     assert config.friction.law == "stribeck_delta" and config.study.laws == ("gaussian", "stribeck")
     assert config.study.observed[0].metrics["period"].freedom == 2
-    np.testing.assert_allclose(config.uncertain.correlation.values, [[1, 0.1], [0.1, 1]])
+    np.testing.assert_allclose(config.uncertain.correlation, [[1, 0.1], [0.1, 1]])

@@ -3,11 +3,12 @@
 `at(z)` gives the value whose probability of not being exceeded is that of the normal deviate z. So points in the unit
 cube, normal deviates, correlated deviates (a Gaussian copula) and the walks of subset simulation all go through one
 map, and both tails keep their digits: near 1 a probability has lost them, a deviate has not. Probabilities are SciPy's;
-the maps are written out, since SciPy's `isf` of a bounded distribution is `ppf(1 - q)`, without those digits.
+so are the maps, but for the kinds that have a name of their own here: SciPy's `isf` of a bounded distribution is
+`ppf(1 - q)`, without those digits.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,12 +36,13 @@ class Distribution:
 
     def at(self, z: ArrayLike) -> Floats:
         """The values at standard normal deviates."""
-        z = np.asarray(z, np.float64)
-        if math.isinf(self.low) and math.isinf(self.high):
-            return np.asarray(self.map(z))
-        below, above, inside = self.shares
-        p, q = below + ndtr(z) * inside, above + ndtr(-z) * inside
-        return np.clip(self.map(np.where(p < q, ndtri(p), -ndtri(q))), self.low, self.high)
+        score = np.asarray(z, np.float64)
+        if not (math.isinf(self.low) and math.isinf(self.high)):
+            below, above, inside = self.shares
+            p, q = below + ndtr(score) * inside, above + ndtr(-score) * inside
+            score = np.where(p < q, ndtri(p), -ndtri(q))
+        with np.errstate(over="ignore"):  # far out: inf
+            return np.asarray(np.clip(self.map(score), self.low, self.high))
 
     @property
     def shares(self) -> tuple[float, float, float]:
@@ -50,66 +52,62 @@ class Distribution:
             return below, above, float(self.whole.cdf(self.high)) - below
         return below, above, float(self.whole.sf(self.low)) - above
 
-    def outside(self, low: float, high: float) -> tuple[float, float]:
-        """The probability of a value below `low`, and of one above `high`; -inf and inf for no bound."""
-        below, above, inside = self.shares
-        under = 0.0 if low <= self.low else (float(self.whole.cdf(low)) - below) / inside
-        over = 0.0 if high >= self.high else (float(self.whole.sf(high)) - above) / inside
-        return under, over
+
+def distribution(kind: str, numbers: Sequence[float], low: float = -math.inf, high: float = math.inf) -> Distribution:
+    """The distribution of a kind, truncated to what lies from `low` to `high`.
+
+    kind : one of `KINDS`, or a continuous distribution of scipy.stats by its name. numbers : in the order of the
+    function here, or of `numbers_of`.
+    """
+    if kind in KINDS:
+        return Distribution(*KINDS[kind](*numbers), low, high)
+    whole = getattr(stats, kind)(*np.asarray(numbers, np.float64))
+    return Distribution(whole, lambda z: np.where(z < 0, whole.ppf(ndtr(z)), whole.isf(ndtr(-z))), low, high)
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """One of some values, each as probable as any other; deviates in their order, not in that of their size."""
+def numbers_of(kind: str) -> tuple[str, ...]:
+    """The numbers of a continuous distribution of scipy.stats; none where no such one has this name.
 
-    values: tuple[float, ...]
-
-    def at(self, z: ArrayLike) -> Floats:
-        """The values at standard normal deviates."""
-        rows = (ndtr(np.asarray(z, np.float64)) * len(self.values)).astype(np.intp)
-        return np.asarray(np.take(self.values, np.minimum(rows, len(self.values) - 1)), np.float64)
-
-    def outside(self, low: float, high: float) -> tuple[float, float]:
-        """The share of values below `low`, and of those above `high`."""
-        values = np.asarray(self.values)
-        return float(np.mean(values < low)), float(np.mean(values > high))
+    Nor has one whose quantiles SciPy searches for: draws of some would take minutes.
+    """
+    named = getattr(stats, kind, None)
+    if not isinstance(named, stats.rv_continuous) or type(named)._ppf is stats.rv_continuous._ppf:
+        return ()
+    return (*(named.shapes.split(", ") if named.shapes else ()), "loc", "scale")
 
 
-def normal(mean: float, std: float, *ends: float) -> Distribution:
-    """Normal: mean, and standard deviation > 0."""
-    return Distribution(stats.norm(mean, std), lambda z: mean + std * z, *ends)
+# --- kinds with a name of their own -----------------------------------------------------------------------------------
 
 
-def lognormal(median: float, factor: float, *ends: float) -> Distribution:
-    """Lognormal: median > 0, and the factor > 1 within which, up or down, 68 % of the values lie."""
-
-    def values(z: Floats) -> Floats:
-        with np.errstate(over="ignore"):  # far out, with a large factor: inf
-            return np.asarray(median * np.exp(math.log(factor) * z))
-
-    return Distribution(stats.lognorm(math.log(factor), scale=median), values, *ends)
+def _normal(mean: float, std: float) -> tuple[Any, Map]:
+    return stats.norm(mean, std), lambda z: mean + std * z
 
 
-def uniform(low: float, high: float, *ends: float) -> Distribution:
-    """Uniform from low to high > low."""
+def _lognormal(median: float, factor: float) -> tuple[Any, Map]:
+    std = math.log(factor) if factor > 0 else math.nan
+    return stats.lognorm(std, scale=median), lambda z: median * np.exp(std * z)
+
+
+def _uniform(low: float, high: float) -> tuple[Any, Map]:
     width = high - low
-    return Distribution(
-        stats.uniform(low, width), lambda z: np.where(z < 0, low + width * ndtr(z), high - width * ndtr(-z)), *ends
+    return stats.uniform(low, width), lambda z: np.where(z < 0, low + width * ndtr(z), high - width * ndtr(-z))
+
+
+def _triangular(low: float, mode: float, high: float) -> tuple[Any, Map]:
+    width = high - low
+    return stats.triang((mode - low) / (width or math.nan), low, width), lambda z: np.where(
+        ndtr(z) * width < mode - low,
+        low + np.sqrt(ndtr(z) * width * (mode - low)),
+        high - np.sqrt(ndtr(-z) * width * (high - mode)),
     )
 
 
-def triangular(low: float, mode: float, high: float, *ends: float) -> Distribution:
-    """Triangular from low to high with the most probable value at mode, low <= mode <= high, low < high."""
-    width = high - low
-
-    def values(z: Floats) -> Floats:
-        rising = low + np.sqrt(ndtr(z) * width * (mode - low))
-        falling = high - np.sqrt(ndtr(-z) * width * (high - mode))
-        return np.asarray(np.where(ndtr(z) * width < mode - low, rising, falling))
-
-    return Distribution(stats.triang((mode - low) / width, low, width), values, *ends)
+def _drawn(*values: float) -> tuple[Any, Map]:
+    """One of some values, each as probable as any other; deviates in their order, not in that of their size."""
+    last = len(values) - 1
+    return None, lambda z: np.take(values, np.minimum((ndtr(z) * len(values)).astype(np.intp), last))
 
 
-KINDS: dict[str, Callable[..., Distribution]] = {
-    "normal": normal, "lognormal": lognormal, "uniform": uniform, "triangular": triangular,
+KINDS: dict[str, Callable[..., tuple[Any, Map]]] = {
+    "normal": _normal, "lognormal": _lognormal, "uniform": _uniform, "triangular": _triangular, "drawn": _drawn,
 }  # fmt: skip

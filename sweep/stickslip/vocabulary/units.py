@@ -327,7 +327,7 @@ def _kind_of(unit: Any) -> str:
 def each_with_unit(given: Any, units: str) -> Any:
     """Values of a quantity in lists and mappings, where a number without a unit takes that of the next one.
 
-    So [-5, 5 mm/s] is what it reads as. A `factor` has no unit, and 0 needs none. Raises QuantityError for a number
+    So [-5, 5 mm/s] is what it reads as. 0 needs none. Raises QuantityError for a number
     that lacks its unit after others that have one.
     """
     leaves, unit = [*_leaves(given)], ""
@@ -343,9 +343,9 @@ def each_with_unit(given: Any, units: str) -> Any:
 
 
 def _leaves(given: Any) -> Iterator[Any]:
-    """The values in lists and mappings, in order, but for factors."""
+    """The values in lists and mappings, in order."""
     if isinstance(given, Mapping):
-        given = [value for key, value in given.items() if key != "factor"]
+        given = list(given.values())
     if isinstance(given, list | tuple):
         for value in given:
             yield from _leaves(value)
@@ -356,7 +356,7 @@ def _leaves(given: Any) -> Iterator[Any]:
 def _like(given: Any, leaves: Iterator[Any]) -> Any:
     """Other values in the same lists and mappings."""
     if isinstance(given, Mapping):
-        return {key: value if key == "factor" else _like(value, leaves) for key, value in given.items()}
+        return {key: _like(value, leaves) for key, value in given.items()}
     return [_like(value, leaves) for value in given] if isinstance(given, list | tuple) else next(leaves)
 
 

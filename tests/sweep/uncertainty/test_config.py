@@ -9,6 +9,7 @@ import operator
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from helpers.configs import message
 from stickslip.config.reader import load_config, make_config, parse_config
@@ -40,8 +41,7 @@ def read(*args):
         (f"{SPEED}, mu_stop: {{triangular: {{low: 1, mode: 1.1, high: 1.2}}}}", "draws: 64", "indices: false"),
         (f"{SPEED}, damping: {{uniform: [0, 1]}}",
          "correlation: {between: [damping, belt_speed], matrix: [[1, .5], [.5, 1]]}"),
-        ("belt_speed: {normal: {mean: 1 m/s}}, displacement: {normal: {mean: 1 mm}}",
-         "covariance: {between: [belt_speed, displacement], matrix: [[0.01, 2e-5], [2e-5, 1e-6]]}"),
+        (f"{SPEED}, damping: {{gamma: {{scale: 2, loc: 0, a: 3}}, truncated: {{high: 9}}}}",),
         (f"{SPEED}, contact_time: {{lognormal: {{median: 1 min, factor: 2}}}}", "metrics: []"),
         (SPEED, "subset: {samples: 1000}"),
     ],
@@ -58,20 +58,20 @@ def test_indices_are_computed_where_inputs_are_independent():
     assert not read(both, matrix).uncertain.indices
 
 
-def test_a_covariance_says_the_standard_deviations():
-    quantities = "belt_speed: {normal: {mean: 1 m/s}}, displacement: {normal: {mean: 1 mm}}"
-    matrix = "covariance: {between: [displacement, belt_speed], matrix: [[1e-6, 2e-5], [2e-5, 0.01]]}"
-    said = read(quantities, matrix).uncertain
-    assert [one.normal.std for one in said.quantities.values()] == pytest.approx([0.1, 0.001])
-    assert said.correlation.matrix[0][1] == pytest.approx(0.2)
+def test_a_distribution_may_have_its_name_and_its_numbers_from_scipy():
+    gamma = read("belt_speed: {gamma: {a: 3, loc: 5, scale: 2 mm/s}}").uncertain.quantities["belt_speed"]
+    assert gamma.numbers == {"a": 3.0, "loc": 0.005, "scale": 0.002}
+    assert gamma.in_words("belt_speed") == "gamma, a 3, loc 0.005 m/s, scale 0.002 m/s"
+    z = np.array([-4.0, -1.0, 0.0, 2.0])
+    assert gamma.distribution.at(z) == pytest.approx(stats.gamma(3, 0.005, 0.002).ppf(stats.norm.cdf(z)), rel=1e-9)
 
 
 BAD = {
     "a distribution that leaves the physical range": (
         text(f"{SPEED}, damping: {{normal: {{mean: 0.1, std: 0.1}}}}"),
-        "map.yaml:4:69: uncertain.quantities.damping: got 15.9 % of the points below 0 N s/m, "
+        "map.yaml:4:69: uncertain.quantities.damping: got 15.9 % of the points elsewhere, "
         "expected a damping coefficient of at least 0 N s/m\n"
-        "  hint: truncate it: damping: {normal: ..., truncated: {low: 0}}",
+        "  hint: truncate it: damping: {normal: ..., truncated: {low: ..., high: ...}}, or one end",
     ),
     "draws that do not fit the rest": (
         text(f"{SPEED}, mu_stop: {{uniform: [1.1, 1.35]}}"),
@@ -102,20 +102,32 @@ BAD = {
         "map.yaml:4:29: uncertain.quantities.belt_speed.gauss: unknown key, "
         "expected normal, lognormal, uniform, triangular, drawn or truncated",
     ),
+    "a distribution whose quantiles scipy would search for": (
+        text("belt_speed: {foldnorm: {c: 1, loc: 1, scale: 1}}"),
+        "map.yaml:4:29: uncertain.quantities.belt_speed.foldnorm: unknown key",
+    ),
+    "numbers that a distribution of scipy does not take": (
+        text("belt_speed: {gamma: {a: -1, loc: 1, scale: 1}}"),
+        "map.yaml:4:36: uncertain.quantities.belt_speed.gamma: got gamma, a -1, loc 1 m/s, scale 1 m/s, expected",
+    ),
+    "a number that is missing": (
+        text("belt_speed: {gamma: {a: 2, scale: 1}}"),
+        "uncertain.quantities.belt_speed.gamma.loc: missing, expected a, loc and scale",
+    ),
     "no scatter": (
         text("belt_speed: {normal: {mean: 1, std: 0}}"),
-        "map.yaml:4:52: uncertain.quantities.belt_speed.normal.std: got 0, expected more than 0 m/s\n"
-        "  hint: a quantity that does not scatter belongs in its section",
+        "map.yaml:4:37: uncertain.quantities.belt_speed.normal: got normal, mean 1 m/s, std 0 m/s, "
+        "expected numbers that make one: std and median above 0, ",
     ),
     "ends in the wrong order": (
         text("belt_speed: {uniform: {low: 2 m/s, high: 1 m/s}}"),
-        "map.yaml:4:57: uncertain.quantities.belt_speed.uniform.high: got '1 m/s', expected more than low (2 m/s)\n"
-        "  hint: swap low and high",
+        "map.yaml:4:38: uncertain.quantities.belt_speed.uniform: got uniform, low 2 m/s, high 1 m/s, "
+        "expected numbers that make one: ",
     ),
     "a factor below one": (
         text("belt_speed: {lognormal: {median: 1, factor: 0.5}}"),
-        "map.yaml:4:60: uncertain.quantities.belt_speed.lognormal.factor: got 0.5, expected more than 1\n"
-        "  hint: 68 % of the values lie within this factor of the median, up or down",
+        "map.yaml:4:40: uncertain.quantities.belt_speed.lognormal: got lognormal, median 1 m/s, factor 0.5, "
+        "expected numbers that make one: ",
     ),
     "a wrong unit": (
         text("belt_speed: {normal: {mean: 1 m, std: 0.1}}"),
@@ -124,15 +136,14 @@ BAD = {
     ),
     "a matrix that is not positive definite": (
         text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
-             "correlation: {between: [belt_speed, damping], matrix: [[1, 1.5], [1.5, 1]]}"),
-        "map.yaml:5:57: uncertain.correlation.matrix: got a matrix that is not positive definite "
-        "(smallest eigenvalue -0.5), expected one that is\n  hint: no quantities can be correlated like this",
+             "correlation: {between: [belt_speed, damping], matrix: [[1, -1], [-1, 1]]}"),
+        "map.yaml:5:57: uncertain.correlation.matrix: got a list, expected 2 rows of 2 numbers, symmetric, "
+        "positive definite and with 1 along the diagonal",
     ),
     "a matrix that is not symmetric": (
         text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
              "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.4, 1]]}"),
-        "map.yaml:5:57: uncertain.correlation.matrix: got a list, expected a symmetric matrix\n"
-        "  hint: belt_speed with damping has 0.5 in one place and 0.4 in the other",
+        "map.yaml:5:57: uncertain.correlation.matrix: got a list, expected 2 rows of 2 numbers, symmetric, ",
     ),
     "indices of correlated inputs": (
         text(f"{SPEED}, damping: {{uniform: [0, 1]}}", "indices: true",
@@ -140,11 +151,11 @@ BAD = {
         "map.yaml:5:12: uncertain.indices: got true, expected false: Sobol indices are defined for independent inputs\n"
         "  hint: leave the correlation out to see which input matters",
     ),
-    "a covariance of what is not normal": (
-        text("belt_speed: {normal: {mean: 1 m/s}}, damping: {uniform: [0, 1]}",
+    "a covariance": (
+        text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
              "covariance: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
-        "map.yaml:5:25: uncertain.covariance.between: got damping, which is not normal, expected normal quantities\n"
-        "  hint: a correlation joins any distributions (their normal deviates: a Gaussian copula)",
+        "map.yaml:5:3: uncertain.covariance: got a covariance, expected the std of each quantity, and their "
+        "correlation",
     ),
     "not a power of two": (
         text(SPEED, "draws: 1000"),
@@ -162,8 +173,8 @@ BAD = {
     ),
     "truncation that leaves nothing": (
         text("belt_speed: {normal: {mean: 1, std: 0.1}, truncated: {low: 3}}"),
-        "map.yaml:4:58: uncertain.quantities.belt_speed.truncated: keeps 2.75e-87 % of the normal distribution, "
-        "expected at least 0.0001 %\n  hint: the distribution lies elsewhere; check its numbers",
+        "map.yaml:4:37: uncertain.quantities.belt_speed.normal: got normal, mean 1 m/s, std 0.1 m/s, "
+        "truncated to 3 ... inf m/s, expected 1e-06 of it or more within the ends",
     ),
     "no quantities": (
         HEAD.replace("mass: 1 kg", "mass: 1 kg, belt_speed: 1") + "  draws: 64\n",
@@ -216,13 +227,18 @@ def test_a_result_knows_the_scatter_of_its_curve_without_the_points(tmp_path):
     assert parse_config(config.to_yaml(), str(path)) == config
 
 
-def test_a_fitted_coefficient_may_be_truncated(tmp_path):
-    path, _ = write_points(tmp_path)
-    more = "fit: points.csv, quantities: {a2: {truncated: {low: 0}}}"
+def test_a_fitted_coefficient_may_be_truncated_and_other_quantities_be_correlated_beside_it(tmp_path):
+    path, fit = write_points(tmp_path)
+    more = """fit: points.csv, quantities: {a2: {truncated: {low: 0}}, damping: {uniform: [0, 1]},
+      displacement: {uniform: [0, 1]}}, correlation: {between: [displacement, damping], matrix: [[1, 0.3], [0.3, 1]]}"""
     path.write_text(path.read_text().replace("fit: points.csv", more))
     said = load_config(path).uncertain
     assert said.quantities["a2"].ends == {"low": 0.0}
-    assert said.correlation is not None
+    expected = np.eye(6)
+    expected[:2, :2] = [[1, 0.3], [0.3, 1]]
+    expected[2:, 2:] = fit.covariance / np.sqrt(np.outer(*[np.diag(fit.covariance)] * 2))
+    order = [said.names.index(name) for name in ("damping", "displacement", "a1", "a2", "a3", "a4")]
+    assert np.array(said.correlation)[np.ix_(order, order)] == pytest.approx(expected)
 
 
 def test_points_that_do_not_determine_the_curve_are_refused(tmp_path):
@@ -239,13 +255,13 @@ WHOLE = f"""\
   metrics: [period]
   quantiles: [0.5]
   quantities:
-    belt_speed: {{normal: {{mean: 1 m/s}}}}
-    displacement: {{normal: {{mean: 0}}}}
+    belt_speed: {{gamma: {{a: 2, loc: 0, scale: 1 m/s}}}}
+    displacement: {{normal: {{mean: 0, std: 0.1}}}}
+    velocity: {{drawn: [1, 2]}}
     damping: {{uniform: [0, 1], truncated: {{low: 0.1, high: 0.9}}}}
     mu_stop: {{triangular: {{low: 1, mode: 1.1, high: 1.2}}}}
     contact_time: {{lognormal: {{median: 1, factor: 2}}}}
-  correlation: [{{between: [damping, mu_stop], matrix: [[1, 0.5], [0.5, 1]]}}]
-  covariance: {{between: [belt_speed, displacement], matrix: [[0.01, 0], [0, 0.01]]}}
+  correlation: {{between: [damping, mu_stop], matrix: [[1, 0.5], [0.5, 1]]}}
 """
 NONSENSE = (None, [], {}, "x", -1, True, float("nan"), 1e308, 10**400, [[1, 2]], [1, "a"], {"a": 1}, {1: 2})
 

@@ -103,7 +103,8 @@ def test_a_result_that_is_no_explanation_is_refused(tmp_path):
         ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]}, {"indices": True}, "Sobol indices"),
         ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]}, {"subset": {}}, "leads nowhere"),
         ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]},
-         {"correlation": {"between": ["a1", "a3"], "matrix": [[1, 0.5], [0.5, 1]]}}, "which is drawn from values"),
+         {"correlation": {"between": ["a1", "a3"], "matrix": [[1, 0.5], [0.5, 1]]}},
+         "quantities that have a distribution"),
     ],
 )  # fmt: skip
 def test_drawn_values_that_are_none_are_refused(quantities, more, expected):

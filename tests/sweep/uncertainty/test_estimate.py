@@ -8,7 +8,7 @@ from scipy import stats
 
 from stickslip.studies.uncertainty.design import Design
 from stickslip.studies.uncertainty.reduction import index_sums, indices_of, ratio
-from stickslip.theory.distributions import uniform
+from stickslip.theory.distributions import distribution
 
 A, B = 7.0, 0.1  # of the Ishigami function
 
@@ -29,7 +29,8 @@ def ishigami_indices():
 def values_of(design, function):
     """(scramblings, matrices, draws) of a function of uniform numbers from -pi to pi."""
     normals = design.normals(design.place(0, design.per_cell))
-    return function(uniform(-np.pi, np.pi).at(normals)).reshape(design.scramblings, design.matrices, design.draws)
+    x = distribution("uniform", (-np.pi, np.pi)).at(normals)
+    return function(x).reshape(design.scramblings, design.matrices, design.draws)
 
 
 def estimated(values):

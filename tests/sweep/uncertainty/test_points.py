@@ -7,19 +7,21 @@ import pytest
 from scipy import stats
 
 from stickslip.studies.uncertainty.design import BITS, Design, SobolPoints
-from stickslip.theory.distributions import lognormal, normal, triangular, uniform
+from stickslip.theory.distributions import distribution
 
 Z = np.array([-5.0, -2.0, -0.3, 0.0, 0.7, 3.0, 4.0])
 PAIRS = [  # ours, SciPy's
-    (normal(0.8, 0.05), stats.norm(0.8, 0.05)),
-    (lognormal(3.0, 1.2), stats.lognorm(np.log(1.2), scale=3.0)),
-    (uniform(-1.0, 3.0), stats.uniform(-1.0, 4.0)),
-    (triangular(1.0, 1.5, 4.0), stats.triang(0.5 / 3.0, 1.0, 3.0)),
-    (triangular(1.0, 1.0, 4.0), stats.triang(0.0, 1.0, 3.0)),
-    (triangular(1.0, 4.0, 4.0), stats.triang(1.0, 1.0, 3.0)),
-    (normal(0.8, 0.05, 0.75, np.inf), stats.truncnorm(-1.0, np.inf, 0.8, 0.05)),
-    (normal(0.0, 1.0, 4.0, 5.0), stats.truncnorm(4.0, 5.0)),
-    (normal(0.0, 1.0, -np.inf, -4.0), stats.truncnorm(-np.inf, -4.0)),
+    (distribution("normal", (0.8, 0.05)), stats.norm(0.8, 0.05)),
+    (distribution("lognormal", (3.0, 1.2)), stats.lognorm(np.log(1.2), scale=3.0)),
+    (distribution("uniform", (-1.0, 3.0)), stats.uniform(-1.0, 4.0)),
+    (distribution("triangular", (1.0, 1.5, 4.0)), stats.triang(0.5 / 3.0, 1.0, 3.0)),
+    (distribution("triangular", (1.0, 1.0, 4.0)), stats.triang(0.0, 1.0, 3.0)),
+    (distribution("triangular", (1.0, 4.0, 4.0)), stats.triang(1.0, 1.0, 3.0)),
+    (distribution("weibull_min", (2.0, 1.0, 3.0)), stats.weibull_min(2.0, 1.0, 3.0)),
+    (distribution("expon", (0.0, 2.0), 1.0), stats.expon(1.0, 2.0)),
+    (distribution("normal", (0.8, 0.05), 0.75), stats.truncnorm(-1.0, np.inf, 0.8, 0.05)),
+    (distribution("normal", (0.0, 1.0), 4.0, 5.0), stats.truncnorm(4.0, 5.0)),
+    (distribution("normal", (0.0, 1.0), high=-4.0), stats.truncnorm(-np.inf, -4.0)),
 ]
 
 
@@ -31,17 +33,11 @@ def test_distributions_are_those_of_scipy(ours, scipys):
 
 
 def test_far_in_a_tail_a_distribution_keeps_its_digits():
-    assert normal(0.8, 0.05).at(9.0) == 0.8 + 0.05 * 9.0
+    assert distribution("normal", (0.8, 0.05)).at(9.0) == 0.8 + 0.05 * 9.0
     share = stats.norm.sf(9.0) * stats.norm.sf(-1.0)  # above 0.8 + 0.05 x, given that the value is above 0.75
-    assert normal(0.8, 0.05, 0.75, np.inf).at(9.0) == pytest.approx(0.8 + 0.05 * stats.norm.isf(share))
-    assert 4.0 - triangular(1.0, 1.5, 4.0).at(7.0) == pytest.approx(np.sqrt(stats.norm.sf(7.0) * 3.0 * 2.5), rel=1e-9)
-
-
-def test_the_share_outside_bounds_is_that_of_the_distribution_function():
-    under, over = normal(0.02, 0.01).outside(0.0, 0.03)
-    assert (under, over) == (pytest.approx(stats.norm.cdf(-2.0)), pytest.approx(stats.norm.sf(1.0)))
-    assert normal(0.02, 0.01, 0.0, np.inf).outside(0.0, np.inf) == (0.0, 0.0)
-    assert uniform(-1.0, 3.0).outside(0.0, np.inf) == (pytest.approx(0.25), 0.0)
+    assert distribution("normal", (0.8, 0.05), 0.75).at(9.0) == pytest.approx(0.8 + 0.05 * stats.norm.isf(share))
+    below = 4.0 - distribution("triangular", (1.0, 1.5, 4.0)).at(7.0)
+    assert below == pytest.approx(np.sqrt(stats.norm.sf(7.0) * 3.0 * 2.5), rel=1e-9)
 
 
 @pytest.mark.parametrize("count", [1, 2, 64, 2**17])
