@@ -17,7 +17,7 @@ EXTENSIONS = sorted(path for path in (ROOT / "sweep").glob("stickslip_*") if pat
 CEILINGS = {  # lines of Python; to raise one is a decision that the message of the commit defends
     "sweep/stickslip": 29_800, "sweep/stickslip_materials": 6_840, "sweep/stickslip_rig": 5_000,
     "sweep/stickslip_explain": 3_070, "sweep/stickslip_explore": 2_410, "sweep/stickslip_sound": 1_240,
-    "kernels": 10_925, "tests": 41_000,
+    "kernels": 10_925, "tests": 41_120,
 }  # fmt: skip
 
 # From the ground up. A room imports rooms of lower floors: none of its own floor, none above.
