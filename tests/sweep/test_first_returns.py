@@ -105,17 +105,17 @@ def worst_cycle(cells, law, least):
     sustained, worst = np.flatnonzero(ds["regime"].values == REGIMES.index("sustained")), 0.0
     assert sustained.size >= least
     for i in sustained:
-        found = {name: float(ds[name][i]) for name in ds.data_vars}
-        period, (x, v, work) = PlainSlip(row(cells, i), law).loop(found["cycle_force_max"])
-        amplitude, slip = found["displacement_amplitude"], np.abs(cells["belt_speed"][i] - v).max()
+        ours = {name: float(ds[name][i]) for name in ds.data_vars}
+        period, (x, v, work) = PlainSlip(row(cells, i), law).loop(ours["cycle_force_max"])
+        amplitude, slip = ours["displacement_amplitude"], np.abs(cells["belt_speed"][i] - v).max()
         errors = (
-            found["period"] / period - 1.0,
-            found["energy_per_cycle"] / work[-1] - 1.0,
+            ours["period"] / period - 1.0,
+            ours["energy_per_cycle"] / work[-1] - 1.0,
             (x[-1] - x[0]) / amplitude,
-            (x.min() - found["cycle_force_min"]) / amplitude,
-            0.01 * (found["slip_speed_max"] / slip - 1.0),  # that of SciPy is one of its steps
-            found["spring_force_max"] - found["cycle_force_max"],
-            found["spring_force_min"] - found["cycle_force_min"],
+            (x.min() - ours["cycle_force_min"]) / amplitude,
+            0.01 * (ours["slip_speed_max"] / slip - 1.0),  # that of SciPy is one of its steps
+            ours["spring_force_max"] - ours["cycle_force_max"],
+            ours["spring_force_min"] - ours["cycle_force_min"],
         )
         assert np.isfinite(errors).all()
         worst = max(worst, np.abs(errors).max())
