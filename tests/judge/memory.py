@@ -26,7 +26,7 @@ ANSWERS = 18
 UNDECIDED, CYCLE, SETTLES = range(3)
 REGIMES = ("undecided", "cycle", "settles")
 BAND = 1e-4
-MOST_LOOPS, LOOPS_OF_CYCLE = 800, 12
+MOST_LOOPS, LOOPS_OF_CYCLE = 3000, 12
 SAME, LEFT = 1e-9, 1e-8  # change of the state in the section over a cycle, and what is left of the changes
 ALIKE = 1e-6  # change from which on loops are different ones
 NEAR = 1e-3  # deviation from steady sliding from which on linear theory holds
@@ -131,8 +131,8 @@ def deviation(p, y):
     """From steady sliding, in what makes it linear."""
     if p[KIND] != BRISTLES:
         return max(abs(y[1]), abs(y[2]), abs(y[0]) / p[A])
-    off = abs(y[1] - p[BELT])
-    return max(off / p[BELT], off / p[A4], abs(y[2] / curve_level(p, p[BELT])[0] - 1.0))
+    off, g = abs(y[1] - p[BELT]), curve_level(p, p[BELT])[0]
+    return max(off / p[BELT], off / p[A4], abs(y[2] / g - 1.0), abs(y[0] / (g + p[A2] * p[BELT]) - 1.0))
 
 
 @compiled

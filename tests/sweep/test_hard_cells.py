@@ -281,6 +281,12 @@ def test_the_attractor_has_its_own_extremes_beside_those_of_the_way_to_it():
     assert found["slip_speed_max"] == pytest.approx(late["relative_speed"].max().item(), rel=1e-6)
 
 
+def test_a_closer_look_that_runs_out_of_steps_does_not_lose_what_was_known():
+    cell = {"belt_speed": 0.9, "a1": 0.5, "a2": 0.0, "a3": 0.016, "a4": 0.1, "velocity": -0.01}
+    enough, few = evaluate(cell), evaluate(cell, max_steps=5000)  # it grows by 8e-5 a loop: both looks take 6,000
+    assert few["regime"] == "stick_slip" and few["restick_time"] == pytest.approx(enough["restick_time"], rel=1e-5)
+
+
 def test_kinds_of_sustained_motion_are_told_apart():
     flat = {"belt_speed": 0.3, "a1": 0.5, "a2": 0.0, "a3": 0.0, "a4": 1.0, "displacement": 0.6, "velocity": 0.1}
     found = evaluate(flat)

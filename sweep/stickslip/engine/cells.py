@@ -200,9 +200,7 @@ def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
 
 # --- margins ----------------------------------------------------------------------------------------------------------
 
-
 Floats = NDArray[np.float64]
-
 _ERRORS = 2.0  # tolerances: verdicts this close to a border may be wrong (those that were lay within 0.2 of them)
 _GROWTH = 10.0  # of errors, from where on they show
 _STEP, _TIGHTEST = 1e-3, 1e-12  # of a tolerance to the next; what the kernels were tested to
@@ -215,8 +213,6 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
     Ringing without any drag may graze standstill, however closely that is looked at: what sticks there in the tightest
     run is rounding, and the first one holds.
     """
-    if not ((rows[layout.CLOSENESS] < _ERRORS * options.rtol).any() or (rows[layout.ERROR_GROWTH] > _GROWTH).any()):
-        return
     rtol, first = np.full(rows.shape[1], options.rtol), rows.copy()
     while not stop[0]:
         wanted = np.maximum(_wanted(rows, rtol, options.rtol), _TIGHTEST)
@@ -230,10 +226,14 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
         for tolerance in np.unique(wanted[again]):
             chosen = again[wanted[again] == tolerance]
             closer = new_regimes(chosen.size)
-            part = np.ascontiguousarray(cells[:, chosen])
-            run_regimes(options, float(tolerance), part, stop, closer)
+            run_regimes(options, float(tolerance), np.ascontiguousarray(cells[:, chosen]), stop, closer)
             closer[layout.STEPS] += rows[layout.STEPS, chosen]
-            rows[:, chosen], rtol[chosen] = closer, tolerance
+            # What runs out of steps knows less than before; that holds, unless the verdict is close.
+            less = np.isnan(closer[layout.RESTICK_TIME]) > np.isnan(rows[layout.RESTICK_TIME, chosen])
+            less |= closer[layout.REGIME] == layout.UNRESOLVED
+            less &= ~(rows[layout.CLOSENESS, chosen] < _ERRORS * rtol[chosen])
+            rows[layout.STEPS, chosen], rtol[chosen] = closer[layout.STEPS], tolerance
+            rows[:, chosen[~less]] = closer[:, ~less]
 
 
 def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:

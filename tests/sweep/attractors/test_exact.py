@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from helpers.unstable_cycle import Cycle, least_slip_speed
@@ -172,48 +171,3 @@ def test_numbers_do_not_depend_on_how_cells_are_cut():
     whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
     for name, values in whole.items():
         np.testing.assert_array_equal(values, np.concatenate([one[name] for one in parts]))
-
-
-def first_return(belt_speed, a1, a2, a3, a4, damping, reach):
-    """Backwards in time from rest at `reach` beyond steady sliding: when and where it turns there again."""
-    steady = a1 + a2 * belt_speed + a3 * np.exp(-belt_speed / a4)
-
-    def motion(_, state):
-        w = belt_speed - state[1]
-        return [-state[1], state[0] + steady - a1 - a2 * w - a3 * np.exp(-w / a4) + damping * state[1]]
-
-    def returns(_, state):
-        return state[1]
-
-    returns.terminal, returns.direction = True, 1.0
-    tight = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-15}
-    away = solve_ivp(motion, (0.0, 1e-3), [reach, 0.0], **tight)
-    done = solve_ivp(motion, (1e-3, 1000.0), away.y[:, -1], events=returns, max_step=0.1, **tight)
-    return done.t[-1], done.y[0, -1]
-
-
-SEVERAL = [  # belt speed, a1 to a4, damping: gone through 3, 2 and 4 times once, as Newton's method began far off
-    (0.023016403259083953, 0.2577093104782871, 1.046042442541132, 0.06467213033636238, 0.010797417510143499,
-     0.014182657090878568),
-    (0.027276204835365556, 0.7530015214924147, 0.0, 0.2892585112275274, 0.008897085645654425, 1.835018959484461),
-    (0.06291744847175307, 0.30510423684400834, 0.0, 0.719251920894166, 0.022761029664226815, 2.080336491509417),
-]  # fmt: skip
-
-
-def test_the_unstable_cycle_is_closed_at_its_first_return():
-    """Those that were not, and random ones with weak and strong dampers, against SciPy."""
-    random, rows = np.random.default_rng(11), list(SEVERAL)
-    while len(rows) < 30:
-        a3, a4, damping = 10 ** random.uniform([-2, -3, -3], [0, 0, 1])
-        lost = a4 * np.log(a3 / (a4 * damping))
-        if lost > 0:
-            rows.append((lost * (1 + 10 ** random.uniform(-2, 0)), random.uniform(0.1, 1.0), 0.0, a3, a4, damping))
-    names = ("belt_speed", "a1", "a2", "a3", "a4", "damping")
-    found = find(UNIT | dict(zip(names, np.transpose(rows), strict=True)), box_of((-50.0, 50.0), (-50.0, 50.0)))
-    known = np.flatnonzero(np.isfinite(found["unstable_period"]))
-    assert known.size > 15 and set(range(3)) <= set(known)
-    for i in known:
-        period, reach = first_return(*rows[i], found["critical_shift_along"][i])
-        assert found["unstable_period"][i] == pytest.approx(period, rel=1e-5)
-        assert found["critical_shift_along"][i] == pytest.approx(reach, rel=1e-4)
-        assert np.isfinite(found["critical_shock"][i])
