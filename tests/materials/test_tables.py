@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.cli import main
-from stickslip.errors import ConfigError, UnitWarning
+from stickslip.errors import ConfigError
 from stickslip_materials.commands import fit as command
 from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
 from stickslip_materials.fit.files import names_of
@@ -178,8 +179,10 @@ def test_somebody_at_a_terminal_is_asked_for_a_unit_that_is_missing(points, monk
     done = CliRunner().invoke(main, ["fit", "a/bare.csv"], input="mm/s\n")
     assert "gives no unit of speed; it goes from 0.5 to 400." in done.stdout
     assert "0.03 m/s" in done.stdout and "were read in m/s" not in done.stdout
-    with pytest.warns(UnitWarning, match="did you mean 400 mm/s"):
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UnitWarning)
         told = CliRunner().invoke(main, ["fit", "a/bare.csv", "--json"], input="")
+    assert "did you mean 400 mm/s" in told.stderr
     assert json.loads(told.stdout)["fits"][0]["assumed_units"] == {"speed": "m s-1"}
 
 

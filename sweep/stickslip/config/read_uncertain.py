@@ -90,10 +90,12 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any) -> Scatter | None:
         problems.unknown_key(path, SEARCHABLE, "quantity")
         return None
     kinds = [str(key) for key in raw if key != TRUNCATED] if isinstance(raw, dict) else []
-    if len(kinds) != 1:
+    known = [key for key in kinds if key in (*NUMBERS, DRAWN) or numbers_of(key)]
+    if len(known) != 1 and len(kinds) != 1:
         problems.refuse(path, f"one of {FORMS}", found=listed(kinds, "and") if kinds else None)
         return None
-    kind, inside, ends = kinds[0], raw.get(kinds[0]), raw.get(TRUNCATED)
+    kind = next((key for key in kinds if key not in known), kinds[0])
+    inside, ends = raw.get(kind), raw.get(TRUNCATED)
     names: Any = NUMBERS.get(kind) or numbers_of(kind)
     if kind == DRAWN:
         names = range(len(inside)) if isinstance(inside, list) else ()

@@ -172,10 +172,14 @@ class ContourStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The lines of a range of panels."""
-        how = self._section.scan, self._section.tolerance, self.options, stop, moved
-        parts = [PlaneSearch(self._cells, self._y, self._x, panel, *how).columns() for panel in items]
+        parts = [self._searched(panel, stop, moved) for panel in items]
         whole = end_to_end(parts) if parts else self.blank(items)
         return {name: whole[name].astype(dtype) for name, dtype in self.columns.items()}
+
+    def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
+        """The columns of a panel; a study of other labels has its own."""
+        how = self._section.scan, self._section.tolerance, self.options, stop, moved
+        return PlaneSearch(self._cells, self._y, self._x, panel, *how).columns()
 
     def blank(self, items: range) -> Results:
         """Panels without lines, at no point of which was looked."""
