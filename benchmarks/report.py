@@ -209,12 +209,12 @@ def plot(results: dict[str, Any], path: Path) -> None:
 
 
 def into_docs(text: str) -> None:
-    """Replace what stands between the marks in docs/speed.md by the table, its headings one level down."""
+    """Replace what stands between the marks in docs/speed.md by the first tables, their headings one level down."""
     page = DOCS.read_text()
     before, _, rest = page.partition(BEGIN)
     _, _, after = rest.partition(END)
-    body = text.split("\n", 2)[2].replace("\n## ", "\n### ")
-    DOCS.write_text(f"{before}{BEGIN}\n{body}{END}{after}")
+    body = text.split("\n", 2)[2].partition("\n## P1, fixed horizon")[0].replace("\n## ", "\n### ")
+    DOCS.write_text(f"{before}{BEGIN}\n{body}\n{END}{after}")
 
 
 if __name__ == "__main__":

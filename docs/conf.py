@@ -4,9 +4,11 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+from making import reference  # noqa: E402
 from making.calls import MODULES  # noqa: E402
 from stickslip import __version__ as release  # noqa: E402, F401
 
+reference.write(Path(__file__).parent / "reference")
 project = "stickslip"
 author = "The stickslip developers"
 copyright = author  # noqa: A001

@@ -10,11 +10,10 @@ MODULES = (
     "stickslip", "stickslip.plots", "stickslip.fit", "stickslip.theory", "stickslip.rig", "stickslip.sound",
     "stickslip.accessor",
 )  # fmt: skip
-HEAD = """# Python reference
+HEAD = """# Every call of Python
 
 Every public name, by module. `help(stickslip.run)` shows in a session what the site shows below each table; first
-steps are on [cheatsheet.md](cheatsheet.md) and in [uses.md](uses.md). All numbers are in SI, in and out.
-This page is written by `make reference` from the docstrings; a test compares.
+steps are on [python.md](python.md). All numbers are in SI, in and out.
 """
 
 

@@ -7,10 +7,9 @@ import click
 from stickslip.cli import main
 
 WIDTH = 100
-HEAD = """# Commands
+HEAD = """# Every command
 
-What `stickslip COMMAND --help` prints, for all of them. What people use most is on [cheatsheet.md](cheatsheet.md).
-This page is written by `make reference` from the commands themselves; a test compares.
+What `stickslip COMMAND --help` prints, for all of them.
 """
 
 

@@ -12,7 +12,7 @@ from stickslip_explain.document import OWN_WORDS
 
 Schema = dict[str, Any]
 
-HEAD = """# Configuration: every key
+HEAD = """# Every key of a configuration
 
 A configuration is a YAML file of the sections below; only `system` and `friction` are always needed. A number is in SI,
 a text carries a unit (`10 mm/s`), and every quantity of a cell is given exactly once: in its section, or under `axes`.
@@ -22,7 +22,7 @@ Where no default stands, a quantity must be given and any other key may be left 
 
 [tutorial.md](tutorial.md) begins with one, `stickslip init my.yaml` writes one with comments, `stickslip validate
 my.yaml` says what was understood of it, and `stickslip schema` prints the JSON Schema by which editors complete and
-check keys. This page is written by `make reference` from that schema; a test compares.
+check keys.
 """
 AXES = """## axes
 
@@ -39,9 +39,10 @@ A list may hold the words that its quantity allows, such as `none`.
 """
 _MORE = {  # pages that tell what a section does
     "friction": "model.md", "start": "model.md#the-start", "drive": "rig.md", "sensor": "rig.md", "features": "rig.md",
-    "risk": "rig.md", "border": "borders.md", "contours": "borders.md", "margins": "advise.md", "goal": "explain.md",
-    "attractors": "attractors.md", "refine": "refine.md", "uncertain": "uncertainty.md", "explain": "explain.md",
-    "execution": "runs.md", "output": "runs.md", "solver": "accuracy.md",
+    "risk": "rig.md", "border": "borders.md", "contours": "borders.md", "goal": "explain.md", "explain": "explain.md",
+    "margins": "borders.md#margins-how-far-from-the-border", "refine": "borders.md#refined-maps",
+    "attractors": "attractors.md", "uncertain": "uncertainty.md",
+    "execution": "runs.md", "output": "runs.md", "solver": "regimes.md#accuracy",
 }  # fmt: skip
 _LISTS = {  # long lists of names, and what they are
     tuple(QUANTITIES): "quantities",

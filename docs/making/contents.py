@@ -43,6 +43,7 @@ def _adapt(app: Sphinx, name: str, source: list[str]) -> None:
     if name == app.config.root_doc:
         for heading, pages in sections(source[0]).items():
             source[0] += "\n```{toctree}\n:hidden:\n:caption: " + "\n".join([heading, "", *pages]) + "\n```\n"
+        source[0] += "\n```{toctree}\n:hidden:\n:caption: Tables\n:glob:\n\nreference/*\n```\n"
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -15,7 +15,6 @@ HEAD = """# Variables of results
 Every variable that a result may hold, with its unit and its long name, as they stand in the file. NaN where a thing
 does not exist: the period of a motion that settles, say. What the field calls these things is in
 [glossary.md](glossary.md), what certifies a regime in [regimes.md](regimes.md).
-This page is written by `make reference` from the tables in `stickslip.vocabulary`; a test compares.
 """
 
 
@@ -30,7 +29,8 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
     "Of borders": ("what `border` gives ([borders.md](borders.md))", _of("border")),
     "Of contours": ("what `contours` gives ([borders.md](borders.md))", _of("contours")),
     "Of margins": (
-        "what `advise` and `margins` give ([advise.md](advise.md)), most once per parameter: `margin_stiffness`",
+        "what `advise` and `margins` give ([borders.md](borders.md#margins-how-far-from-the-border)), most once per "
+        "parameter: `margin_stiffness`",
         _of("margins"),
     ),
     "Of goals": (
@@ -40,7 +40,7 @@ _FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
     ),
     "Of attractors": ("what `attractors` gives ([attractors.md](attractors.md))", _of("attractors")),
     "Of a ramp": ("what `ramp` gives ([attractors.md](attractors.md#slow-ramps))", _of("ramp")),
-    "Of levels": ("what `listen --level` and `sound.levels` give ([sound.md](sound.md))", LEVEL_VARIABLES),
+    "Of levels": ("what `listen --level` and `sound.levels` give ([pictures.md](pictures.md#sound))", LEVEL_VARIABLES),
     "Of scatter": (
         "what a section `uncertain` gives ([uncertainty.md](uncertainty.md)); of each metric asked for also "
         + ", ".join(f"`{name}_METRIC`" for name in STATISTICS),

@@ -37,7 +37,7 @@ _HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose spring
 _IMPOSSIBLE = 5.0  # a friction coefficient from here on is a share in %, or a force; the limit in a study of ratios
 _ORDER_ONE = 0.2, 5.0  # mass and load of a dimensionless study ...
 DOUBTED_FRICTION_OF_RATIOS = 0.8  # ... and its friction coefficient, as in the article; few dry contacts have more
-_HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
+_HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help configuration`)"
 _MEANT = "is that meant?"
 DOUBTED_FRICTION = FRICTION[-1]
 

@@ -3,7 +3,7 @@
 And one that it has without a name of its own.
 """
 
-PAGE = "comparison"  # of the documentation: which tools have it
+PAGE = "speed"  # of the documentation: which tools have it
 
 # A sentence, and the words that ask for it: keys of configurations and topics of `help`, spaces as underscores.
 _ROWS = (
