@@ -33,9 +33,9 @@ def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
     """
     rows = []
     measured = _measured(ds)
-    for name, one in ds.coords.items():
+    for name, coordinate in ds.coords.items():
         declared = QUANTITIES.get(str(name))
-        if declared is None or one.dims or not np.isfinite(value := float(one)):
+        if declared is None or coordinate.dims or not np.isfinite(value := float(coordinate)):
             continue
         if measured and name in STRIBECK.replaced:
             if name == STRIBECK.replaced[0]:
@@ -43,8 +43,8 @@ def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
         elif name == "ageing_time" and "ageing_rate" in ds.coords and not ds["ageing_rate"].values.any():
             continue  # says nothing
         elif value != declared.default or name in _ALWAYS:
-            unit = unit_of(one)
-            rows.append((short_name(one), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
+            unit = unit_of(coordinate)
+            rows.append((short_name(coordinate), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
     return rows
 
 
@@ -56,7 +56,7 @@ def _measured(ds: xr.Dataset) -> tuple[str, str] | None:
         return None
     friction = section_in(text, "friction")
     start, least, speed = (friction.get(name) for name in names)
-    if not all(isinstance(one, int | float) for one in (start, least, speed)) or not {*CURVE} <= {*ds.coords}:
+    if not all(isinstance(value, int | float) for value in (start, least, speed)) or not {*CURVE} <= {*ds.coords}:
         return None  # of goals, a plane of what is measured
     if not np.isclose(float(STRIBECK.start_of(ds)), float(start)):  # type: ignore[arg-type]
         return None

@@ -21,7 +21,7 @@ def subject(ds: xr.Dataset) -> str:
     study = result_class(ds)
     if study is not None:
         return study.subject
-    brought = (name for one in extensions.installed() for name in one.subjects if name in ds)
+    brought = (name for extension in extensions.installed() for name in extension.subjects if name in ds)
     return next(brought, "regime")
 
 

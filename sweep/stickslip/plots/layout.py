@@ -104,7 +104,7 @@ def legend(figure: Figure, handles: Sequence[Any], notes: Sequence[str | None] =
     figure.entries = handles, notes
     size = _LEGEND_SIZE if len(handles) <= _MANY else _SMALL_SIZE
     room = int(72 * figure.get_figwidth() / (_LETTER * size)) - _HANDLE
-    labels = [folded(str((one[0] if isinstance(one, tuple) else one).get_label()), room) for one in handles]
+    labels = [folded(str((handle[0] if isinstance(handle, tuple) else handle).get_label()), room) for handle in handles]
     longest = max(map(len, "\n".join(labels).splitlines()))
     columns = max(1, min(_MOST_COLUMNS, len(labels), (room + _HANDLE) // (longest + _HANDLE)))
     drawn = figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=size,

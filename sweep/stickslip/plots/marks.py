@@ -150,7 +150,7 @@ def over_panel(ax: Axes, panel: xr.Dataset, lines: xr.Dataset, x: MapAxis, y: Ma
     White with a black edge: it reads on every colour of a map, in grey too, and is no line of theory.
     small : the panel is one of several.
     """
-    at = {name: one.values[()] for name, one in panel.coords.items() if not one.dims}
+    at = {name: coordinate.values[()] for name, coordinate in panel.coords.items() if not coordinate.dims}
     if why := other_cells(lines, at):
         raise PlotError(f"the borders are those of other cells: {why}")
     inner, outer = (0.9, 2.1) if small else (1.6, 3.2)

@@ -66,7 +66,7 @@ class Look:
         names = [name.strip() for text in log for name in text.split(",") if name.strip()]
         for name in names:
             _known(ds, name)
-        ends = {name: _ends(ds, name, text) for one in limits for name, text in pairs(one, "LOW..HIGH with a unit")}
+        ends = {name: _ends(ds, name, end) for text in limits for name, end in pairs(text, "LOW..HIGH with a unit")}
         points = tuple(_mark(ds, number, text) for number, text in enumerate(marks))
         return cls(frozenset(names), ends, points, hatched, held)
 
@@ -91,10 +91,10 @@ PLAIN = Look()
 
 def pairs(text: str, value: str) -> Iterator[tuple[str, str]]:
     """``name=value, name=value`` as pairs; `value` says what to write. Raises PlotError."""
-    for one in text.split(","):
-        name, equals, content = one.partition("=")
+    for part in text.split(","):
+        name, equals, content = part.partition("=")
         if not (equals and name.strip() and content.strip()):
-            raise PlotError(f"got {one.strip()!r}, expected NAME={value}")
+            raise PlotError(f"got {part.strip()!r}, expected NAME={value}")
         yield name.strip(), content.strip()
 
 
@@ -176,7 +176,7 @@ def marks_in(ds: xr.Dataset, path: Path) -> Iterator[Mark]:
     try:
         if not all(names):
             raise PlotError("a column without a name, or a heading that is none such as 'belt_speed [mm/s]'")
-        heads = [(one["name"].strip().lower().replace(" ", "_"), one["unit"] or "") for one in names if one]
+        heads = [(head["name"].strip().lower().replace(" ", "_"), head["unit"] or "") for head in names if head]
         if (label := next((i for i, (name, _) in enumerate(heads) if name in _LABELS), None)) is None:
             raise PlotError(f"no column of labels, expected one called {' or '.join(_LABELS)}")
         rows = [*tables.cells(table)]

@@ -36,10 +36,10 @@ def painted(
     if variable in look.log or variable in look.limits:
         raise PlotError(f"{variable} has names, no numbers: its colours have no scale and no limits")
     reduced = [coarse.flags(array, pixel) for array in arrays]
-    present = {code for one in reduced for code in one.present}
+    present = {code for panel in reduced for code in panel.present}
     if unknown := present - set(range(len(FLAG_COLOURS[variable]))):
         raise PlotError(f"{variable} has codes that this version does not know: {sorted(unknown)}")
-    shown = [marked(variable, one) for one in reduced]
+    shown = [marked(variable, panel) for panel in reduced]
     return shown, paint(variable, np.concatenate(shown, axis=None), present), Unit()
 
 

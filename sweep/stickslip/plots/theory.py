@@ -25,20 +25,22 @@ def over_plane(panel: xr.Dataset, name: str, x: MapAxis, y: MapAxis) -> tuple[Fl
 
     None where the model of the contact knows it from cells alone, or the dataset says too little.
     """
-    coords = {quantity_of(str(key)): one for key, one in panel.coords.items() if quantity_of(str(key)) in QUANTITIES}
+    coords = {
+        quantity_of(str(key)): array for key, array in panel.coords.items() if quantity_of(str(key)) in QUANTITIES
+    }
     law = law_with_theory(panel)
-    if law is None or any(set(one.dims) - {x.dim, y.dim} for one in coords.values()):
+    if law is None or any(set(array.dims) - {x.dim, y.dim} for array in coords.values()):
         return None
     try:
         values = {}
-        for key, one in coords.items():
-            along = _between(x if one.dims == (x.dim,) else y, one.values) if one.dims else one.values
-            values[key] = np.broadcast_to(along[:, None] if one.dims == (y.dim,) else along, (_POINTS,) * 2).ravel()
+        for key, array in coords.items():
+            along = _between(x if array.dims == (x.dim,) else y, array.values) if array.dims else array.values
+            values[key] = np.broadcast_to(along[:, None] if array.dims == (y.dim,) else along, (_POINTS,) * 2).ravel()
         cells = as_cells(parameters_of(values), law)
-        found = by_theory(name, cells, Options(law)).reshape(_POINTS, _POINTS)
+        ratio = by_theory(name, cells, Options(law)).reshape(_POINTS, _POINTS)
     except (TypeError, ValueError):  # not all that a cell has is among the coordinates
         return None
-    return _between(x, x.centres), _between(y, y.centres), found
+    return _between(x, x.centres), _between(y, y.centres), ratio
 
 
 def law_with_theory(ds: xr.Dataset) -> str | None:

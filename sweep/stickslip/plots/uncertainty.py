@@ -41,11 +41,11 @@ def plot_probability(
         raise PlotError("nothing to draw: the probability of one rare event is a number")
     if not dims:
         return _cell(ds, state, title)
-    one = ds.sel(state=state)
+    of_state = ds.sel(state=state)
     if len(dims) == 1:
-        return _line(one, state, title)
-    named = one["probability"].assign_attrs(long_name=f"probability of {regime_label(state)}")
-    return plot_map(one.assign(probability=named), "probability", title=title, look=look)
+        return _line(of_state, state, title)
+    named = of_state["probability"].assign_attrs(long_name=f"probability of {regime_label(state)}")
+    return plot_map(of_state.assign(probability=named), "probability", title=title, look=look)
 
 
 def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
@@ -55,9 +55,9 @@ def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
     left, *right = figure.subplots(1, 1 + with_indices, squeeze=False)[0]
     shown = [str(name) for name in ds["state"].values if float(ds["probability_high"].sel(state=name)) > 0]
     for place, name in enumerate(shown):
-        one = ds.sel(state=name)
-        value, error = float(one["probability"]), float(one["probability_error"])
-        low, high = float(one["probability_low"]), float(one["probability_high"])
+        of_state = ds.sel(state=name)
+        value, error = float(of_state["probability"]), float(of_state["probability_error"])
+        low, high = float(of_state["probability_low"]), float(of_state["probability_high"])
         colour = FLAG_COLOURS["regime"][name]
         left.barh(place, value, color=colour, edgecolor=BLACK, linewidth=0.6)
         if high > low:
@@ -130,9 +130,9 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
 def _index_lines(ax: Axes, ds: xr.Dataset, x: MapAxis) -> None:
     """The total index of every quantity over the axis; nothing where the regime is certain."""
     for i, name in enumerate(ds["quantity"].values):
-        one = ds.sel(quantity=name)
+        of_quantity = ds.sel(quantity=name)
         look = look_of(i) | {"markersize": 4, "linewidth": 1.0, "capsize": 2}
-        value, error = one["sobol_total"].values, _ERRORS * one["sobol_total_error"].values
+        value, error = of_quantity["sobol_total"].values, _ERRORS * of_quantity["sobol_total_error"].values
         ax.errorbar(x.centres, value, error, label=spoken(str(name)), **look)
     ax.set(ylabel="total Sobol index", ylim=(-0.05, 1.3), yticks=np.linspace(0, 1, 6))
     ax.legend(frameon=False, fontsize="small", loc="upper center", ncols=min(4, ds.sizes["quantity"]))
