@@ -14,7 +14,6 @@ from stickslip.dataset.display import MapAxis, displayed, unit_of, with_units
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, HATCHES
-from stickslip.vocabulary.display_units import Unit
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 
@@ -111,11 +110,6 @@ def test_units_can_be_chosen_and_wrong_ones_are_refused():
     ):  # fmt: skip
         with pytest.raises(PlotError, match=message):
             with_units(plane(), wanted)
-
-
-def test_powers_are_raised_in_print_only():
-    assert Unit("m/s2").printed == "m/s²" and Unit("N s m^-1").printed == "N s m⁻¹"
-    assert Unit("mm/s").printed == "mm/s" and Unit().printed == ""
 
 
 def test_exact_borders_lie_over_the_map_whatever_units_both_were_written_in():

@@ -62,15 +62,6 @@ def test_a_workbook_has_the_same_rows_and_says_where_they_come_from(small, tmp_p
     assert about["title"] == "small" and "axes" in about["configuration"] and about["mass"] == "1 kg"
 
 
-def test_more_rows_than_a_sheet_holds_are_refused_before_anything_is_written(tmp_path):
-    pytest.importorskip("openpyxl")
-    size = 2**20
-    ds = xr.Dataset({"period": ("cell", np.broadcast_to(1.0, size))})
-    with pytest.raises(StoreError, match=r"1,048,576 rows, and a sheet of Excel holds 1,048,575\nhint: write .csv"):
-        export.write_table(ds, tmp_path / "map.xlsx")
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_table_larger_than_memory_is_written_a_chunk_at_a_time(tmp_path, monkeypatch):
     """Rows of a file on disk, in order, no more of them in memory than a few chunks have."""
     from stickslip.files import reading, writing
@@ -251,15 +242,3 @@ def test_a_map_of_one_cell_is_a_table_of_one_row(tmp_path, suffix):
     export.write_table(ds, tmp_path / f"map{suffix}")
     read = pd.read_csv if suffix == ".csv" else pd.read_excel
     assert read(tmp_path / f"map{suffix}")["regime"].tolist() == ["stick_slip"]
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
-def test_borders_that_were_not_found_are_a_table_of_headings(tmp_path, suffix):
-    if suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
-    cells = {**CELL, "stiffness": np.array([1.0, 2.0])}
-    ds = stickslip.border(cells, "belt_speed", between=(0.01, 0.02), scan=4)
-    assert ds.sizes["crossing"] == 0
-    export.write_table(ds, tmp_path / f"borders{suffix}")
-    table = (pd.read_csv if suffix == ".csv" else pd.read_excel)(tmp_path / f"borders{suffix}")
-    assert not len(table) and "border [m/s]" in table

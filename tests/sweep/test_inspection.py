@@ -145,19 +145,6 @@ def test_run_reports_bad_cells_inspect_lists_them_and_simulate_shows_them(here):
     assert float(stickslip.open("trace.nc")["mass"]) == 1.0
 
 
-def test_the_table_of_a_map_is_not_cut_in_a_pipe(here, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "12")
-    writing.write(made_up(MAP)[0], "map.nc")
-    assert call("inspect", "map.nc").stdout.splitlines()[0].split() == ["regime", "status", "cells", "share"]
-
-
-def test_inspecting_a_good_map_says_so(here):
-    writing.write(made_up(MAP)[0], "map.nc")
-    done = call("inspect", "map.nc")
-    assert done.exit_code == 0
-    assert "0 cells failed, are unresolved or were not computed" in done.stdout
-
-
 def test_a_map_without_status_lists_its_cells_all_the_same(here):
     ds = made_up(MAP)[0].drop_vars("status")
     names = ["not_computed", "stick_slip", "unresolved"]

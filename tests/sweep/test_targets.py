@@ -159,17 +159,6 @@ def test_a_link_to_a_file_stays_a_link_and_the_file_is_replaced(tmp_path):
     assert (tmp_path / "link.csv").is_symlink() and (tmp_path / "real.csv").read_text() == "new"
 
 
-def test_checking_leaves_nothing_behind_and_makes_no_folder(tmp_path):
-    targets.check_target(tmp_path / "new" / "deep" / "map.nc", "result")
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_name_with_a_nul_is_refused(tmp_path):
-    for kind, suffix in (("result", ".nc"), ("plot", ".png"), ("table", ".csv")):
-        with pytest.raises(StoreError):
-            targets.check_target(f"{tmp_path}/a\0b{suffix}", kind)
-
-
 @pytest.mark.parametrize("name", ["file: ~/x.nc", "file: x.nc, plot: ~/x.png"])
 def test_a_tilde_in_a_configuration_is_the_folder_of_the_user(name, here, monkeypatch):
     (here / "home").mkdir()

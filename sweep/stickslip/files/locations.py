@@ -46,11 +46,11 @@ class Url(str):
         return PurePosixPath(self.name).suffix
 
     def exists(self) -> bool:
-        """Tell whether a store is there, and whole: what it says of itself is empty before."""
+        """Tell whether a store is there, and whole: its root lists its arrays at last."""
         service, root = self._opened()
         try:
             with explained(self, "read"):
-                return bool(service.cat_file(f"{root}/{ROOT}"))
+                return b'"consolidated_metadata": {' in service.cat_file(f"{root}/{ROOT}")
         except FileNotFoundError:
             return False
 
@@ -63,20 +63,18 @@ class Url(str):
         return {}
 
     def put(self, key: str, data: bytes) -> None:
-        """Write an object; make its folder if need be, but no bucket: that may be misspelt."""
+        """Write an object; make no bucket: that may be misspelt."""
         service, root = self._opened()
         path = f"{root}/{key}"
         with explained(self, "written", answers=()):
             try:
                 service.pipe_file(path, data)
-                return
             except FileNotFoundError:
                 bucket = path[: path.find("/", 1)]
-                if not service.exists(bucket):
-                    hint = "make the bucket first, or correct its name"
-                    raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
-            service.makedirs(path.rpartition("/")[0], exist_ok=True)
-            service.pipe_file(path, data)
+                if service.exists(bucket):
+                    raise
+                hint = "make the bucket first, or correct its name"
+                raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
 
     def remove(self, *keys: str) -> None:
         """Remove objects, and all below these keys; those that are there."""
@@ -103,7 +101,7 @@ def location(place: str | os.PathLike[str]) -> Location:
     if isinstance(place, Path | Url):
         return place
     text = os.fspath(place)
-    if text.startswith("file://"):
+    if text.startswith(("file://", "local://")):
         return Path(unquote(urlsplit(text).path))
     return Url(text.rstrip("/")) if "://" in text else Path(os.path.expanduser(text))
 
@@ -203,12 +201,10 @@ def folder_at(place: str | os.PathLike[str]) -> Folder:
 
 
 @contextmanager
-def placed(
-    temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None, keep: bool = False
-) -> Iterator[None]:
+def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None) -> Iterator[None]:
     """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
 
-    check : called right before that; what it raises is such an error. keep : it is not removed.
+    check : called right before that; what it raises is such an error.
     """
     try:
         yield
@@ -218,8 +214,7 @@ def placed(
         move(temporary, target)
         flush(target.parent)
     except BaseException:
-        if not keep:
-            remove(temporary)
+        remove(temporary)
         raise
 
 

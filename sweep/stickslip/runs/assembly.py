@@ -16,8 +16,8 @@ from stickslip.dataset.provenance import INCOMPLETE, provenance
 from stickslip.engine import Progress, Results, in_order
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
-from stickslip.files.chunks import Chunks
 from stickslip.files.locations import Check, Location
+from stickslip.files.netcdf import NetcdfChunks
 from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of, extent, regions
 from stickslip.runs.work import MapStudy, Work
 from stickslip.runs.workdir.block_store import BlockStore
@@ -154,14 +154,12 @@ def assemble(
     threads = work.options.threads
 
     def fill(file: Any) -> None:
-        with writing.open_chunks(file, threads) as target:
-            if chunks:
-                _copy_blocks(gathered, store.blocks, canvas.grid, target, threads, progress)
-            else:
-                _write_by_region(canvas, target, progress)
+        if chunks:
+            _copy_blocks(gathered, store.blocks, canvas.grid, file, threads, progress)
+        else:
+            _write_by_region(canvas, file, progress)
 
-    identity = f"{store.manifest.created} {' '.join(kernels)}" if store.is_complete() else None
-    writing.write(template, output, fill, chunks, check, identity)
+    writing.write(template, output, fill, chunks, check, threads)
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
@@ -172,32 +170,33 @@ def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
     return {INCOMPLETE: f"{missing:,} of {work.size:,} {work.study.counted} are not computed"}
 
 
-def _write_by_region(canvas: Canvas, target: Chunks, progress: Progress | None) -> None:
-    """The map chunk after chunk, all variables of each."""
+def _write_by_region(canvas: Canvas, target: Any, progress: Progress | None) -> None:
+    """The map chunk after chunk, all variables of each. target : a `NetcdfChunks` or `ZarrChunks`."""
     shape, size = canvas.grid.shape, canvas.grid.size
-    chunks = blocks_of_chunks(target.layout("regime").chunks, shape)
+    chunks = blocks_of_chunks(target.chunks("regime"), shape)
     for number in range(chunks.count):
         cells = chunks.cells(number)
         (region,) = regions(cells.start, cells.stop, shape)
-        origin = [side.start for side in region]
-        lacking = [name for name in canvas.columns if not target.holds(name, origin)]
-        if lacking:
-            results = canvas.cells(cells)
-        for name in lacking:
-            target.write(name, results[name].reshape(extent(region)), origin)
+        for name, values in canvas.cells(cells).items():
+            target.write(name, values.reshape(extent(region)), [side.start for side in region])
         if progress:
             progress(cells.stop, size)
 
 
 def _copy_blocks(
-    gathered: Gathered, blocks: Blocks, grid: Cells, target: Chunks, threads: int | None, progress: Progress | None
+    gathered: Gathered,
+    blocks: Blocks,
+    grid: Cells,
+    target: NetcdfChunks,
+    threads: int | None,
+    progress: Progress | None,
 ) -> None:
     """Blocks that are chunks, in their order, read and checked by threads."""
 
     @lru_cache(maxsize=64)  # NaN and the like: a chunk that is packed once
     def of_one_value(name: str, value: bytes) -> Any:
         layout = target.layout(name)
-        return layout.pack(np.full(layout.chunks, np.frombuffer(value, layout.dtype)))
+        return layout.packed(np.full(layout.chunks, np.frombuffer(value, layout.dtype)))
 
     for number, block in enumerate(in_order(gathered.read, range(blocks.count), threads)):
         cells = blocks.cells(number)

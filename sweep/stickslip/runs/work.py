@@ -18,8 +18,8 @@ from stickslip.config.options import map_options_of, options_of
 from stickslip.config.studies import Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag
+from stickslip.files.filters import NETCDF, PLAIN
 from stickslip.files.locations import Location
-from stickslip.files.netcdf import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.known_cells import KnownCells
 from stickslip.studies.study import joined

@@ -68,12 +68,6 @@ def test_what_is_finished_has_nothing_to_retry(config, output, whole):
     assert done.exit_code == 2 and "no working store there" in done.stderr
 
 
-def test_two_runs_of_one_shard_compute_it_once(config, tmp_path, computed):
-    for _ in range(2):
-        stickslip.run_shard(config, "1/3", tmp_path / "s")
-    assert sum(computed) == 300
-
-
 def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output, whole):
     stickslip.run_shard(config, "1/3", f"{output}.parts")
     with stickslip.collect(config, output) as part:
@@ -111,27 +105,12 @@ def test_collecting_does_not_replace_another_map(config, output):
         stickslip.collect(config, output)
 
 
-def test_nothing_to_collect_is_said(config, output):
-    with pytest.raises(StoreError, match="no working store there"):
-        stickslip.collect(config, output)
-
-
 def test_a_store_without_finished_blocks_has_nothing_to_collect(config, output, fragile):
     fragile[:] = range(15)
     with pytest.raises(stickslip.IncompleteError):
         stickslip.run(config, output)
     with pytest.raises(StoreError, match="no finished blocks there"):
         stickslip.collect(config, output)
-
-
-def test_a_record_of_a_failure_that_is_damaged_is_shown_as_one(config, output, fragile):
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    (record, _) = sorted(path for path in output.with_name("map.nc.parts").iterdir() if b"ZeroDivision" in
-                         path.read_bytes())  # fmt: skip
-    record.write_text('{"message": ')
-    first, second = stickslip.status(f"{output}.parts").failures
-    assert first.message == "the record of what happened is damaged" and "ZeroDivisionError" in second.message
 
 
 @pytest.mark.parametrize("shard", ["0/3", "4/3", "1", "1/0", "a/b", "-1/3"])
@@ -186,13 +165,6 @@ def test_blocks_that_fail_are_recorded_and_the_others_computed(config, output, w
     same(stickslip.open(output), whole)
 
 
-def test_a_map_without_the_blocks_that_failed_can_be_collected(config, output, fragile):
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    with stickslip.collect(f"{output}.parts") as ds:
-        assert int((ds["regime"] == 0).sum()) == 120
-
-
 def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile, monkeypatch):
     """After the one that fails none is begun; which have been before it is up to the threads that take turns."""
     config.write_text(config.read_text().replace("block: 4096", "threads: 1"))
@@ -238,15 +210,6 @@ def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
         assert done.exit_code == 0, done.output
     assert not folder.exists()
     same(stickslip.open(output), whole)
-
-
-def test_collect_names_no_option_it_has_not(config, output):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    output.write_bytes(b"something else")
-    with pytest.raises(StoreError) as refused:
-        stickslip.collect(config, output)
-    told = refused.value.on_command_line
-    assert "fresh" not in told and "--output names another file" in told
 
 
 def test_no_command_hints_at_an_option_that_another_one_has(config, output):

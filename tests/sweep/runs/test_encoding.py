@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import DamagedBlockError, DamagedManifestError
-from stickslip.files.netcdf import PACKINGS
+from stickslip.files.filters import PACKINGS
 from stickslip.runs.blocks import blocks_of
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import MAGIC, decode, encode
@@ -36,26 +36,6 @@ def test_a_block_comes_back_to_the_bit(given_columns, header, packing, length):
     for name, values in given_columns.items():
         assert found[name].dtype == values.dtype
         assert found[name].tobytes() == values.tobytes()  # payloads of NaN included
-
-
-def test_a_column_of_one_value_takes_one_value():
-    few, many = (encode({}, {"period": np.full(n, np.nan)}) for n in (10, 10_000))
-    assert len(many) - len(few) < 10
-    mixed = np.array([0.0, -0.0, 0.0])
-    assert decode(encode({}, {"a": mixed}))[1]["a"].tobytes() == mixed.tobytes()
-
-
-def test_blocks_as_they_were_written_before_are_read():
-    columns = [
-        {"name": "regime", "type": "|i1", "cells": 3, "shared": False},
-        {"name": "period", "type": "<f8", "cells": 3, "shared": True},
-    ]
-    header = json.dumps({"block": 7, "columns": columns}).encode()
-    data = b"stickslip block 1\n" + len(header).to_bytes(4, "little") + header + bytes([1, 2, 3])
-    data += np.array([0.5]).tobytes()
-    found, values = decode(data + hashlib.sha256(data).digest())
-    assert found == {"block": 7}
-    assert values["regime"].tolist() == [1, 2, 3] and values["period"].tolist() == [0.5, 0.5, 0.5]
 
 
 @settings(max_examples=300)

@@ -1,28 +1,22 @@
 """Maps that keep some variables: bytes, resume, shards, clusters, and what is said where one is missing."""
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import message, write_config
-from helpers.runs import FEW, MANY, block_files, same, stop_early, with_axes
+from helpers.runs import FEW, MANY, block_files, same, with_axes
 from stickslip import plots
 from stickslip.cli import main
-from stickslip.config.reader import load_config, make_config, parse_config
+from stickslip.config.reader import load_config, parse_config
 from stickslip.dataset.summary import why_absent
 from stickslip.engine import bytes_per_cell, columns
 from stickslip.errors import ConfigError, PlotError, StoreError
 from stickslip.runs.work import Work, study_of
 from stickslip.runs.workdir.encoding import decode
-from stickslip.runs.workdir.manifest import fingerprint
-from stickslip.studies.borders import Border
 from stickslip.vocabulary.results import VARIABLES
 
 SIDE = 30
@@ -52,11 +46,6 @@ def test_the_regime_is_always_kept_and_names_are_in_the_order_of_the_table(few):
     assert parse_config(text).output.variables == ("regime", "period", "steps")
 
 
-def test_what_is_asked_survives_being_written_and_read_again(few):
-    config = load_config(few)
-    assert parse_config(config.to_yaml()) == config == make_config(config.resolved())
-
-
 @pytest.mark.parametrize(("asked", "complaint"), [
     ("[regime, perod]", "output.variables[1]: got 'perod', expected a variable of a map: regime, status, "),
     ("perod", "did you mean period?"),
@@ -76,12 +65,6 @@ def test_only_maps_can_do_without_variables(few):
     assert refined.is_map and study_of(refined).map_columns.keys() == {"regime", "period", "computed"}
 
 
-def test_borders_asked_on_the_command_line_have_all_their_variables(few):
-    asked = Border(along="stiffness", tolerance=1e-6, scan=16)
-    config = load_config(few).model_copy(update={"study": asked})
-    assert "variables" not in parse_config(config.to_yaml()).resolved()["output"]
-
-
 def test_python_asks_by_an_argument_and_is_told_the_same(config, few):
     same(stickslip.run(config, variables=["period"]), stickslip.run(few))
     assert list(stickslip.run(few, variables="steps").data_vars) == ["regime", "steps"]
@@ -91,14 +74,6 @@ def test_python_asks_by_an_argument_and_is_told_the_same(config, few):
     found = stickslip.sweep(system={"mass": 1, "normal_load": 1}, friction={"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1},
                             axes=axes, variables="regime")  # fmt: skip
     assert list(found.data_vars) == ["regime"] and found.sizes == {"stiffness": 2, "belt_speed": 2}
-
-
-def test_a_choice_of_all_variables_is_no_other_run(few):
-    plain = parse_config(few.read_text().replace(KEPT, ""))
-    everything = parse_config(
-        few.read_text().replace("[period, regime]", f"[{', '.join(columns(Work(plain).options))}]")
-    )
-    assert fingerprint(plain) == fingerprint(everything) != fingerprint(load_config(few))
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
@@ -120,23 +95,6 @@ def test_what_is_kept_is_bit_identical_and_nothing_else_is_stored(few, whole, tm
     same(found, stickslip.run(few))
 
 
-@pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
-def test_other_readers_of_netcdf_find_the_same(few, whole, tmp_path, engine):
-    stickslip.run(few, tmp_path / "few.nc").close()
-    with xr.open_dataset(tmp_path / "few.nc", engine=engine) as found:
-        assert set(found.data_vars) == {"regime", "period"}
-        np.testing.assert_array_equal(found["regime"].values, whole["regime"].values)
-        np.testing.assert_array_equal(found["period"].values, whole["period"].values)
-
-
-def test_other_readers_of_zarr_find_the_same(few, whole, tmp_path):
-    zarr = pytest.importorskip("zarr")
-    stickslip.run(few, tmp_path / "few.zarr").close()
-    group = zarr.open_group(tmp_path / "few.zarr", mode="r")
-    assert {"regime", "period"} <= set(group.array_keys()) and "status" not in group.array_keys()
-    np.testing.assert_array_equal(group["regime"][:], whole["regime"].values)
-
-
 def test_regimes_alone_are_a_byte_a_cell_in_memory_on_disk_and_in_the_plan(regimes, tmp_path):
     study = study_of(load_config(regimes))
     assert bytes_per_cell(study.options) == 1
@@ -151,12 +109,6 @@ def test_regimes_alone_are_a_byte_a_cell_in_memory_on_disk_and_in_the_plan(regim
     assert (plan["bytes_per_cell"], plan["bytes_store"], plan["bytes_map"]) == (1, SIDE**2, SIDE**2)
 
 
-def test_a_billion_regimes_are_planned_as_a_gigabyte(regimes):
-    plan = call("plan", regimes, "--set", "axes.stiffness.num=50_000".replace("_", ""), "--set",
-                "axes.belt_speed.num=20000")  # fmt: skip
-    assert plan.exit_code == 0 and "disk     up to 1 GB for finished blocks, and as much for the map" in plan.stdout
-
-
 def test_refined_maps_keep_what_is_asked_and_how_it_came_about(tmp_path):
     more = "refine: {depth: 2}\n"
     full = stickslip.run(write_config(tmp_path, num=60, more=more))
@@ -166,22 +118,7 @@ def test_refined_maps_keep_what_is_asked_and_how_it_came_about(tmp_path):
         np.testing.assert_array_equal(found[name].values, full[name].values)
 
 
-def test_variables_of_a_run_to_a_horizon_can_be_all_that_is_kept(tmp_path):
-    solver = "solver: {early_stop: false, horizon: 20}\n"
-    full = stickslip.run(write_config(tmp_path, more=solver))
-    found = stickslip.run(write_config(tmp_path, more=solver + "output: {variables: [stick_time]}\n"))
-    assert list(found.data_vars) == ["regime", "stick_time"]
-    np.testing.assert_array_equal(found["stick_time"], full["stick_time"])
-
-
 # --- runs in parts ----------------------------------------------------------------------------------------------------
-
-
-def test_an_interrupted_run_is_resumed(few, tmp_path, computed):
-    output = tmp_path / "few.nc"
-    stopped = stop_early(few, output)
-    same(stickslip.run(few, output), stickslip.run(few))
-    assert 0 < stopped.done and sum(computed) - stopped.done <= SIDE**2
 
 
 def test_shards_give_the_map_of_one_run_and_one_with_other_variables_is_refused(few, regimes, config, tmp_path):
@@ -214,31 +151,6 @@ def test_an_extended_axis_reuses_the_cells_of_a_map_with_the_same_variables(tmp_
     del computed[:]
     same(stickslip.run(path, output), stickslip.run(path))
     assert computed[0] == len(FEW) * len(MANY[4:])
-
-
-@pytest.mark.slow
-def test_workers_of_a_cluster_send_and_store_what_is_kept_alone(few, tmp_path):
-    pytest.importorskip("distributed")
-    output = tmp_path / "few.nc"
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import stickslip\nfrom stickslip.runs import blocks\nblocks._FEWEST = 64\n"
-        f"if __name__ == '__main__':\n    stickslip.run({str(few)!r}, {str(output)!r}, dask='local', keep_parts=True)\n"
-    )
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    same(stickslip.open(output), stickslip.run(few))
-    for name in block_files(tmp_path / "few.nc.parts"):
-        _, stored = decode((tmp_path / "few.nc.parts" / name).read_bytes())
-        assert stored.keys() == {"regime", "period"}
-
-
-def test_a_part_that_is_collected_says_which_cells_are_missing(few, tmp_path):
-    stickslip.run_shard(few, "1/2", tmp_path / "few.nc.parts")
-    with stickslip.collect(tmp_path / "few.nc.parts") as part:
-        assert int((part["regime"] == 0).sum()) == SIDE**2 - 480
-        assert np.isnan(part["period"].values[part["regime"].values == 0]).all()
 
 
 # --- what is missing --------------------------------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 """Two runs on one store."""
 
 import json
-import os
 import subprocess
 import sys
 import threading
@@ -63,16 +62,6 @@ def test_what_a_lock_says_cannot_command_the_terminal(config, output):
         stickslip.run(config, output)
 
 
-@pytest.mark.parametrize("name", ["lock-1-of-0.json", "lock-9-of-3.json", "locksmith.txt"])
-def test_what_is_called_like_a_lock_and_is_none_is_left_alone(config, output, name):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    stranger = output.with_name("map.nc.parts") / name
-    stranger.write_text("{}")
-    assert stickslip.status(f"{output}.parts").holders == ()
-    stickslip.run(config, output).close()
-    assert [path.name for path in stranger.parent.iterdir()] == [name]
-
-
 def test_a_run_that_is_refused_leaves_no_folder(config, output, monkeypatch):
     """Of what goes wrong once the store is locked."""
 
@@ -91,29 +80,6 @@ def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
     (folder / "lock.json").write_text('{"pid": ')
     same(stickslip.run(config, output), whole)
     assert not folder.exists()
-
-
-def test_a_process_of_another_user_counts_as_alive(config, output, monkeypatch):
-    def forbidden(pid, signal):
-        raise PermissionError
-
-    monkeypatch.setattr("os.kill", forbidden)
-    holding(output, host=targets.host(), space=targets.space())
-    with pytest.raises(StoreError, match="another run works there"):
-        stickslip.run(config, output)
-
-
-def test_a_user_without_a_name_is_told_by_number(config, output, monkeypatch):
-    """A container may have no list of users."""
-
-    def unknown():
-        raise KeyError("getpwuid(): uid not found: 1234")
-
-    monkeypatch.setattr("getpass.getuser", unknown)
-    users = []
-    stickslip.run(config, output, progress=lambda done, of: users.extend(
-        holder.user for holder in stickslip.status(f"{output}.parts").holders)).close()  # fmt: skip
-    assert users and set(users) == {f"user {os.getuid()}" if hasattr(os, "getuid") else "somebody"}
 
 
 def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):

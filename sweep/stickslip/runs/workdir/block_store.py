@@ -18,8 +18,8 @@ from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.dataset.provenance import software
+from stickslip.files.filters import PLAIN
 from stickslip.files.locations import TEMPORARY, Folder, Location
-from stickslip.files.netcdf import PLAIN
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
 from stickslip.runs.workdir.encoding import Column, encode, opened
@@ -30,7 +30,6 @@ SUFFIX = ".parts"
 START_OVER = "{fresh} starts over and replaces it; {output} names another file"
 SAME_SETTINGS = "give the same settings (--set) as the run that began it: {keys}"
 _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
-_LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
 
 def beside(output: Location) -> Path:
@@ -218,31 +217,21 @@ def is_empty(folder: Folder) -> bool:
 
 def find(folder: Folder) -> BlockStore:
     """The store in a folder, whatever it computes. Raises StoreError."""
-    try:
-        manifest = _read(folder)
-    except FileNotFoundError:
+    manifest = _read(folder)
+    if manifest is None:
         check_ours(folder)
-        raise errors.StoreError(f"{folder.where}: no working store there") from None
-    except errors.DamagedManifestError as damaged:
-        raise errors.StoreError(
-            f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
-            hint="{run} with the configuration writes it again; {run} with {fresh} starts over",
-        ) from None
-    _check_version(folder, manifest)
+        raise errors.StoreError(f"{folder.where}: no working store there")
     return BlockStore(folder, manifest)
 
 
 def check_before(folder: Folder, work: Work, shard: bool) -> None:
     """Raise StoreError for the store of another configuration, before anybody's lock is touched.
 
-    shard : whether a shard is to be computed. A store that cannot be read is left to `prepare`.
+    shard : whether a shard is to be computed.
     """
-    try:
-        manifest = _read(folder)
-    except (FileNotFoundError, errors.DamagedManifestError):
-        return
-    _check_version(folder, manifest)
-    check_same(BlockStore(folder, manifest), work, shard)
+    manifest = _read(folder)
+    if manifest is not None:
+        check_same(BlockStore(folder, manifest), work, shard)
 
 
 def prepare(
@@ -257,23 +246,18 @@ def prepare(
 
     Raises StoreError for a store of another configuration, or of another major version.
     """
-    before, damage = None, None
     try:
         before = _read(folder)
-    except FileNotFoundError:
-        pass
-    except errors.DamagedManifestError as error:
-        damage = error
+    except errors.StoreError:
+        if not fresh:
+            raise
+        before = None
     if before is not None and (not fresh or goes_on_fresh(before, work)):
-        _check_version(folder, before)
         manifest = _resumed(BlockStore(folder, before), work, notice)
     else:
         manifest = manifest_of(work, fresh)
         if fresh:
             clear(folder)
-        elif damage is not None:
-            _check_blocks(BlockStore(folder, manifest), work, damage)
-            notice(f"{manifests.NAME} was damaged ({damage}) and is written again from the configuration")
     manifest = replace(manifest, shards=shards)
     store = BlockStore(folder, manifest, packing)
     if manifest != before:
@@ -290,28 +274,6 @@ def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
 def manifest_of(work: Work, fresh: bool = False) -> Manifest:
     """The manifest of a store that this process begins."""
     return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
-
-
-def _check_blocks(store: BlockStore, work: Work, damaged: errors.DamagedManifestError) -> None:
-    """Raise StoreError if blocks beside a damaged manifest say that they belong to something else.
-
-    A damaged block says nothing, and will be computed again.
-    """
-    looked_at = 0
-    for number in sorted(store.finished()):
-        if looked_at == _LOOKED_AT:
-            break
-        try:
-            store.stored(number, work)
-            looked_at += 1
-        except errors.ForeignBlockError as other:
-            raise errors.StoreError(
-                f"{store.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
-                f"configuration: {other}",
-                hint="{fresh} starts over, or name another place with {store}",
-            ) from None
-        except (errors.DamagedBlockError, FileNotFoundError):
-            continue
 
 
 def _resumed(store: BlockStore, work: Work, notice: Notice) -> Manifest:
@@ -350,14 +312,18 @@ def same_major(version: str) -> bool:
     return version.partition(".")[0] == __version__.partition(".")[0]
 
 
-def _read(folder: Folder) -> Manifest:
-    """The manifest in a folder. Raises FileNotFoundError or DamagedManifestError."""
-    return manifests.decode(folder.read(manifests.NAME))
-
-
-def _check_version(folder: Folder, manifest: Manifest) -> None:
+def _read(folder: Folder) -> Manifest | None:
+    """The manifest in a folder, None if there is none. Raises StoreError for a damaged one, and another major version."""
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except FileNotFoundError:
+        return None
+    except errors.DamagedManifestError as damaged:
+        message = f"{folder.where}/{manifests.NAME}: damaged, {damaged}"
+        raise errors.StoreError(message, hint="{run} with {fresh} starts over") from None
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise errors.StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
             hint="resume with that version, or start over: {run} with {fresh}",
         )
+    return manifest

@@ -3,7 +3,7 @@
     a line that names the format | length of the header, 4 bytes | header, JSON | columns | SHA-256 of all before
 
 Everything is little-endian; a column is one value that all cells share (NaN, mostly), or packed as the header says: as
-a chunk of the file that is to be written, so that it goes there as it is (`files/netcdf.py`). Format 1 packed nothing.
+a chunk of the file that is to be written, so that it goes there as it is (`files/filters.py`).
 """
 
 import hashlib
@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import DamagedBlockError
-from stickslip.files.netcdf import PLAIN, packed, unpacked
+from stickslip.files.filters import PLAIN, packed, unpacked
 from stickslip.files.seal import content_of
 
 MAGIC = b"stickslip block 2\n"
-_FIRST = b"stickslip block 1\n"
 _TYPES = ("|i1", "<i4", "<f8")  # of columns; nothing else is read
 _LENGTH = struct.Struct("<I")
 _DIGEST = 32
@@ -36,7 +35,7 @@ Columns = dict[str, NDArray[Any]]
 class Column:
     """A column as it is stored. packing : of `data`, which may hold more than the values of its `cells`.
 
-    sha256 : of the values, as `content` gives it; empty in blocks of earlier versions.
+    sha256 : of the values, as `content` gives it; empty where it is not known yet.
     """
 
     dtype: np.dtype[Any]
@@ -101,7 +100,7 @@ def decode(data: bytes) -> tuple[Header, Columns]:
 def opened(data: bytes) -> tuple[Header, dict[str, Column]]:
     """Header and columns of a block file, checked. Raises DamagedBlockError."""
     body, digest = memoryview(data)[:-_DIGEST], data[-_DIGEST:]
-    if not data.startswith((MAGIC, _FIRST)):
+    if not data.startswith(MAGIC):
         raise DamagedBlockError("it is not a block file")
     if hashlib.sha256(body).digest() != digest:
         raise DamagedBlockError("its checksum does not match")
@@ -112,8 +111,6 @@ def opened(data: bytes) -> tuple[Header, dict[str, Column]]:
             raise ValueError("a header of that length")
         header = json.loads(bytes(body[start : start + length]))
         described = header.pop("columns")
-        if data.startswith(_FIRST):
-            described = [_as_described_now(column) for column in described]
         return header, _columns(described, body[start + length :])
     except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error) as error:
         raise DamagedBlockError(f"its header is invalid ({error})") from None
@@ -134,13 +131,6 @@ def _columns(described: list[Header], data: memoryview) -> dict[str, Column]:
     if place != len(data):
         raise ValueError("more data than columns")
     return columns
-
-
-def _as_described_now(about: Header) -> Header:
-    """The description of a column of format 1."""
-    count = 1 if about["shared"] else int(about["cells"])
-    size = count * np.dtype(about["type"]).itemsize
-    return {**about, "packing": _ONE if about["shared"] else PLAIN, "bytes": size}
 
 
 def _all_equal(values: NDArray[Any]) -> bool:
