@@ -4,7 +4,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from helpers.maps import FIXED, axis, cell_dataset, make_grid, make_map, make_results, plane
+from helpers.maps import axis, make_grid, make_map, make_results, plane
 from stickslip.dataset import provenance as made_by
 from stickslip.dataset.build import map_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
@@ -25,12 +25,6 @@ def test_every_variable_carries_units_and_long_name():
     for name, variable in ds.variables.items():
         declared = PARAMETERS.get(name) or VARIABLES[name]
         assert (variable.attrs["units"], variable.attrs["long_name"]) == (declared.units, declared.long_name)
-
-
-def test_parameters_equal_in_every_cell_are_scalar_coordinates():
-    ds = plane()
-    assert ds["a1"].dims == () and ds["a1"] == FIXED["a1"]
-    assert np.isnan(ds["mu_stop"]), "absent parameters stay visible as NaN"
 
 
 def test_parameters_that_vary_together_share_a_dimension_indexed_by_its_labels():
@@ -63,18 +57,6 @@ def test_cells_nobody_computed_are_flagged_zero_and_counted_zero():
     assert (ds["status"] == STATUSES.index("not_run")).all()
     assert (ds["steps"] == 0).all() and ds["steps"].dtype == np.int32
     assert ds["equilibrium_crossings"].isnull().all(), "a count that was not made is undefined, not zero"
-
-
-def test_results_without_declaration_are_a_bug():
-    with pytest.raises(KeyError, match="wobble"):
-        map_dataset(make_grid(axis("belt_speed", [0.1])), {"wobble": [1.0]}, {})
-
-
-def test_cells_keep_their_inputs_along_the_cell_dimension():
-    ds = cell_dataset({"mass": [1.0, 2.0], "stiffness": 3.0}, {"regime": [1, 2], "period": [0.5, np.nan]}, {})
-    assert ds["stiffness"].dims == ("cell",) and ds["stiffness"].values.tolist() == [3.0, 3.0]
-    assert ds["regime"].dims == ("cell",)
-    assert "mass" in ds.coords
 
 
 def test_a_trajectory_keeps_the_state_at_the_start_under_names_of_its_own():

@@ -10,7 +10,6 @@ import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
-from helpers.configs import write_config
 from stickslip.cli import main
 from stickslip.dataset import export
 from stickslip.errors import StoreError
@@ -153,16 +152,6 @@ def test_a_run_keeps_its_map_and_makes_the_table_of_it(tmp_path, monkeypatch):
     assert "is complete already" in again.stdout and len(pd.read_csv("found.csv")) == 24
 
 
-def test_a_table_of_another_command_never_replaces_the_map_it_reads(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write_config(tmp_path, num=3, name="my.yaml")
-    assert call("run", "my.yaml", "-o", "map.nc", "--no-plot").exit_code == 0
-    before = (tmp_path / "map.nc").read_bytes()
-    done = call("simulate", "my.yaml", "--at", "stiffness=10", "-t", 1, "-o", "map.csv")
-    assert done.exit_code == 2 and "its numbers are kept in map.nc, which exists" in done.stderr
-    assert (tmp_path / "map.nc").read_bytes() == before
-
-
 def test_exported_curves_are_read_as_points_again(tmp_path):
     """Material, speed and friction, by the headings of the export."""
     speed = np.geomspace(1e-3, 0.4, 12)
@@ -231,14 +220,3 @@ def test_tables_are_in_the_units_of_the_screen_with_six_digits_and_the_mark_that
     export.write_table(ds, tmp_path / "long.csv")
     found = pd.read_csv(tmp_path / "long.csv")["time [s]"]
     assert np.allclose(np.diff(found), 1e-4, rtol=1e-2)  # samples stay apart
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
-def test_a_map_of_one_cell_is_a_table_of_one_row(tmp_path, suffix):
-    if suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
-    ds = stickslip.run({"system": {"mass": 1, "stiffness": 1, "normal_load": 1, "belt_speed": 0.1},
-                        "friction": {"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1}})  # fmt: skip
-    export.write_table(ds, tmp_path / f"map{suffix}")
-    read = pd.read_csv if suffix == ".csv" else pd.read_excel
-    assert read(tmp_path / f"map{suffix}")["regime"].tolist() == ["stick_slip"]

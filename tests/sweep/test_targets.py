@@ -6,12 +6,9 @@ import stat
 from pathlib import Path
 
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
-import stickslip
 from helpers.configs import write_config
-from stickslip import plots
 from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import targets
@@ -181,24 +178,3 @@ def test_what_a_configuration_names_is_checked_before_anything_is_computed(key, 
     done = call("run", write_config(here, num=3, more=f"output: {{{key}: {place}{suffix}}}\n"))
     assert done.exit_code == 2 and not done.stdout and place[:5] in done.stderr
     assert not list(here.glob("*.parts"))
-
-
-def test_a_run_whose_picture_fails_ends_with_1_says_so_and_keeps_the_map(here, monkeypatch):
-    config = write_config(here, num=3)
-
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(plots.layout.Figure, "savefig", full)
-    done = call("run", config, "-o", "map.nc", "--plot", "map.png")
-    assert done.exit_code == 1 and "map.png: not drawn" in done.stderr and "No space left" in done.stderr
-    assert isinstance(stickslip.open("map.nc"), xr.Dataset) and not list(here.glob("*.png"))
-    assert "plot " not in done.stdout
-
-
-def test_the_name_of_a_picture_nobody_named_is_no_pipe(here):
-    write_config(here, num=3)
-    assert call("run", "small.yaml", "-o", "map.nc").exit_code == 0
-    os.mkfifo("map.png")
-    done = call("plot", "map.nc")
-    assert done.exit_code == 2 and "map.png" in done.stderr

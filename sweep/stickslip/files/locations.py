@@ -54,13 +54,12 @@ class Url(str):
         except FileNotFoundError:
             return False
 
-    def keys(self) -> dict[str, int]:
-        """All objects, `regime/c/0/1` for one, and their bytes."""
+    def keys(self) -> list[str]:
+        """All objects, `regime/c/0/1` for one."""
         service, root = self._opened()
         with explained(self, "read"), suppress(FileNotFoundError):
-            objects = service.find(root, detail=True)
-            return {path.removeprefix(root).lstrip("/"): int(objects[path]["size"] or 0) for path in objects}
-        return {}
+            return [path.removeprefix(root).lstrip("/") for path in service.find(root)]
+        return []
 
     def put(self, key: str, data: bytes) -> None:
         """Write an object; make no bucket: that may be misspelt."""
@@ -162,18 +161,16 @@ class Folder:
                 temporary.write_bytes(data)
 
     def _make(self) -> None:
+        if self.path.is_dir():
+            return
         try:
-            self.path.mkdir()
+            self.path.mkdir(parents=True)
         except FileExistsError:
-            if not self.path.is_dir():
+            if not self.path.is_dir():  # made by another process meanwhile
                 raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
-        except FileNotFoundError:
-            try:
-                self.path.mkdir(parents=True, exist_ok=True)
-            except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
-                raise OSError(errno.EPERM, error.strerror or "no such folder") from None
-        else:
-            flush(self.path.absolute().parent)
+        except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
+            raise OSError(errno.EPERM, error.strerror or "no such folder") from None
+        flush(self.path.absolute().parent)
 
 
 def _link(temporary: Path, name: Path) -> None:

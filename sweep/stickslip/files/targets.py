@@ -4,8 +4,8 @@ A temporary file beside the target is written, flushed and renamed over it: a cr
 leaves the old file as it was, and what is new survives a power failure. All that writes goes through `replaced`, all
 that is asked to write later through `check_target`.
 
-Services that keep objects behind URLs have no rename. A new Zarr store there is written once the older one is removed.
-Its root is empty from the beginning to the end, which says that nothing whole is there, and that what is there is ours.
+Services that keep objects behind URLs have no rename. A new Zarr store there is written once the older one is removed,
+and its root lists no arrays before the end, which says that nothing whole is there.
 """
 
 import glob
@@ -15,7 +15,7 @@ import re
 import socket
 import stat
 import uuid
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -191,13 +191,13 @@ def _check_writable(target: Url) -> None:
 
 
 def begin_store(target: Url) -> None:
-    """Make room for a new store, whose root is to be put at last."""
+    """Make room for a new store; the empty root says that what is there is ours, and not whole."""
     there = _keys_of_ours(target)
     target.put(ROOT, b"")
     target.remove(*{key.partition("/")[0] for key in there} - {ROOT})
 
 
-def _keys_of_ours(target: Url) -> Collection[str]:
+def _keys_of_ours(target: Url) -> list[str]:
     """The objects of a store, or of a part of one. Raises StoreError for something else."""
     there = target.keys()
     if there and ROOT not in there:
@@ -231,6 +231,6 @@ def is_alive(pid: int) -> bool:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):
         return False
-    except OSError:
-        return True
+    except OSError:  # of another user
+        pass
     return True

@@ -21,7 +21,6 @@ import shutil
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from math import prod
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -185,15 +184,9 @@ def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
     return dim in ds.coords and ds[dim].dtype.kind in "OTU"
 
 
-def rehearse(columns: Mapping[str, NDArray[Any]], suffix: str) -> tuple[float, int]:
-    """Pack some values as a file of this kind has them: seconds of a thread, none where they are packed, and bytes."""
-    if suffix == ".nc":
-        return 0.0, sum(packed(np.ascontiguousarray(values), NETCDF).size for values in columns.values())
-    from stickslip.files.zarr_chunks import packed_size
-
-    began = perf_counter()
-    size = sum(map(packed_size, columns.values()))
-    return perf_counter() - began, size
+def packed_bytes(columns: Mapping[str, NDArray[Any]]) -> int:
+    """The bytes that these values take in a file: those of netCDF, of which Zarr has about as many."""
+    return sum(packed(np.ascontiguousarray(values), NETCDF).size for values in columns.values())
 
 
 def count_files(ds: xr.Dataset, place: Location) -> int:

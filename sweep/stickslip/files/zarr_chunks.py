@@ -81,9 +81,3 @@ def compressors(dtype: np.dtype[Any]) -> tuple[Any, ...]:
         return ZstdCodec(), Crc32cCodec()
     shuffle: Any = "shuffle" if dtype.itemsize > 1 else "bitshuffle"
     return BloscCodec(cname="zstd", clevel=_LEVEL, typesize=dtype.itemsize, shuffle=shuffle), Crc32cCodec()
-
-
-def packed_size(values: NDArray[Any]) -> int:
-    """The bytes that values take in a store."""
-    array = zarr.create_array({}, data=np.ascontiguousarray(values), compressors=compressors(values.dtype))
-    return int(array.nbytes_stored())

@@ -21,7 +21,7 @@ from stickslip.files.netcdf import NetcdfChunks
 from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of, extent, regions
 from stickslip.runs.work import MapStudy, Work
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.encoding import Column, column
+from stickslip.runs.workdir.encoding import StoredColumn, column
 from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.cells import Cells
 
@@ -97,14 +97,14 @@ class Gathered:
     def _load(self, number: int) -> Results:
         return {name: stored.values() for name, stored in self.columns(number, self.read(number)).items()}
 
-    def read(self, number: int) -> Mapping[str, Column] | Exception:
+    def read(self, number: int) -> Mapping[str, StoredColumn] | Exception:
         """The columns of a block as they are stored, or why it must not be used; by any thread."""
         try:
             return self._store.stored(number, self._work)
         except (FileNotFoundError, DamagedBlockError) as why:
             return why
 
-    def columns(self, number: int, stored: Mapping[str, Column] | Exception) -> Mapping[str, Column]:
+    def columns(self, number: int, stored: Mapping[str, StoredColumn] | Exception) -> Mapping[str, StoredColumn]:
         """The columns that were `read`, or what stands for them."""
         if not isinstance(stored, Exception):
             return stored

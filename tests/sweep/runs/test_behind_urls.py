@@ -2,13 +2,12 @@
 
 from pathlib import Path
 
-import fsspec
 import pytest
 import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
-from helpers.runs import FEW, opened, same, stop_early, with_axes
+from helpers.runs import FEW, same, stop_early, with_axes
 from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import writing
@@ -61,13 +60,6 @@ def test_a_run_that_was_stopped_resumes_from_the_blocks_in_the_current_folder(co
     assert sum(computed) == 900 - stopped.done and nothing_is_left()
 
 
-def test_a_map_that_is_complete_is_not_computed_again(config, url, computed):
-    stickslip.run(config, url).close()
-    del computed[:]
-    stickslip.run(config, url).close()
-    assert computed == []
-
-
 def test_a_map_behind_a_url_is_extended(tmp_path, small_blocks, url, computed):
     config = with_axes(tmp_path / "a.yaml", FEW, [0.1, 0.2])
     stickslip.run(config, url).close()
@@ -84,24 +76,6 @@ def test_a_map_is_collected_over_the_part_of_it_that_is_read_meanwhile(config, w
         with stickslip.collect(f"store {i}", url) as part:
             assert int((part["regime"] == 0).sum()) == 900 - 300 * i
     same(stickslip.open(url), whole)
-
-
-def test_a_store_named_after_the_url_of_its_configuration_is_collected_there(config, whole, url):
-    config.write_text(config.read_text() + f"output: {{file: {url}}}\n")
-    done = [CliRunner().invoke(main, ["run", str(config), "--shard", f"{i}/2"]) for i in (1, 2)]
-    assert [result.exit_code for result in done] == [0, 0], done[0].output
-    assert f"stickslip collect map.zarr.parts -o {url}" in done[0].output
-    assert stickslip.status(config).blocks_finished == 15
-    assert CliRunner().invoke(main, ["collect", "map.zarr.parts"]).exit_code == 0
-    assert opened(url)["regime"].equals(whole["regime"]) and nothing_is_left()
-
-
-def test_another_map_is_refused_and_stays(config, tmp_path, url):
-    stickslip.run(config, url).close()
-    before = opened(url)
-    with pytest.raises(StoreError, match="made from another configuration"):
-        stickslip.run(with_axes(tmp_path / "b.yaml", FEW, [0.1, 0.2]), url)
-    same(stickslip.open(url), before)
 
 
 @pytest.mark.parametrize("at, fresh", [("write", True), ("_mark", True), ("_consolidate", False)])
@@ -171,9 +145,3 @@ def test_a_service_that_cannot_be_opened_is_said_before_computing(config, comput
     with pytest.raises(StoreError, match="gopher://x/map.zarr.*cannot be opened"):
         stickslip.run(config, "gopher://x/map.zarr")
     assert computed == []
-
-
-def test_urls_keep_their_slashes():
-    url = Url("s3://bucket/a/map.zarr")
-    assert (url.name, url.suffix, str(url)) == ("map.zarr", ".zarr", "s3://bucket/a/map.zarr")
-    assert fsspec.core.url_to_fs("memory://x")[1] == "/x"

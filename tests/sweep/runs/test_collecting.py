@@ -50,24 +50,6 @@ def test_status_names_the_shards_that_lack_blocks_whatever_became_of_them(config
     assert "shard     4/4" not in CliRunner().invoke(main, ["status", store]).output
 
 
-def test_a_shard_without_blocks_says_so(config, output):
-    told = []
-    assert stickslip.run_shard(config, "16/20", f"{output}.parts", notice=told.append).computed == 0
-    assert told == ["shard 16/20 has nothing to compute: there are only 15 blocks"]
-
-
-def test_what_is_finished_has_nothing_to_retry(config, output, whole):
-    config.write_text(config.read_text() + f"output: {{file: {output}}}\n")
-    stickslip.run(config, output).close()
-    before = output.read_bytes()
-    done = CliRunner().invoke(main, ["retry-failed", str(config)])
-    assert done.exit_code == 0 and "complete" in done.output, done.output
-    assert output.read_bytes() == before and not output.with_name("map.nc.parts").exists()
-    output.unlink()
-    done = CliRunner().invoke(main, ["retry-failed", str(config)])
-    assert done.exit_code == 2 and "no working store there" in done.stderr
-
-
 def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output, whole):
     stickslip.run_shard(config, "1/3", f"{output}.parts")
     with stickslip.collect(config, output) as part:
@@ -77,14 +59,6 @@ def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output
             np.testing.assert_array_equal(part[name].values.ravel()[finished], whole[name].values.ravel()[finished])
         assert np.isnan(part["period"].values.ravel()[~finished]).all()
     assert len(block_files(f"{output}.parts")) == 5
-
-
-def test_a_run_goes_on_from_shards_and_from_what_was_collected(config, output, whole, computed):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    stickslip.collect(config, output).close()
-    del computed[:]
-    same(stickslip.run(config, output), whole)
-    assert sum(computed) == 900 - 300
 
 
 def test_collecting_keeps_the_cells_of_a_map_that_is_being_extended(tmp_path, small_blocks):

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import message, write_config
-from helpers.runs import FEW, MANY, block_files, same, with_axes
+from helpers.runs import block_files, same
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import load_config, parse_config
@@ -16,7 +16,7 @@ from stickslip.dataset.summary import why_absent
 from stickslip.engine import bytes_per_cell, columns
 from stickslip.errors import ConfigError, PlotError, StoreError
 from stickslip.runs.work import Work, study_of
-from stickslip.runs.workdir.encoding import decode
+from stickslip.runs.workdir.encoding import opened
 from stickslip.vocabulary.results import VARIABLES
 
 SIDE = 30
@@ -58,13 +58,6 @@ def test_variables_that_are_none_are_refused_with_those_there_are(few, asked, co
     assert complaint in message(few.read_text().replace("[period, regime]", asked))
 
 
-def test_only_maps_can_do_without_variables(few):
-    text = few.read_text()
-    assert "only maps can do without variables" in message(text + "border: {along: stiffness}\n")
-    refined = parse_config(text + "refine: {depth: 2}\n")
-    assert refined.is_map and study_of(refined).map_columns.keys() == {"regime", "period", "computed"}
-
-
 def test_python_asks_by_an_argument_and_is_told_the_same(config, few):
     same(stickslip.run(config, variables=["period"]), stickslip.run(few))
     assert list(stickslip.run(few, variables="steps").data_vars) == ["regime", "steps"]
@@ -90,7 +83,7 @@ def test_what_is_kept_is_bit_identical_and_nothing_else_is_stored(few, whole, tm
         assert found[name].values.tobytes() == whole[name].values.tobytes()
     store = tmp_path / f"few{suffix}.parts"
     for name in block_files(store):
-        header, stored = decode((store / name).read_bytes())
+        header, stored = opened((store / name).read_bytes())
         assert stored.keys() == {"regime", "period"} and header["stop"] - header["start"] == 2 * SIDE
     same(found, stickslip.run(few))
 
@@ -102,20 +95,10 @@ def test_regimes_alone_are_a_byte_a_cell_in_memory_on_disk_and_in_the_plan(regim
     assert sum(values.nbytes for values in found.values()) == 100
     stickslip.run(regimes, tmp_path / "regimes.nc", keep_parts=True).close()
     store = tmp_path / "regimes.nc.parts"
-    columns = [json.loads((store / name).read_bytes().split(b"\n", 1)[1][4:].split(b"}]}")[0] + b"}]}")["columns"]
-               for name in block_files(store)]  # fmt: skip
-    assert all(column["bytes"] <= 2 * SIDE + 20 for (column,) in columns)
+    columns = [opened((store / name).read_bytes())[1].values() for name in block_files(store)]
+    assert all(column.data.nbytes <= 2 * SIDE + 20 for (column,) in columns)
     plan = json.loads(call("plan", regimes, "--json").stdout)
     assert (plan["bytes_per_cell"], plan["bytes_store"], plan["bytes_map"]) == (1, SIDE**2, SIDE**2)
-
-
-def test_refined_maps_keep_what_is_asked_and_how_it_came_about(tmp_path):
-    more = "refine: {depth: 2}\n"
-    full = stickslip.run(write_config(tmp_path, num=60, more=more))
-    found = stickslip.run(write_config(tmp_path, num=60, more=more + KEPT, name="f.yaml"), tmp_path / "f.nc")
-    assert set(found.data_vars) == {"regime", "period", "computed"}
-    for name in found.data_vars:
-        np.testing.assert_array_equal(found[name].values, full[name].values)
 
 
 # --- runs in parts ----------------------------------------------------------------------------------------------------
@@ -142,17 +125,6 @@ def test_a_map_with_other_variables_is_neither_taken_from_nor_replaced(few, conf
         same(stickslip.run(second, output, fresh=True), stickslip.run(second))
 
 
-def test_an_extended_axis_reuses_the_cells_of_a_map_with_the_same_variables(tmp_path, computed, small_blocks):
-    path, output = with_axes(tmp_path / "c.yaml", FEW, MANY[:4]), tmp_path / "map.nc"
-    path.write_text(path.read_text() + KEPT)
-    stickslip.run(path, output).close()
-    with_axes(path, FEW, MANY)
-    path.write_text(path.read_text() + KEPT)
-    del computed[:]
-    same(stickslip.run(path, output), stickslip.run(path))
-    assert computed[0] == len(FEW) * len(MANY[4:])
-
-
 # --- what is missing --------------------------------------------------------------------------------------------------
 
 
@@ -161,15 +133,6 @@ def file(tmp_path):
     config = write_config(tmp_path, more="solver: {max_steps: 9}\noutput: {variables: regime}\n")
     stickslip.run(config, tmp_path / "map.nc").close()
     return tmp_path / "map.nc"
-
-
-def test_a_summary_counts_regimes_and_says_why_no_reason_is_known(file, tmp_path):
-    config = tmp_path / "small.yaml"
-    done = call("run", config, "-o", tmp_path / "again.nc", "--plot", tmp_path / "again.png")
-    assert done.exit_code == 0, done.output
-    assert "unresolved" in done.stdout
-    assert "why cells are unresolved is in status, which output.variables leaves out" in done.stdout
-    assert (tmp_path / "again.png").exists()
 
 
 def test_inspect_lists_cells_by_regime_and_says_what_is_needed_for_more(file):

@@ -62,18 +62,6 @@ def test_what_a_lock_says_cannot_command_the_terminal(config, output):
         stickslip.run(config, output)
 
 
-def test_a_run_that_is_refused_leaves_no_folder(config, output, monkeypatch):
-    """Of what goes wrong once the store is locked."""
-
-    def full(*_):
-        raise StoreError("no space left")
-
-    monkeypatch.setattr("stickslip.runs.session.block_store.prepare", full)
-    with pytest.raises(StoreError, match="no space left"):
-        stickslip.run(config, output)
-    assert not output.with_name("map.nc.parts").exists()
-
-
 def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
     folder = output.with_name("map.nc.parts")
     folder.mkdir()

@@ -12,7 +12,6 @@ import stickslip
 from helpers.configs import write_config
 from helpers.runs import block_files, same, stop_early
 from stickslip.errors import StoreError
-from stickslip.files import writing
 from stickslip.runs import work
 from stickslip.runs.workdir import block_store
 
@@ -56,24 +55,6 @@ def test_blocks_for_another_kind_of_file_are_packed_anew(config, whole, tmp_path
     stickslip.run_shard(config, "1/2", store)
     same(stickslip.run(config, tmp_path / "map.zarr", store=store, keep_parts=True), whole)
     same(stickslip.run(config, tmp_path / "map.nc", store=store), whole)
-
-
-def test_labels_and_words_survive_streaming(tmp_path, small_blocks, monkeypatch):
-    config = tmp_path / "pads.yaml"
-    config.write_text(
-        "system: {mass: 1, stiffness: 1}\nfriction: {a2: 0.1, a3: 0.3, a4: 0.1}\naxes:\n"
-        "  pad: {zip: {normal_load: [1, 2], a1: [0.9, 1]}, labels: [felt, µ-foam]}\n"
-        "  mu_stop: [none, 0.9]\n  belt_speed: {start: 0.05, stop: 1, num: 50}\n"
-    )
-    same(stickslip.run(config, tmp_path / "map.nc"), stickslip.run(config))
-
-
-def test_a_map_of_one_cell_is_a_run_too(tmp_path):
-    config = tmp_path / "one.yaml"
-    config.write_text(
-        "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\nfriction: {a1: 1, a2: 0, a3: 0.3, a4: 0.1}\n"
-    )
-    same(stickslip.run(config, tmp_path / "one.nc"), stickslip.run(config))
 
 
 def test_a_cluster_needs_a_place_for_blocks_and_its_package(config, output, monkeypatch):
@@ -120,14 +101,6 @@ def test_the_same_call_goes_on_where_ctrl_c_stopped_it(config, output, whole, co
     assert sum(computed) == 900 - stopped.done
     assert said == [f"{stopped.done} of 900 cells were found finished in {folder}"]
     assert not os.path.exists(folder)
-
-
-def test_kept_parts_make_the_result_again(config, output, whole, computed):
-    stickslip.run(config, output, keep_parts=True).close()
-    output.unlink()
-    del computed[:]
-    same(stickslip.run(config, output), whole)
-    assert computed == []
 
 
 def test_fresh_computes_everything(config, output, computed):
@@ -213,13 +186,6 @@ def test_a_file_that_is_no_result_is_left_alone(config, output):
     with pytest.raises(StoreError, match="map.nc: cannot be read as netCDF"):
         stickslip.run(config, output)
     assert output.read_text() == "not a map"
-
-
-def test_a_trajectory_is_not_taken_for_a_map(config, output):
-    writing.write(stickslip.simulate(duration=1.0, mass=1, stiffness=1, normal_load=1, belt_speed=0.1,
-                                             a1=1, a2=0, a3=0.1, a4=0.1), output)  # fmt: skip
-    with pytest.raises(StoreError, match="exists and is not a map"):
-        stickslip.run(config, output)
 
 
 # --- damaged ----------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import logging
 import signal
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -174,18 +174,16 @@ def _silenced() -> Iterator[None]:
 
     It reports lost connections at length, and our messages would be lost among its own.
     """
-    if dask.config.get("logging", None) is not None:
-        yield
-        return
-    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in _TALKATIVE]
-    before = {name: logging.getLogger(name).level for name in [*names, *_TALKATIVE]}
-    for name in before:
-        logging.getLogger(name).setLevel(_SILENT)
+    own = [] if dask.config.get("logging", None) else [*logging.root.manager.loggerDict, *_TALKATIVE]
+    loggers = [logging.getLogger(name) for name in own if name.split(".")[0] in _TALKATIVE]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(_SILENT)
     try:
         yield
     finally:
-        for name, level in before.items():
-            logging.getLogger(name).setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _address_in(file: Path) -> str:
@@ -208,10 +206,22 @@ def _address_in(file: Path) -> str:
 
 def _check_alike(cluster: Cluster) -> None:
     """Raise ClusterError unless scheduler and workers run what this process runs; workers to come check themselves."""
-    if reason := cluster.ask(lambda: _scheduler_lacks(cluster.client)):
-        raise ClusterError(f"{cluster.where}: {reason}\nhint: its scheduler needs stickslip too: install it there")
+    try:
+        cluster.client.run_on_scheduler(loaded)
+    except OSError as error:
+        raise cluster.lost() from error
+    except Exception as error:  # what could not be loaded is told in many ways
+        reason = str(error).partition("\n")[0]
+        hint = "hint: its scheduler needs stickslip too: install it there"
+        raise ClusterError(f"{cluster.where}: {reason}\n{hint}") from error
     workers = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
-    if wrong := _unlike(workers):
+    wrong = []
+    for address, worker in workers.items():
+        if isinstance(worker, BaseException):
+            wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
+        elif differing := unlike(versions(), worker["versions"]):
+            wrong.append(f"{address} on {worker['host']}: {differing}")
+    if wrong:
         named = "\n".join(f"  {text}" for text in wrong[:_NAMED])
         more = f"\n  and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
         raise ClusterError(
@@ -221,25 +231,3 @@ def _check_alike(cluster: Cluster) -> None:
     if kinds := Counter(kind for worker in workers.values() if (kind := worker["processor"]) != processor()):
         counts = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
         cluster.notice(f"workers on another processor than this one ({processor()}): {counts}; last digits may differ")
-
-
-def _scheduler_lacks(client: Client) -> str:
-    """The reason why the scheduler cannot load what passes tasks on; empty if it can."""
-    try:
-        client.run_on_scheduler(loaded)
-    except OSError:
-        raise
-    except Exception as error:  # what could not be loaded is told in many ways
-        return str(error).partition("\n")[0]
-    return ""
-
-
-def _unlike(workers: Mapping[str, Any]) -> list[str]:
-    """The workers that will not do, and why; given descriptions, or the errors of those without."""
-    wrong = []
-    for address, worker in workers.items():
-        if isinstance(worker, BaseException):
-            wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
-        elif differing := unlike(versions(), worker["versions"]):
-            wrong.append(f"{address} on {worker['host']}: {differing}")
-    return wrong
