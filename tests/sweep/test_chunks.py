@@ -92,23 +92,6 @@ def _folded(total):
     return (total & 0xFFFF) + (total >> 16)
 
 
-@pytest.mark.parametrize("order", [(3, 2, 1), (2, 1, 3), (2, 3, 1), (1,), ()])
-def test_filters_are_applied_in_the_order_the_file_declares(order, tmp_path):
-    """Versions of netCDF differ in where the checksum goes."""
-    values = values_of("f8", (100, 30))
-    declared = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    declared.set_chunk((40, 30))
-    for number in order:
-        {1: lambda: declared.set_deflate(4), 2: declared.set_shuffle, 3: declared.set_fletcher32}[number]()
-    with h5py.File(tmp_path / "v.nc", "w") as file:
-        space = h5py.h5s.create_simple(values.shape)
-        h5py.h5d.create(file.id, b"v", h5py.h5t.IEEE_F64LE, space, declared)
-    with NetcdfChunks(tmp_path / "v.nc") as file:
-        file.write("v", values)
-    with h5py.File(tmp_path / "v.nc") as file:
-        assert same_bits(file["v"][...], values)
-
-
 @pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
 def test_any_netcdf_reader_finds_every_value(engine, tmp_path, monkeypatch):
     pytest.importorskip(engine if engine == "h5netcdf" else "netCDF4")

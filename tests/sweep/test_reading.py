@@ -209,8 +209,3 @@ def test_part_of_a_result_that_xarray_wrote_is_read(kind, tmp_path):
     part = ds.isel(stiffness=slice(0, 3))
     part.to_netcdf(tmp_path / "part.nc")
     xr.testing.assert_equal(stickslip.open(tmp_path / "part.nc"), part)
-
-
-def test_the_seal_stays_in_the_file(kind, tmp_path):
-    with stickslip.open(writing.write(plane(), tmp_path / f"map.{kind}")) as ds:
-        assert SEAL not in ds.attrs

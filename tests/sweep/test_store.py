@@ -2,7 +2,6 @@ import errno
 import os
 import re
 import socket
-import stat
 import subprocess
 import sys
 import warnings
@@ -125,16 +124,6 @@ def test_a_failing_zarr_write_leaves_the_good_store_as_it_was(tmp_path, monkeypa
     with reading.open(path) as back:
         assert "stiffness" in back.dims
     assert files_in(tmp_path) == ["map.zarr"]
-
-
-@pytest.mark.skipif(os.name == "nt", reason="POSIX permissions")
-def test_files_get_the_permissions_the_user_wants(tmp_path):
-    umask = os.umask(0o022)
-    try:
-        path = writing.write(plane(), tmp_path / "map.nc")
-    finally:
-        os.umask(umask)
-    assert stat.S_IMODE(path.stat().st_mode) == 0o644
 
 
 def test_what_a_killed_process_left_is_removed_and_what_others_write_is_not(tmp_path):

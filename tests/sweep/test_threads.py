@@ -16,11 +16,8 @@ import stickslip
 import stickslip_kernels
 from helpers.configs import write_config
 from helpers.maps import plane
-from stickslip.engine import compiled
-from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.netcdf import NETCDF_LOCK
-from stickslip.runs import work
 
 TESTS = Path(__file__).parents[1]
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
@@ -95,28 +92,6 @@ def test_an_open_dataset_goes_to_other_processes(tmp_path):
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def test_a_second_run_to_the_same_output_is_refused_in_another_thread(tmp_path, monkeypatch):
-    config, output = write_config(tmp_path), tmp_path / "map.nc"
-    computing, refused = threading.Event(), threading.Event()
-    compute_range = work.compute_range
-
-    def waiting(*arguments):
-        computing.set()
-        assert refused.wait(30)
-        return compute_range(*arguments)
-
-    monkeypatch.setattr(work, "compute_range", waiting)
-    first = threading.Thread(target=lambda: stickslip.run(config, output).close(), daemon=True)
-    first.start()
-    assert computing.wait(30)
-    with pytest.raises(StoreError, match="another run works there"):
-        stickslip.run(config, output)
-    refused.set()
-    first.join(60)
-    with stickslip.open(output) as ds:
-        assert (ds["regime"] != 0).all()
-
-
 @posix
 @pytest.mark.parametrize("kind", ["nc", pytest.param("zarr", marks=pytest.mark.slow)])
 def test_a_process_forked_after_a_run_reads_and_runs(kernels, kind, tmp_path):
@@ -180,15 +155,6 @@ sys.exit(os.waitpid(child, 0)[1])
 
 
 # --- compiling --------------------------------------------------------------------------------------------------------
-
-
-def test_threads_that_ask_for_the_kernels_at_once_compile_them_once(monkeypatch):
-    calls, apart = [], compiled.compile_apart
-    monkeypatch.setattr(compiled, "_machines", {})
-    monkeypatch.setattr(compiled, "_loaded", {})
-    monkeypatch.setattr(compiled, "compile_apart", lambda law, signals: calls.append(law) or apart(law, signals))
-    assert at_once(*[compiled.warm_up] * 4) == [None] * 4
-    assert len(calls) == 1
 
 
 @pytest.mark.slow

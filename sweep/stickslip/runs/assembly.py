@@ -3,7 +3,6 @@
 A block of a plain map is a chunk of the file, packed as the file wants it: it is checked, and put in as it is.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -63,7 +62,7 @@ class Gathered:
 
     def __init__(self, store: BlockStore, work: Work, repair: Callable[[int], Results] | None, notice: Notice) -> None:
         self._store, self._work, self._repair, self._notice = store, work, repair, notice
-        self._remembered: OrderedDict[int, Results] = OrderedDict()
+        self._block = lru_cache(_REMEMBERED)(self._load)
         self.missing: dict[int, int] = {}
 
     def item(self, number: int) -> tuple[Results, int]:
@@ -86,13 +85,6 @@ class Gathered:
         if len(pieces) == 1:
             return pieces[0]
         return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-
-    def _block(self, number: int) -> Results:
-        if number not in self._remembered:
-            self._remembered[number] = self._load(number)
-            if len(self._remembered) > _REMEMBERED:
-                self._remembered.popitem(last=False)
-        return self._remembered[number]
 
     def _load(self, number: int) -> Results:
         return {name: stored.values() for name, stored in self.columns(number, self.read(number)).items()}

@@ -108,20 +108,6 @@ def test_a_store_that_workers_do_not_see_is_written_by_the_client(cluster, confi
     same(opened(output), whole)
 
 
-def test_of_an_extended_axis_workers_compute_the_new_cells_only(cluster, tmp_path, output, small_blocks):
-    text = "system: {{mass: 1, normal_load: 1}}\nfriction: {{a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}}\n"
-    text += "axes: {{stiffness: {0}, belt_speed: {{start: 0.05, stop: 1, num: 50}}}}\n"
-    config = tmp_path / "grows.yaml"
-    config.write_text(text.format([1, 2, 3, 4]))
-    stickslip.run(config, output).close()
-    config.write_text(text.format([0.5, 1, 2, 3, 4, 5]))
-    outcome = {}
-    stickslip.run(config, output, dask=cluster.address, progress=lambda *counts: outcome.update(counts=counts)).close()
-    assert outcome["counts"] == (300, 300)
-    assert cluster.computed() == [0, 5], "the others are known"
-    same(opened(output), stickslip.run(config))
-
-
 def test_a_block_that_kills_every_worker_is_recorded_and_the_others_finish(cluster, config, output, whole):
     cluster.say("deadly-20")
     with pytest.raises(

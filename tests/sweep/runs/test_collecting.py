@@ -3,7 +3,6 @@
 import json
 import os
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ from helpers.runs import FEW, block_files, interrupted_after, same, stop_early, 
 from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files.locations import folder_at
-from stickslip.runs import session, work
-from stickslip.runs.session import request_for
+from stickslip.runs import work
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 
@@ -76,14 +74,6 @@ def test_collecting_does_not_replace_another_map(config, output):
     stickslip.run(with_axes(config.with_name("b.yaml"), FEW, [0.1, 0.2]), output.with_name("b.nc")).close()
     os.rename(output.with_name("b.nc"), output)
     with pytest.raises(StoreError, match="made from another configuration"):
-        stickslip.collect(config, output)
-
-
-def test_a_store_without_finished_blocks_has_nothing_to_collect(config, output, fragile):
-    fragile[:] = range(15)
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    with pytest.raises(StoreError, match="no finished blocks there"):
         stickslip.collect(config, output)
 
 
@@ -155,22 +145,6 @@ def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile, monkey
     assert block_files(f"{output}.parts") == sorted(f"block-{number:08}" for number in begun[:-1])
 
 
-def test_a_block_that_was_computed_after_it_failed_is_no_failure(config, output, whole, fragile):
-    """As a store has it whose process was killed between the two."""
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    folder = output.with_name("map.nc.parts")
-    records = {path: path.read_bytes() for path in folder.glob("failed-*")}
-    del fragile[:]
-    session.retry_failed(replace(request_for(folder), keep=True))
-    output.unlink()
-    for path, record in records.items():
-        path.write_bytes(record)
-    assert stickslip.status(folder).failures == ()
-    same(stickslip.run(config, output), whole)
-    assert not folder.exists()
-
-
 def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
     """Killed between removing the manifest and the lock."""
     stickslip.run(config, output).close()
@@ -184,13 +158,3 @@ def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
         assert done.exit_code == 0, done.output
     assert not folder.exists()
     same(stickslip.open(output), whole)
-
-
-def test_no_command_hints_at_an_option_that_another_one_has(config, output):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    manifest = output.with_name("map.nc.parts") / "manifest.json"
-    manifest.write_text(manifest.read_text()[:-9])
-    for command in ("collect", "status"):
-        done = CliRunner().invoke(main, [command, f"{output}.parts"])
-        assert done.exit_code == 2 and "damaged" in done.stderr
-        assert "stickslip run --fresh" in done.stderr and done.stderr.count("--fresh") == 1

@@ -55,13 +55,6 @@ def test_a_lock_of_no_time_or_process_holds_nobody_up(config, output, whole, cha
     assert stickslip.run(config, output, notice=lambda text: None)["regime"].equals(whole["regime"])
 
 
-def test_what_a_lock_says_cannot_command_the_terminal(config, output):
-    holding(output, user="Ada\x1b]0;owned\x07\n\udc80", host="h" * 5000)
-    told = r"another run works there: Ada\\x1b\]0;owned\\x07\\n\\udc80 on h{100}, process 1"
-    with pytest.raises(StoreError, match=told):
-        stickslip.run(config, output)
-
-
 def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
     folder = output.with_name("map.nc.parts")
     folder.mkdir()

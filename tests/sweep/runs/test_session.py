@@ -12,7 +12,6 @@ import stickslip
 from helpers.configs import write_config
 from helpers.runs import block_files, same, stop_early
 from stickslip.errors import StoreError
-from stickslip.runs import work
 from stickslip.runs.workdir import block_store
 
 SIDE = 30  # cells along an axis; two rows are a block
@@ -181,13 +180,6 @@ def test_a_foreign_folder_is_left_alone(config, output):
     assert (folder / "thesis.tex").read_text() == "years of work" and not output.exists()
 
 
-def test_a_file_that_is_no_result_is_left_alone(config, output):
-    output.write_text("not a map")
-    with pytest.raises(StoreError, match="map.nc: cannot be read as netCDF"):
-        stickslip.run(config, output)
-    assert output.read_text() == "not a map"
-
-
 # --- damaged ----------------------------------------------------------------------------------------------------------
 
 
@@ -261,32 +253,6 @@ def test_a_fresh_run_that_is_finished_begins_again(config, output, whole, comput
     for _ in range(2):
         same(stickslip.run(config, output, fresh=True, keep_parts=True), whole)
     assert sum(computed) == 1800
-
-
-def test_a_whole_map_beside_a_fresh_run_leaves_its_blocks(config, output, whole):
-    stickslip.run(config, output).close()
-    stop_early(config, output, fresh=True)
-    blocks, said = block_files(f"{output}.parts"), []
-    same(stickslip.run(config, output, notice=said.append), whole)
-    assert block_files(f"{output}.parts") == blocks != [] and "fresh run that was interrupted" in said[0]
-
-
-def test_blocks_of_a_fresh_run_that_failed_are_retried_and_its_map_replaces_the_older(
-    config, output, older, whole, monkeypatch
-):
-    compute, bad = work.Work.compute, [2]
-
-    def failing(self, number, *rest):
-        if number in bad:
-            raise ZeroDivisionError
-        return compute(self, number, *rest)
-
-    monkeypatch.setattr(work.Work, "compute", failing)
-    with pytest.raises(stickslip.IncompleteError, match="ZeroDivisionError"):
-        stickslip.run(config, output, fresh=True)
-    del bad[:]
-    stickslip.retry_failed(f"{output}.parts")
-    same(stickslip.open(output), whole)
 
 
 # --- what is damaged or must not be touched ---------------------------------------------------------------------------

@@ -79,7 +79,7 @@ class BlockStore:
         return encode(self._identity(number) | by, block.results, self.packing, self.blocks.length)
 
     def put(self, number: int, data: bytes, work: Work | None = None) -> None:
-        """Put a `packed` block on the disk. work : it was packed elsewhere; raises DamagedBlockError if it is not of that."""
+        """Put a `packed` block on the disk. work : of one from elsewhere; raises DamagedBlockError for another."""
         if work is not None:
             self._checked(number, data, work)
         self.folder.write(_block_name(number), data)
