@@ -17,8 +17,6 @@ KINDS = ["nc", "zarr"]
 @pytest.fixture(params=KINDS)
 def pair(request, tmp_path, monkeypatch):
     """Two maps of one shape, in chunks of two rows, of which only the normal load differs; what copies chunks."""
-    if request.param == "zarr":
-        pytest.importorskip("zarr")
     monkeypatch.setattr(writing, "_CHUNK_VALUES", 64)
     monkeypatch.setattr(writing, "_LARGER", 1)
     one, other = plane(20, 30), plane(20, 30)

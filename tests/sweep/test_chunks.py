@@ -141,8 +141,6 @@ def test_a_file_does_not_depend_on_the_number_of_threads(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 def test_lazy_values_in_other_chunks_than_the_file_are_written_as_they_are(tmp_path, monkeypatch, suffix):
-    if suffix == ".zarr":
-        pytest.importorskip("zarr")
     monkeypatch.setattr(writing, "_CHUNK_VALUES", 100)
     ds = plane(30, 40)
     pieces = ds.chunk(stiffness=7, belt_speed=11)

@@ -53,7 +53,6 @@ def test_every_cell_is_a_row_with_its_coordinates_and_values(small, tmp_path):
 
 
 def test_a_workbook_has_the_same_rows_and_says_where_they_come_from(small, tmp_path):
-    pytest.importorskip("openpyxl")
     export.write_table(small, tmp_path / "map.xlsx", ["regime", "period"])
     found = pd.read_excel(tmp_path / "map.xlsx", sheet_name=None)
     np.testing.assert_allclose(found["data"]["period [s]"], small["period"].values.ravel(), rtol=5e-6)
@@ -167,8 +166,6 @@ def test_exported_curves_are_read_as_points_again(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
 def test_cells_that_are_left_out_are_empty_and_dates_are_dates(small, suffix, tmp_path):
-    if suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
     ds = small[["regime", "status"]].where(small.stickslip.mask("damped"))
     days = np.datetime64("2026-01-01", "ns") + np.arange(ds.sizes["stiffness"]) * np.timedelta64(1, "D")
     export.write_table(ds.assign(day=("stiffness", days)), tmp_path / f"part{suffix}")
@@ -197,7 +194,8 @@ def test_no_label_is_a_formula_in_csv_and_our_reader_knows_the_label(tmp_path):
 
 
 def test_no_text_is_a_formula_in_a_workbook_and_numbers_are_numbers(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
+    import openpyxl
+
     labels = [*LIVE, *TAME, "#REF!"]
     variables = {"=1+1": ("material", np.linspace(-1, 1, len(labels)), {"units": "1"})}
     ds = xr.Dataset(variables, {"material": labels}, {"title": "=HYPERLINK(1)"})

@@ -21,8 +21,6 @@ TESTS = Path(__file__).parents[1]
 
 @pytest.fixture(params=KINDS)
 def kind(request):
-    if request.param == "zarr":
-        pytest.importorskip("zarr")
     return request.param
 
 
@@ -181,7 +179,6 @@ def test_a_file_without_its_end_is_refused(share, tmp_path):
 
 @pytest.mark.parametrize("piece", ["zarr.json", "regime/c/0/0", "mass/c", "stiffness/c/0"])
 def test_a_store_that_lacks_a_piece_is_refused(piece, tmp_path):
-    pytest.importorskip("zarr")
     path = writing.write(plane(), tmp_path / "map.zarr")
     (path / piece).unlink()
     with pytest.raises(StoreError, match="map.zarr: "), stickslip.open(path) as ds:

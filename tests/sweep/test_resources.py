@@ -76,12 +76,6 @@ def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_p
     assert done.stdout.split() == [str(configs / "quickstart.yaml"), str(configs / "article" / "fig9.yaml")]
 
 
-def test_a_wheel_carries_the_kernels_of_this_checkout(unpacked_wheel):
-    sources = {path.relative_to(ROOT / "kernels") for path in (ROOT / "kernels").rglob("*.py")}
-    for path in sources:
-        assert (unpacked_wheel / path).read_bytes() == (ROOT / "kernels" / path).read_bytes(), path
-
-
 @pytest.mark.parametrize("origin", ["of the checkout", pytest.param("compiled afresh", marks=pytest.mark.slow)])
 def test_an_installed_package_computes_its_own_configurations_into_the_folder_it_is_called_in(
     unpacked_wheel, tmp_path, origin

@@ -50,8 +50,6 @@ def files_in(folder):
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 @pytest.mark.parametrize("make", DATASETS.values(), ids=DATASETS)
 def test_reading_gives_what_was_written(make, suffix, tmp_path):
-    if suffix == ".zarr":
-        pytest.importorskip("zarr")
     ds = make()
     path = writing.write(ds, tmp_path / f"map{suffix}")
     with reading.open(path) as back:
@@ -66,7 +64,6 @@ def test_reading_gives_what_was_written(make, suffix, tmp_path):
 
 
 def test_what_was_read_can_be_written_in_the_other_format(tmp_path):
-    pytest.importorskip("zarr")
     ds = labelled()
     with reading.open(writing.write(ds, tmp_path / "a.nc")) as a:
         writing.write(a, tmp_path / "b.zarr")
@@ -109,7 +106,6 @@ def test_a_failing_write_leaves_the_good_file_as_it_was(failure, tmp_path, monke
 
 
 def test_a_failing_zarr_write_leaves_the_good_store_as_it_was(tmp_path, monkeypatch):
-    pytest.importorskip("zarr")
     path = writing.write(plane(), tmp_path / "map.zarr")
     replace = os.replace
 
@@ -150,7 +146,6 @@ def test_unknown_kinds_of_file_are_refused(name, tmp_path):
 
 
 def test_a_folder_that_is_no_zarr_store_is_left_alone(tmp_path):
-    pytest.importorskip("zarr")
     (tmp_path / "map.zarr").mkdir()
     (tmp_path / "map.zarr" / "precious.txt").write_text("")
     with pytest.raises(StoreError, match="not a Zarr store"):

@@ -95,8 +95,6 @@ def test_an_open_dataset_goes_to_other_processes(tmp_path):
 @posix
 @pytest.mark.parametrize("kind", ["nc", pytest.param("zarr", marks=pytest.mark.slow)])
 def test_a_process_forked_after_a_run_reads_and_runs(kernels, kind, tmp_path):
-    if kind == "zarr":
-        pytest.importorskip("zarr")
     in_process("-W", "ignore", "-c", FORK, write_config(tmp_path), tmp_path, kind)
 
 

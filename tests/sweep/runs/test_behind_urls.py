@@ -12,8 +12,6 @@ from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.locations import Url
-
-pytest.importorskip("zarr")
 from stickslip.files.zarr_chunks import ZarrChunks
 
 ROOT = "zarr.json"

@@ -74,8 +74,6 @@ def test_python_asks_by_an_argument_and_is_told_the_same(config, few):
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 def test_what_is_kept_is_bit_identical_and_nothing_else_is_stored(few, whole, tmp_path, suffix):
-    if suffix == ".zarr":
-        pytest.importorskip("zarr")
     output = tmp_path / f"few{suffix}"
     found = stickslip.run(few, output, keep_parts=True)
     assert list(found.data_vars) == ["regime", "period"]

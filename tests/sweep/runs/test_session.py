@@ -40,8 +40,6 @@ def test_a_store_without_an_output_is_refused(config, tmp_path):
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 @pytest.mark.parametrize("values", [100, 2**17])
 def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_path, monkeypatch, suffix, values):
-    if suffix == ".zarr":
-        pytest.importorskip("zarr")
     monkeypatch.setattr("stickslip.files.writing._CHUNK_VALUES", values)
     target = tmp_path / f"map{suffix}"
     same(stickslip.run(config, target), whole)
@@ -49,7 +47,6 @@ def test_a_run_in_parts_gives_the_dataset_of_a_run_in_memory(config, whole, tmp_
 
 
 def test_blocks_for_another_kind_of_file_are_packed_anew(config, whole, tmp_path):
-    pytest.importorskip("zarr")
     store = tmp_path / "store"
     stickslip.run_shard(config, "1/2", store)
     same(stickslip.run(config, tmp_path / "map.zarr", store=store, keep_parts=True), whole)
