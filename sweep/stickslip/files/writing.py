@@ -132,10 +132,10 @@ def _new_zarr(ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, n
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
     # Chunks of dask need not be those of the store: `_fill` cuts them.
-    options = {"storage_options": UNCACHED} if isinstance(place, Url) else {}
     store = ZarrStore.open_group(
-        str(place), mode="w", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False, **options
-    )
+        str(place), mode="w", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False,
+        storage_options=UNCACHED if isinstance(place, Url) else None,
+    )  # fmt: skip
     ds.dump_to_store(store, writer=_Without(_in_chunks(ds)), encoding=_zarr_encoding(ds, chunks))
     store.close()
     return ZarrChunks(place, names)
@@ -194,8 +194,10 @@ def count_files(ds: xr.Dataset, place: Location) -> int:
     if place.suffix == ".nc":
         return 1
     described = 3 + len(ds.variables)  # by a file each: the root, the group and the table of marks, and variables
-    chunks = (zip(ds[name].shape, options["chunks"], strict=True) for name, options in _zarr_encoding(ds, None).items())
-    return described + 1 + sum(prod(-(-length // of) for length, of in lengths) for lengths in chunks)
+    count = described + 1
+    for name, options in _zarr_encoding(ds, None).items():
+        count += prod(-(-length // chunk) for length, chunk in zip(ds[name].shape, options["chunks"], strict=True))
+    return count
 
 
 # --- how values are laid out ------------------------------------------------------------------------------------------

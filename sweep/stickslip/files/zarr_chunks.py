@@ -32,7 +32,7 @@ class ZarrChunks:
         self._contents: Contents = {}
         with zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there got lost
             self._group: Any = zarr.open_group(self._store, mode="r+", storage_options=self._options)
-            self._arrays = {name: self._group[name] for name in names}
+            self._arrays: dict[str, Any] = {name: self._group[name] for name in names}
 
     def __enter__(self) -> ZarrChunks:
         return self
