@@ -243,7 +243,7 @@ def prepare(
         if not fresh:
             raise
         before = None
-    if before is not None and (not fresh or goes_on_fresh(before, work)):
+    if before is not None and (not fresh or _goes_on_fresh(before, work)):
         manifest = _resumed(BlockStore(folder, before), work, notice)
     else:
         manifest = manifests.make(work, fresh)
@@ -256,7 +256,7 @@ def prepare(
     return store
 
 
-def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
+def _goes_on_fresh(manifest: Manifest, work: Work) -> bool:
     """Tell whether a store is that of the same fresh run, which was interrupted."""
     same = (fingerprint(work.config), work.size, engine.kernels_digest())
     return manifest.fresh and same == (manifest.fingerprint, manifest.blocks.size, manifest.kernels[-1])
