@@ -80,10 +80,10 @@ def write(
             plain.load()  # its values may be read from the older store
         begin_store(place)
         with explained(place, "written", answers=()):
-            _fill(plain, _new_zarr(plain, chunks, place, names), fill)
+            _fill(plain, _new_zarr(plain, chunks, place, names, threads), fill)
     elif place.suffix == ".zarr":
         with replaced(place, _replace_folder, check, zarr=True) as temporary:
-            _fill(plain, _new_zarr(plain, chunks, temporary, names), fill)
+            _fill(plain, _new_zarr(plain, chunks, temporary, names, threads), fill)
     else:
         with replaced(place, check=check) as temporary:
             _create_netcdf(plain, _netcdf_encoding(plain, chunks), temporary)
@@ -124,7 +124,9 @@ def _create_netcdf(ds: xr.Dataset, encoding: Encoding, path: Path) -> None:
         file.close()
 
 
-def _new_zarr(ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, names: Sequence[str]) -> ZarrChunks:
+def _new_zarr(
+    ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, names: Sequence[str], threads: int | None
+) -> ZarrChunks:
     """Do as `to_zarr` does, and leave out what is in chunks. names : of all variables, in their order."""
     from xarray.backends import ZarrStore
 
@@ -138,7 +140,7 @@ def _new_zarr(ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, n
     )  # fmt: skip
     ds.dump_to_store(store, writer=_Without(_in_chunks(ds)), encoding=_zarr_encoding(ds, chunks))
     store.close()
-    return ZarrChunks(place, names)
+    return ZarrChunks(place, names, threads)
 
 
 class _Without(ArrayWriter):

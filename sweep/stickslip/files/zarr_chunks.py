@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+from collections import deque
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +26,16 @@ class ZarrChunks:
     """A Zarr store in which all but its chunks is written, open for these. A context manager.
 
     names : of the arrays, in the order in which libraries are to list them. Only at the end the root lists them:
-    before that, nobody takes it for a store.
+    before that, nobody takes it for a store. threads : that compress and write, all processors if None; few chunks wait
+    for them.
     """
 
-    def __init__(self, store: Path | Url, names: Sequence[str]) -> None:
+    def __init__(self, store: Path | Url, names: Sequence[str], threads: int | None = None) -> None:
         self._options = UNCACHED if isinstance(store, Url) else None
         self._store, self._names = str(store), names
         self._contents: Contents = {}
+        self._threads = threads or os.cpu_count() or 1
+        self._pool, self._waiting = ThreadPoolExecutor(self._threads), deque[Future[None]]()
         with zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there got lost
             self._group: Any = zarr.open_group(self._store, mode="r+", storage_options=self._options)
             self._arrays: dict[str, Any] = {name: self._group[name] for name in names}
@@ -38,6 +44,11 @@ class ZarrChunks:
         return self
 
     def __exit__(self, _kind: Any, error: BaseException | None, _trace: Any) -> None:
+        try:
+            while self._waiting and not error:
+                self._waiting.popleft().result()
+        finally:
+            self._pool.shutdown(cancel_futures=True)
         if not error:
             self._mark()
             self._consolidate()
@@ -49,7 +60,12 @@ class ZarrChunks:
 
     def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
         """Values of whole chunks, the first at index `start` of the variable."""
-        array, begin = self._arrays[name], np.asarray(start or (0,) * values.ndim)
+        self._waiting.append(self._pool.submit(self._write, name, values, np.asarray(start or (0,) * values.ndim)))
+        if len(self._waiting) > 2 * self._threads:
+            self._waiting.popleft().result()
+
+    def _write(self, name: str, values: NDArray[Any], begin: NDArray[np.intp]) -> None:
+        array = self._arrays[name]
         array[tuple(map(slice, begin, begin + values.shape))] = values
         first = begin // array.chunks
         for number, part in chunks_in(values.shape, array.chunks):
