@@ -54,12 +54,13 @@ class Url(str):
         except FileNotFoundError:
             return False
 
-    def keys(self) -> list[str]:
-        """All objects, `regime/c/0/1` for one."""
+    def keys(self) -> dict[str, int]:
+        """All objects, `regime/c/0/1` for one, and their bytes."""
         service, root = self._opened()
         with explained(self, "read"), suppress(FileNotFoundError):
-            return [path.removeprefix(root).lstrip("/") for path in service.find(root)]
-        return []
+            objects = service.find(root, detail=True)
+            return {path.removeprefix(root).lstrip("/"): int(objects[path]["size"] or 0) for path in objects}
+        return {}
 
     def put(self, key: str, data: bytes) -> None:
         """Write an object; make no bucket: that may be misspelt."""
@@ -85,10 +86,8 @@ class Url(str):
         """The file system of fsspec, and the path there."""
         import fsspec
 
-        try:
+        with explained(self, "opened", answers=()):  # an unknown kind of URL, a package that is not installed, ...
             service, root = fsspec.core.url_to_fs(self, **UNCACHED)
-        except Exception as error:  # an unknown kind of URL, a package that is not installed, ...
-            raise failure(self, "opened", error) from error
         return service, root.rstrip("/")
 
 
@@ -251,23 +250,15 @@ def remove(path: Path) -> None:
 def explained(
     where: str, action: str, answers: tuple[type[OSError], ...] = (FileNotFoundError, FileExistsError)
 ) -> Iterator[None]:
-    """Errors of the system as StoreError, but for those that are answers."""
+    """Errors of the system as StoreError, with the reason and a remedy, but for those that are answers."""
     try:
         yield
-    except StoreError:
-        raise
-    except answers:
-        raise
     except Exception as error:  # fsspec lets through whatever the library of a service raises
-        raise failure(where, action, error) from error
-
-
-def failure(where: str, action: str, error: BaseException) -> StoreError:
-    """The error of what could not be done to a place, with the reason and a remedy."""
-    number = getattr(error, "errno", None)
-    hint = ""
-    if number in _SPACE:
-        hint = "\nhint: free some space, then do the same again; what is finished is kept"
-    elif number in _ACCESS:
-        hint = "\nhint: choose another folder for the output, or for the store"
-    return StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}")
+        if isinstance(error, (StoreError, *answers)):
+            raise
+        number, hint = getattr(error, "errno", None), ""
+        if number in _SPACE:
+            hint = "\nhint: free some space, then do the same again; what is finished is kept"
+        elif number in _ACCESS:
+            hint = "\nhint: choose another folder for the output, or for the store"
+        raise StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}") from error

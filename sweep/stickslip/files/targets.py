@@ -15,7 +15,7 @@ import re
 import socket
 import stat
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -197,7 +197,7 @@ def begin_store(target: Url) -> None:
     target.remove(*{key.partition("/")[0] for key in there} - {ROOT})
 
 
-def _keys_of_ours(target: Url) -> list[str]:
+def _keys_of_ours(target: Url) -> Collection[str]:
     """The objects of a store, or of a part of one. Raises StoreError for something else."""
     there = target.keys()
     if there and ROOT not in there:

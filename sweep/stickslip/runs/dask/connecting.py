@@ -21,7 +21,7 @@ import dask.config
 
 from stickslip.config.sections import LOCAL
 from stickslip.engine import processor, processors
-from stickslip.errors import ClusterError, Interrupted
+from stickslip.errors import ClusterError, Interrupted, reason
 from stickslip.runs.dask.worker import describe, loaded, unlike, versions
 from stickslip.runs.workdir.lock import Notice
 
@@ -120,8 +120,7 @@ def _connect(stack: ExitStack, address: str, threads: int | None) -> tuple[Clien
     except (OSError, TimeoutError) as error:
         raise ClusterError(f"{where}: no Dask scheduler answered within {PATIENCE:g} s\n{_HOW}") from error
     except Exception as error:  # a URL without port or of an unknown kind, TLS without keys, ...
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise ClusterError(f"{where}: cannot be connected to ({reason})\n{_HOW}") from error
+        raise ClusterError(f"{where}: cannot be connected to ({reason(error)})\n{_HOW}") from error
     stack.callback(client.close, timeout=PATIENCE)
     return client, where
 
@@ -194,10 +193,9 @@ def _address_in(file: Path) -> str:
             return str(json.loads(file.read_text())["address"])
         except (OSError, ValueError, KeyError, TypeError) as error:
             if monotonic() > end:
-                reason = error.strerror if isinstance(error, OSError) else "it names no address"
-                raise ClusterError(
-                    f"{file}: not the file of a Dask scheduler, {PATIENCE:g} s long ({reason})\n{_HOW}"
-                ) from error
+                why = reason(error) if isinstance(error, OSError) else "it names no address"
+                message = f"{file}: not the file of a Dask scheduler, {PATIENCE:g} s long ({why})"
+                raise ClusterError(f"{message}\n{_HOW}") from error
         sleep(0.1)
 
 
@@ -211,9 +209,8 @@ def _check_alike(cluster: Cluster) -> None:
     except OSError as error:
         raise cluster.lost() from error
     except Exception as error:  # what could not be loaded is told in many ways
-        reason = str(error).partition("\n")[0]
         hint = "hint: its scheduler needs stickslip too: install it there"
-        raise ClusterError(f"{cluster.where}: {reason}\n{hint}") from error
+        raise ClusterError(f"{cluster.where}: {reason(error)}\n{hint}") from error
     workers = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
     wrong = []
     for address, worker in workers.items():
