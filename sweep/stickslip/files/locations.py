@@ -21,6 +21,7 @@ from urllib.parse import unquote, urlsplit
 from stickslip.errors import StoreError, reason
 
 ROOT = "zarr.json"  # what makes a place a Zarr store
+SEAL = "header_sha256"  # attribute of a file of ours: the digest of what it says of itself
 TEMPORARY = ".tmp"  # suffix of what is not written yet
 UNCACHED = {"use_listings_cache": False}  # of fsspec: other machines write there, too
 Move = Callable[[Path, Path], None]
@@ -46,13 +47,14 @@ class Url(str):
         return PurePosixPath(self.name).suffix
 
     def exists(self) -> bool:
-        """Tell whether a store is there, and whole: its root lists its arrays at last."""
+        """Tell whether a store is there, and whole: the root of one of ours lists its arrays at last."""
         service, root = self._opened()
         try:
             with explained(self, "read"):
-                return b'"consolidated_metadata": {' in service.cat_file(f"{root}/{ROOT}")
+                text = service.cat_file(f"{root}/{ROOT}")
         except FileNotFoundError:
             return False
+        return bool(text) and (b"consolidated_metadata" in text or SEAL.encode() not in text)
 
     def keys(self) -> dict[str, int]:
         """All objects, `regime/c/0/1` for one, and their bytes."""

@@ -168,11 +168,13 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
 
 def _as_stored(source: Path | str, engine: str, group: str | None = None) -> xr.Dataset:
     options: dict[str, Any] = {"lock": NETCDF_LOCK}
-    if engine == "zarr":  # the root lists its arrays in their order
-        options = {
-            "consolidated": False if group else None,
-            "storage_options": UNCACHED if isinstance(source, str) else None,
-        }
+    if engine == "zarr":
+        import zarr
+
+        remote = UNCACHED if isinstance(source, str) else None
+        root = zarr.open_group(source, mode="r", storage_options=remote)
+        listed = group is None and root.metadata.consolidated_metadata is not None  # the arrays, in their order
+        options = {"consolidated": listed, "storage_options": remote}
     return xr.open_dataset(
         source, engine=engine, group=group, decode_times=False, decode_timedelta=False, chunks=None, cache=False,
         **options,

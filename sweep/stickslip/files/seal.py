@@ -23,7 +23,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-SEAL = "header_sha256"
+from stickslip.files.locations import SEAL as SEAL
+
 MARKED = "chunk_marks"  # global attribute of files that have the table of marks, which says where it is
 GROUP, TABLE = "seal", "chunk_marks"
 NOBODY_WROTE = np.array(0x7FF8_0000_0571_C511, np.uint64).view(np.float64)[()]  # a NaN no computation ends with
