@@ -268,7 +268,6 @@ def test_third_party_imports_are_declared_dependencies():
     }
     declared |= {"ruamel", "llvmlite", "stickslip", "stickslip_kernels"}  # numba brings llvmlite
     declared |= {"tornado"}  # bokeh brings it
-    declared |= {"google_crc32c"}  # google-crc32c by its name on PyPI
     declared |= {"pil"}  # pillow by its name in Python; matplotlib writes PNG with it
     declared |= {"pydantic_core"}  # pydantic brings it, and has its validators raise errors from it
     undeclared = {

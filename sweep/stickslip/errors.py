@@ -260,10 +260,6 @@ class DamagedBlockError(ValueError):
     """The bytes are not those of a finished block; the message says why."""
 
 
-class ForeignBlockError(DamagedBlockError):
-    """The bytes are a whole block, of something else; the message says of what."""
-
-
 class UnlikeWorkerError(Exception):
     """A worker runs other versions than the process whose blocks it is to compute."""
 

@@ -3,13 +3,11 @@ from datetime import datetime
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from helpers.maps import FIXED, axis, cell_dataset, make_grid, make_map, make_results, plane
+from helpers.maps import axis, make_grid, make_map, make_results, plane
 from stickslip.dataset import provenance as made_by
 from stickslip.dataset.build import map_dataset, trace_dataset
 from stickslip.dataset.provenance import provenance
-from stickslip.plots.palette import FLAG_COLOURS
 from stickslip.vocabulary.flags import FLAGS, MODES, REGIMES, STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
@@ -29,23 +27,6 @@ def test_every_variable_carries_units_and_long_name():
         assert (variable.attrs["units"], variable.attrs["long_name"]) == (declared.units, declared.long_name)
 
 
-def test_the_tendency_says_in_the_file_that_it_diagnoses_a_motion():
-    ds = cell_dataset({"mass": 1.0}, {"tendency": [0.1]}, {})
-    comment = ds["tendency"].attrs["comment"]
-    assert "what occurred in this motion" in comment and "break-away" in comment and "does not predict" in comment
-
-
-def test_parameters_equal_in_every_cell_are_scalar_coordinates():
-    ds = plane()
-    assert ds["a1"].dims == () and ds["a1"] == FIXED["a1"]
-    assert np.isnan(ds["mu_stop"]), "absent parameters stay visible as NaN"
-
-
-def test_axes_say_how_their_values_were_laid_out():
-    ds = plane()
-    assert [ds[name].attrs["axis_spacing"] for name in ("stiffness", "belt_speed")] == ["log", "linear"]
-
-
 def test_parameters_that_vary_together_share_a_dimension_indexed_by_its_labels():
     lubricants = [
         axis("a1", [1.0, 0.8], "values", "lubricant", ["dry", "grease"]),
@@ -55,16 +36,6 @@ def test_parameters_that_vary_together_share_a_dimension_indexed_by_its_labels()
     assert dict(ds.sizes) == {"lubricant": 2, "belt_speed": 3}
     assert ds.sel(lubricant="grease")["a1"] == 0.8
     assert ds.sel(lubricant="grease")["a3"] == 0.1
-
-
-def test_parameters_that_vary_together_need_no_labels():
-    ds = make_map(axis("a1", [1.0, 0.8], dim="lubricant"), axis("a3", [0.3, 0.1], dim="lubricant"))
-    assert "lubricant" not in ds.coords
-    assert ds["a3"].dims == ("lubricant",)
-
-
-def test_a_grid_of_one_cell_has_no_dimensions():
-    assert make_map().sizes == {}
 
 
 @pytest.mark.parametrize("flag", ["regime", "status"])
@@ -88,29 +59,6 @@ def test_cells_nobody_computed_are_flagged_zero_and_counted_zero():
     assert ds["equilibrium_crossings"].isnull().all(), "a count that was not made is undefined, not zero"
 
 
-def test_neither_flags_nor_counts_nor_coordinates_get_a_fill_value():
-    ds = plane()
-    for name in ["regime", "status", "steps", *ds.coords]:
-        assert ds[name].encoding["_FillValue"] is None
-
-
-def test_results_without_declaration_are_a_bug():
-    with pytest.raises(KeyError, match="wobble"):
-        map_dataset(make_grid(axis("belt_speed", [0.1])), {"wobble": [1.0]}, {})
-
-
-def test_cells_keep_their_inputs_along_the_cell_dimension():
-    ds = cell_dataset({"mass": [1.0, 2.0], "stiffness": 3.0}, {"regime": [1, 2], "period": [0.5, np.nan]}, {})
-    assert ds["stiffness"].dims == ("cell",) and ds["stiffness"].values.tolist() == [3.0, 3.0]
-    assert ds["regime"].dims == ("cell",)
-    assert "mass" in ds.coords
-
-
-def test_a_single_cell_may_be_given_as_plain_numbers():
-    ds = cell_dataset({"mass": 1.0}, {"regime": 1}, {})
-    assert ds.sizes == {"cell": 1}
-
-
 def test_a_trajectory_keeps_the_state_at_the_start_under_names_of_its_own():
     samples = {name: np.zeros(3) for name in TRACE_VARIABLES}
     ds = trace_dataset(
@@ -120,12 +68,6 @@ def test_a_trajectory_keeps_the_state_at_the_start_under_names_of_its_own():
     assert ds["mode"].dtype == np.int8 and ds["mode"].attrs["flag_meanings"] == " ".join(MODES)
     assert ds["time"].attrs["units"] == "s"
     assert "Conventions" not in ds.attrs, "CF would want a date in a coordinate called time"
-
-
-def test_every_flag_has_a_colour():
-    for flag, colours in FLAG_COLOURS.items():
-        assert list(colours) == list(FLAGS[flag])
-        assert len(set(colours.values())) == len(colours)
 
 
 # --- provenance -------------------------------------------------------------------------------------------------------
@@ -170,13 +112,6 @@ def test_source_names_the_commit_and_whether_files_differ_from_it(checkout):
     assert made_by.git_revision() == f"{commit}-dirty"
 
 
-def test_git_is_asked_once_per_process(checkout, monkeypatch):
-    _, commit = checkout
-    assert made_by.git_revision() == commit
-    monkeypatch.setattr(made_by.subprocess, "run", None)
-    assert provenance("", title="")["source"].endswith(f"git {commit}")
-
-
 def test_provenance_needs_no_git(checkout, monkeypatch):
     monkeypatch.setenv("PATH", "")
     assert made_by.git_revision() is None
@@ -188,23 +123,3 @@ def test_an_installed_package_does_not_report_the_repository_around_it(checkout,
     inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset/provenance.py"
     monkeypatch.setattr(made_by, "__file__", str(inside))
     assert made_by.git_revision() is None
-
-
-def test_datasets_survive_pickling_between_processes():
-    import pickle
-
-    ds = plane()
-    xr.testing.assert_identical(pickle.loads(pickle.dumps(ds)), ds)
-
-
-def test_datasets_of_cells_are_those_that_xarray_itself_would_make():
-    """A few cells are put into a dataset by a shorter way."""
-    cells = {name: np.linspace(1.0, 2.0, 3) for name in ("mass", "stiffness")} | {"belt_speed": 0.1}
-    results = {"regime": np.array([1, 2, 3], np.int8), "period": np.array([1.0, np.nan, 3.0]), "steps": np.ones(3)}
-    ds = cell_dataset(cells, results, {"title": "t"})
-    again = {name: xr.Variable(v.dims, v.values, v.attrs, v.encoding) for name, v in ds.variables.items()}
-    own = xr.Dataset({n: again[n] for n in ds.data_vars}, {n: again[n] for n in ds.coords}, ds.attrs)
-    assert ds.identical(own) and list(ds.variables) == list(own.variables)
-    assert (ds.sizes, ds.encoding, dict(ds.indexes)) == (own.sizes, own.encoding, dict(own.indexes))
-    for name, variable in own.variables.items():
-        assert (ds[name].encoding, ds[name].dtype) == (variable.encoding, variable.dtype)

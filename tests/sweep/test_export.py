@@ -10,7 +10,6 @@ import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
-from helpers.configs import write_config
 from stickslip.cli import main
 from stickslip.dataset import export
 from stickslip.errors import StoreError
@@ -54,21 +53,11 @@ def test_every_cell_is_a_row_with_its_coordinates_and_values(small, tmp_path):
 
 
 def test_a_workbook_has_the_same_rows_and_says_where_they_come_from(small, tmp_path):
-    pytest.importorskip("openpyxl")
     export.write_table(small, tmp_path / "map.xlsx", ["regime", "period"])
     found = pd.read_excel(tmp_path / "map.xlsx", sheet_name=None)
     np.testing.assert_allclose(found["data"]["period [s]"], small["period"].values.ravel(), rtol=5e-6)
     about = dict(found["about"].values)
     assert about["title"] == "small" and "axes" in about["configuration"] and about["mass"] == "1 kg"
-
-
-def test_more_rows_than_a_sheet_holds_are_refused_before_anything_is_written(tmp_path):
-    pytest.importorskip("openpyxl")
-    size = 2**20
-    ds = xr.Dataset({"period": ("cell", np.broadcast_to(1.0, size))})
-    with pytest.raises(StoreError, match=r"1,048,576 rows, and a sheet of Excel holds 1,048,575\nhint: write .csv"):
-        export.write_table(ds, tmp_path / "map.xlsx")
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_table_larger_than_memory_is_written_a_chunk_at_a_time(tmp_path, monkeypatch):
@@ -162,16 +151,6 @@ def test_a_run_keeps_its_map_and_makes_the_table_of_it(tmp_path, monkeypatch):
     assert "is complete already" in again.stdout and len(pd.read_csv("found.csv")) == 24
 
 
-def test_a_table_of_another_command_never_replaces_the_map_it_reads(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write_config(tmp_path, num=3, name="my.yaml")
-    assert call("run", "my.yaml", "-o", "map.nc", "--no-plot").exit_code == 0
-    before = (tmp_path / "map.nc").read_bytes()
-    done = call("simulate", "my.yaml", "--at", "stiffness=10", "-t", 1, "-o", "map.csv")
-    assert done.exit_code == 2 and "its numbers are kept in map.nc, which exists" in done.stderr
-    assert (tmp_path / "map.nc").read_bytes() == before
-
-
 def test_exported_curves_are_read_as_points_again(tmp_path):
     """Material, speed and friction, by the headings of the export."""
     speed = np.geomspace(1e-3, 0.4, 12)
@@ -187,8 +166,6 @@ def test_exported_curves_are_read_as_points_again(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
 def test_cells_that_are_left_out_are_empty_and_dates_are_dates(small, suffix, tmp_path):
-    if suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
     ds = small[["regime", "status"]].where(small.stickslip.mask("damped"))
     days = np.datetime64("2026-01-01", "ns") + np.arange(ds.sizes["stiffness"]) * np.timedelta64(1, "D")
     export.write_table(ds.assign(day=("stiffness", days)), tmp_path / f"part{suffix}")
@@ -217,7 +194,8 @@ def test_no_label_is_a_formula_in_csv_and_our_reader_knows_the_label(tmp_path):
 
 
 def test_no_text_is_a_formula_in_a_workbook_and_numbers_are_numbers(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
+    import openpyxl
+
     labels = [*LIVE, *TAME, "#REF!"]
     variables = {"=1+1": ("material", np.linspace(-1, 1, len(labels)), {"units": "1"})}
     ds = xr.Dataset(variables, {"material": labels}, {"title": "=HYPERLINK(1)"})
@@ -240,26 +218,3 @@ def test_tables_are_in_the_units_of_the_screen_with_six_digits_and_the_mark_that
     export.write_table(ds, tmp_path / "long.csv")
     found = pd.read_csv(tmp_path / "long.csv")["time [s]"]
     assert np.allclose(np.diff(found), 1e-4, rtol=1e-2)  # samples stay apart
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
-def test_a_map_of_one_cell_is_a_table_of_one_row(tmp_path, suffix):
-    if suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
-    ds = stickslip.run({"system": {"mass": 1, "stiffness": 1, "normal_load": 1, "belt_speed": 0.1},
-                        "friction": {"a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1}})  # fmt: skip
-    export.write_table(ds, tmp_path / f"map{suffix}")
-    read = pd.read_csv if suffix == ".csv" else pd.read_excel
-    assert read(tmp_path / f"map{suffix}")["regime"].tolist() == ["stick_slip"]
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
-def test_borders_that_were_not_found_are_a_table_of_headings(tmp_path, suffix):
-    if suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
-    cells = {**CELL, "stiffness": np.array([1.0, 2.0])}
-    ds = stickslip.border(cells, "belt_speed", between=(0.01, 0.02), scan=4)
-    assert ds.sizes["crossing"] == 0
-    export.write_table(ds, tmp_path / f"borders{suffix}")
-    table = (pd.read_csv if suffix == ".csv" else pd.read_excel)(tmp_path / f"borders{suffix}")
-    assert not len(table) and "border [m/s]" in table

@@ -69,12 +69,6 @@ def test_the_position_of_a_cell_is_that_of_its_number_however_the_map_is_read(tm
         assert cell.regime == REGIMES[int(ds["regime"].isel(cell.position))]
 
 
-def test_a_map_of_one_cell_is_counted_and_listed():
-    ds, _, _ = made_up(MAP, failed=[0])
-    found = survey(ds.isel(dict.fromkeys(ds.dims, 0)))
-    assert found.counts == {("failed", "not_finite"): 1} and found.cells == [(0, {}, "failed", "not_finite")]
-
-
 @pytest.mark.parametrize(
     ("options", "numbers"),
     [
@@ -143,28 +137,6 @@ def test_run_reports_bad_cells_inspect_lists_them_and_simulate_shows_them(here):
     )  # as far as the step budget of this map goes
     assert shown.exit_code == 0, shown.output
     assert float(stickslip.open("trace.nc")["mass"]) == 1.0
-
-
-def test_the_table_of_a_map_is_not_cut_in_a_pipe(here, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "12")
-    writing.write(made_up(MAP)[0], "map.nc")
-    assert call("inspect", "map.nc").stdout.splitlines()[0].split() == ["regime", "status", "cells", "share"]
-
-
-def test_inspecting_a_good_map_says_so(here):
-    writing.write(made_up(MAP)[0], "map.nc")
-    done = call("inspect", "map.nc")
-    assert done.exit_code == 0
-    assert "0 cells failed, are unresolved or were not computed" in done.stdout
-
-
-def test_a_map_without_status_lists_its_cells_all_the_same(here):
-    ds = made_up(MAP)[0].drop_vars("status")
-    names = ["not_computed", "stick_slip", "unresolved"]
-    ds["regime"].values.flat[: len(names)] = [REGIMES.index(name) for name in names]
-    writing.write(ds, "map.nc")
-    lines = call("inspect", "map.nc", *(word for name in names for word in ("--regime", name))).stdout.splitlines()
-    assert [line.split()[-3] for line in lines if line.endswith("not kept")] == names
 
 
 def test_inspecting_what_is_no_map_says_so(here):

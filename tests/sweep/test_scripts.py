@@ -25,7 +25,7 @@ from stickslip.engine import processors
 from stickslip.errors import UnitWarning
 from stickslip.files import writing
 from stickslip.runs import blocks, collecting
-from stickslip.runs.estimate import Nodes
+from stickslip.runs.estimate import NodeEstimate
 
 RIG = """\
 system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
@@ -326,7 +326,7 @@ def test_shards_of_a_plan_are_those_of_the_run():
 
 
 def test_a_shard_lasts_as_long_as_its_threads_need_for_their_blocks():
-    many = Nodes(nodes=40, threads=64, most=191, least=190, block_seconds=2.0, blocks=7630, memory=10**9)
+    many = NodeEstimate(nodes=40, threads=64, most=191, least=190, block_seconds=2.0, blocks=7630, memory=10**9)
     assert many.seconds == 3 * 2.0 and many.seconds_of_one == 120 * 2.0
 
 

@@ -6,12 +6,9 @@ import stat
 from pathlib import Path
 
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
-import stickslip
 from helpers.configs import write_config
-from stickslip import plots
 from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import targets
@@ -159,17 +156,6 @@ def test_a_link_to_a_file_stays_a_link_and_the_file_is_replaced(tmp_path):
     assert (tmp_path / "link.csv").is_symlink() and (tmp_path / "real.csv").read_text() == "new"
 
 
-def test_checking_leaves_nothing_behind_and_makes_no_folder(tmp_path):
-    targets.check_target(tmp_path / "new" / "deep" / "map.nc", "result")
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_name_with_a_nul_is_refused(tmp_path):
-    for kind, suffix in (("result", ".nc"), ("plot", ".png"), ("table", ".csv")):
-        with pytest.raises(StoreError):
-            targets.check_target(f"{tmp_path}/a\0b{suffix}", kind)
-
-
 @pytest.mark.parametrize("name", ["file: ~/x.nc", "file: x.nc, plot: ~/x.png"])
 def test_a_tilde_in_a_configuration_is_the_folder_of_the_user(name, here, monkeypatch):
     (here / "home").mkdir()
@@ -192,24 +178,3 @@ def test_what_a_configuration_names_is_checked_before_anything_is_computed(key, 
     done = call("run", write_config(here, num=3, more=f"output: {{{key}: {place}{suffix}}}\n"))
     assert done.exit_code == 2 and not done.stdout and place[:5] in done.stderr
     assert not list(here.glob("*.parts"))
-
-
-def test_a_run_whose_picture_fails_ends_with_1_says_so_and_keeps_the_map(here, monkeypatch):
-    config = write_config(here, num=3)
-
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(plots.layout.Figure, "savefig", full)
-    done = call("run", config, "-o", "map.nc", "--plot", "map.png")
-    assert done.exit_code == 1 and "map.png: not drawn" in done.stderr and "No space left" in done.stderr
-    assert isinstance(stickslip.open("map.nc"), xr.Dataset) and not list(here.glob("*.png"))
-    assert "plot " not in done.stdout
-
-
-def test_the_name_of_a_picture_nobody_named_is_no_pipe(here):
-    write_config(here, num=3)
-    assert call("run", "small.yaml", "-o", "map.nc").exit_code == 0
-    os.mkfifo("map.png")
-    done = call("plot", "map.nc")
-    assert done.exit_code == 2 and "map.png" in done.stderr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import pickle
 import subprocess
@@ -17,11 +16,8 @@ import stickslip
 import stickslip_kernels
 from helpers.configs import write_config
 from helpers.maps import plane
-from stickslip.engine import compiled
-from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.netcdf import NETCDF_LOCK
-from stickslip.runs import work
 
 TESTS = Path(__file__).parents[1]
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
@@ -65,27 +61,6 @@ def test_threads_read_write_run_and_extend_at_once(kernels, seconds):
     in_process(TESTS / "thread_stress.py", seconds, patience=seconds + 200)
 
 
-@pytest.mark.slow
-def test_six_threads_open_load_and_close_one_file(tmp_path):
-    path = writing.write(plane(100, 100), tmp_path / "map.nc")
-    in_process("-c", OPEN_LOAD_CLOSE, path)
-
-
-OPEN_LOAD_CLOSE = """
-import sys, threading, stickslip
-
-def work():
-    for _ in range(5):
-        ds = stickslip.open(sys.argv[1])
-        ds.load()
-        ds.close()
-
-threads = [threading.Thread(target=work) for _ in range(6)]
-for thread in threads: thread.start()
-for thread in threads: thread.join()
-"""
-
-
 def test_threads_that_read_and_copy_one_lazy_dataset_do_not_deadlock(tmp_path):
     path = writing.write(plane(20, 20), tmp_path / "map.nc")
     with stickslip.open(path) as ds:
@@ -93,20 +68,6 @@ def test_threads_that_read_and_copy_one_lazy_dataset_do_not_deadlock(tmp_path):
         writes = [lambda n=n: writing.write(ds, tmp_path / f"copy{n}.nc") for n in range(2)]
         outcomes = at_once(*loads, *writes)
     assert not [outcome for outcome in outcomes if isinstance(outcome, Exception)]
-
-
-@pytest.mark.slow
-def test_a_file_that_nobody_closed_is_closed_by_the_garbage_collector(tmp_path):
-    from xarray.backends.file_manager import FILE_CACHE
-
-    path = writing.write(plane(), tmp_path / "map.nc")
-    gc.collect()
-    before = len(FILE_CACHE)
-    ds = stickslip.open(path)
-    assert len(FILE_CACHE) == before + 1
-    del ds
-    gc.collect()
-    assert len(FILE_CACHE) == before and not NETCDF_LOCK.locked()
 
 
 def test_plain_xarray_waits_for_us_and_we_for_it(tmp_path):
@@ -121,13 +82,6 @@ def test_plain_xarray_waits_for_us_and_we_for_it(tmp_path):
         assert not read.is_alive()
 
 
-def test_plain_xarray_given_our_lock_opens_safely_while_holding_it(tmp_path):
-    path = writing.write(plane(), tmp_path / "map.nc")
-    with NETCDF_LOCK, xr.open_dataset(path, engine="netcdf4", lock=NETCDF_LOCK) as ds:
-        ds.load()
-    assert not NETCDF_LOCK.locked()
-
-
 def test_an_open_dataset_goes_to_other_processes(tmp_path):
     path = writing.write(plane(), tmp_path / "map.nc")
     assert pickle.loads(pickle.dumps(NETCDF_LOCK)) is NETCDF_LOCK
@@ -138,41 +92,9 @@ def test_an_open_dataset_goes_to_other_processes(tmp_path):
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def test_a_second_run_to_the_same_output_is_refused_in_another_thread(tmp_path, monkeypatch):
-    config, output = write_config(tmp_path), tmp_path / "map.nc"
-    computing, refused = threading.Event(), threading.Event()
-    compute_range = work.compute_range
-
-    def waiting(*arguments):
-        computing.set()
-        assert refused.wait(30)
-        return compute_range(*arguments)
-
-    monkeypatch.setattr(work, "compute_range", waiting)
-    first = threading.Thread(target=lambda: stickslip.run(config, output).close(), daemon=True)
-    first.start()
-    assert computing.wait(30)
-    with pytest.raises(StoreError, match="another run works there"):
-        stickslip.run(config, output)
-    refused.set()
-    first.join(60)
-    with stickslip.open(output) as ds:
-        assert (ds["regime"] != 0).all()
-
-
-def test_runs_to_one_output_that_begin_together_write_it_or_are_refused(tmp_path):
-    config, output = write_config(tmp_path), tmp_path / "map.nc"
-    for outcome in at_once(*[lambda: stickslip.run(config, output).load()] * 4):
-        assert isinstance(outcome, (xr.Dataset, StoreError)), outcome
-    with stickslip.open(output) as ds:
-        xr.testing.assert_equal(ds.load(), stickslip.run(config))
-
-
 @posix
 @pytest.mark.parametrize("kind", ["nc", pytest.param("zarr", marks=pytest.mark.slow)])
 def test_a_process_forked_after_a_run_reads_and_runs(kernels, kind, tmp_path):
-    if kind == "zarr":
-        pytest.importorskip("zarr")
     in_process("-W", "ignore", "-c", FORK, write_config(tmp_path), tmp_path, kind)
 
 
@@ -231,15 +153,6 @@ sys.exit(os.waitpid(child, 0)[1])
 
 
 # --- compiling --------------------------------------------------------------------------------------------------------
-
-
-def test_threads_that_ask_for_the_kernels_at_once_compile_them_once(monkeypatch):
-    calls, apart = [], compiled.compile_apart
-    monkeypatch.setattr(compiled, "_machines", {})
-    monkeypatch.setattr(compiled, "_loaded", {})
-    monkeypatch.setattr(compiled, "compile_apart", lambda law, signals: calls.append(law) or apart(law, signals))
-    assert at_once(*[compiled.warm_up] * 4) == [None] * 4
-    assert len(calls) == 1
 
 
 @pytest.mark.slow

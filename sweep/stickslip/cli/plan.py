@@ -17,7 +17,7 @@ from stickslip.cli.run import resume_command, study_answer
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
-    from stickslip.runs.estimate import Estimate, Nodes
+    from stickslip.runs.estimate import Estimate, NodeEstimate
 
 _MARGIN, _START = 1.5, 10  # of what is asked of sbatch: a factor, and minutes to load, or to compile
 _TASK = "$SLURM_ARRAY_TASK_ID"
@@ -96,7 +96,7 @@ def _space(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
         yield "", f"{whole.each} bytes a cell for {variables}; output.variables chooses"
 
 
-def _on_nodes(whole: Estimate, shared: Nodes, lines: dict[str, str]) -> Iterator[tuple[str, str]]:
+def _on_nodes(whole: Estimate, shared: NodeEstimate, lines: dict[str, str]) -> Iterator[tuple[str, str]]:
     """The estimate for many machines."""
     share = f"{shared.most:,}" if shared.least == shared.most else f"{shared.least:,} or {shared.most:,}"
     threads = f"{shared.threads} thread{'s' * (shared.threads != 1)} each"
@@ -113,7 +113,7 @@ def _on_nodes(whole: Estimate, shared: Nodes, lines: dict[str, str]) -> Iterator
     yield "collect", f"{lines['collect']}    # once all are done"
 
 
-def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
+def _shell_lines(config: Path, loaded: Config, shared: NodeEstimate) -> dict[str, str]:
     """The lines for the shell; shards are counted from 1."""
     from stickslip.files.locations import location
     from stickslip.runs.workdir.block_store import beside
@@ -134,7 +134,7 @@ def _shell_lines(config: Path, loaded: Config, shared: Nodes) -> dict[str, str]:
     }
 
 
-def _answer(loaded: Config, whole: Estimate, shared: Nodes | None, lines: dict[str, str]) -> dict[str, Any]:
+def _answer(loaded: Config, whole: Estimate, shared: NodeEstimate | None, lines: dict[str, str]) -> dict[str, Any]:
     nodes = shared and lines | fields(
         shared, "nodes", "threads", "shards", "seconds",
         blocks_least="least", blocks_most="most", seconds_one_node="seconds_of_one", bytes_memory="memory",

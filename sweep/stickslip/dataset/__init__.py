@@ -1,9 +1,8 @@
 """Arrays in, labelled datasets out; and what is said and selected of a dataset.
 
-build       cells given; maps, trajectories    studies     borders, contours, margins, attractors, probabilities
-materials   materials compared            provenance  the global attributes
-display     units, words and axes         selection   parts of a dataset
-polylines   borders as lines              coarse      maps in chunks, and in pixels
+build       cells given; maps, trajectories    provenance  the global attributes
+display     units, words and axes              selection   parts of a dataset
+polylines   borders as lines                   coarse      maps in chunks, and in pixels
 summary     regimes of a map, cells that need attention
 export      tables for other programs
 """

@@ -164,19 +164,8 @@ def evaluated_dataset(
     dims, shape, coordinates : of the cells.
     results : by names of `VARIABLES`, each flat, of the types that `engine.columns` says.
     """
-    variables = {
-        name: xr.Variable(dims, results[name].reshape(shape), attrs, encoding)
-        for name, attrs, encoding in _declarations()
-        if name in results
-    }
+    variables = {v.name: variable_of(v, dims, results[v.name].reshape(shape)) for v in _declared(results, VARIABLES)}
     return xr.Dataset(variables, coordinates, dict(attributes))
-
-
-@cache
-def _declarations() -> list[tuple[str, dict[str, Any], Mapping[str, Any] | None]]:
-    """Name, attributes and encoding of each result of a cell."""
-    whole = (*FLAGS, *_COUNTS)
-    return [(name, attributes_of(v), NO_FILL if name in whole else None) for name, v in VARIABLES.items()]
 
 
 def trace_dataset(

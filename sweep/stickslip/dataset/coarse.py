@@ -127,13 +127,13 @@ def between(array: xr.DataArray, pixel: Pixel, box: int) -> NDArray[np.float64]:
     if not np.isfinite(values).all():
         return np.full([along.size for along in points], np.nan)
     orders = [min(3, along.size - 1) for along in known]
-    found = RectBivariateSpline(*known, values, kx=orders[0], ky=orders[1])(*points)
+    splined = RectBivariateSpline(*known, values, kx=orders[0], ky=orders[1])(*points)
     row, column = (np.clip(np.searchsorted(k, at, "right") - 1, 0, k.size - 2)[:, np.newaxis]
                    for k, at in zip(known, points, strict=True))  # fmt: skip
     corners = np.stack([values[row + down, column.T + across] for down in (0, 1) for across in (0, 1)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     beyond = _OVERSHOOT * (high - low)
-    return np.asarray(np.clip(found, low - beyond, high + beyond), np.float64)
+    return np.asarray(np.clip(splined, low - beyond, high + beyond), np.float64)
 
 
 def middles(length: int, step: int) -> NDArray[np.intp]:

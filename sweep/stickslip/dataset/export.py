@@ -41,7 +41,7 @@ _ABOUT = ("title", "source", "history", "date_created", "references", "configura
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """Columns of a result that become a table. sizes : of the dimensions of its rows, the last one running fastest.
 
     columns : coordinates first; none has other dimensions. left_out : variables that have, and are in no column.
@@ -75,7 +75,7 @@ class Table:
                 progress(done, self.rows)
 
 
-def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
+def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> ResultTable:
     """The table of a result: all its variables that share the dimensions of the largest, or those that are named.
 
     Of contours a row is a node, with what is known of its line. Raises StoreError for variables there are not, or whose
@@ -106,7 +106,7 @@ def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> Table:
     beside = [name for name in ds.coords if ds[name].ndim > 1 and {*ds[name].dims} <= {*rows.dims}]
     names = [name for dim in rows.dims for name in (dim, *along[dim]) if name in ds.coords]
     columns = {str(name): ds[name] for name in (*names, *beside, *fitting)}
-    return Table({str(dim): size for dim, size in rows.sizes.items()}, columns, left_out)
+    return ResultTable({str(dim): size for dim, size in rows.sizes.items()}, columns, left_out)
 
 
 def _by_node(ds: xr.Dataset) -> xr.Dataset:
@@ -118,7 +118,7 @@ def _by_node(ds: xr.Dataset) -> xr.Dataset:
 
 def write_table(
     ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, progress: Progress | None = None,
-) -> Table:  # fmt: skip
+) -> ResultTable:  # fmt: skip
     """Write a result as CSV or Excel, by the suffix of the path, replacing the file only once the new one is whole.
 
     progress : called with (rows done, rows in all) from time to time. Returns the table, which knows what was left out.

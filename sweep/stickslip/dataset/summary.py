@@ -76,8 +76,8 @@ def table_remark(ds: xr.Dataset) -> str | None:
         return None
     law, known = parse_config(text).friction.law, ds["a4"]
     parts = ((speeds.isel(chunk), known.isel(chunk, missing_dims="ignore")) for chunk in chunks(speeds))
-    found = (beyond_points(law, *(one.values for one in xr.broadcast(*part))) for part in parts)
-    return next(filter(None, found), None)
+    beyond = (beyond_points(law, *(array.values for array in xr.broadcast(*part))) for part in parts)
+    return next(filter(None, beyond), None)
 
 
 def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
@@ -123,7 +123,7 @@ def why_absent(ds: xr.Dataset, *names: str) -> str | None:
 # --- cells one by one -------------------------------------------------------------------------------------------------
 
 
-class Cell(NamedTuple):
+class MapCell(NamedTuple):
     """One cell: its number in the map, its position by dimension, and what became of it."""
 
     number: int
@@ -142,7 +142,7 @@ class Survey(NamedTuple):
 
     counts: dict[tuple[str, str], int]
     wanted: int
-    cells: list[Cell]
+    cells: list[MapCell]
 
 
 def survey(ds: xr.Dataset, *, regimes: Collection[str] = (), statuses: Collection[str] = (), limit: int = 20) -> Survey:
@@ -162,7 +162,7 @@ def survey(ds: xr.Dataset, *, regimes: Collection[str] = (), statuses: Collectio
     def names(regime: int, status: int) -> tuple[str, str]:
         return _name("regime", regime), _name("status", status) if has_status else NOT_KEPT
 
-    counts, cells = np.zeros(chosen.size, np.int64), list[Cell]()
+    counts, cells = np.zeros(chosen.size, np.int64), list[MapCell]()
     for chunk in chunks(ds["regime"]):
         regime = _codes(ds["regime"].isel(chunk).values)
         status = _codes(ds["status"].isel(chunk).values) if has_status else np.zeros_like(regime)
@@ -172,7 +172,7 @@ def survey(ds: xr.Dataset, *, regimes: Collection[str] = (), statuses: Collectio
             place = [int(part.start + j) for part, j in zip(chunk.values(), inside, strict=True)]
             number = int(np.ravel_multi_index(place, ds["regime"].shape))
             position = dict(zip(map(str, chunk), place, strict=True))
-            cells.append(Cell(number, position, *names(regime[i], status[i])))
+            cells.append(MapCell(number, position, *names(regime[i], status[i])))
     present = np.flatnonzero(counts)
     ranked = present[np.argsort(-counts[present], kind="stable")]
     counted = {names(*divmod(int(code), _CODES)): int(counts[code]) for code in ranked}

@@ -1,8 +1,9 @@
 """xarray without the libraries of arrays that nobody has imported.
 
-Of every variable xarray asks whether it holds an array of dask or pint, and imports both to know: half a second of
-`stickslip inspect`. But no array is one of a library that nobody has imported. So what xarray keeps of each library
-(`xarray.namedarray.pycompat`, private; seen in 2026.9) says so, and so does its question for collections of dask.
+Of every variable xarray asks whether it holds an array of dask or pint, and imports both to know: 0.4 s of every
+command, as much as all the rest of `stickslip inspect` (measured). But no array is one of a library that nobody has
+imported. So what xarray keeps of each library (`xarray.namedarray.pycompat`, private; seen in 2026.9) says so, and so
+does its question for collections of dask.
 """
 
 import sys

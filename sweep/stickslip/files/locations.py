@@ -21,6 +21,7 @@ from urllib.parse import unquote, urlsplit
 from stickslip.errors import StoreError, reason
 
 ROOT = "zarr.json"  # what makes a place a Zarr store
+SEAL = "header_sha256"  # attribute of a file of ours: the digest of what it says of itself
 TEMPORARY = ".tmp"  # suffix of what is not written yet
 UNCACHED = {"use_listings_cache": False}  # of fsspec: other machines write there, too
 Move = Callable[[Path, Path], None]
@@ -46,13 +47,14 @@ class Url(str):
         return PurePosixPath(self.name).suffix
 
     def exists(self) -> bool:
-        """Tell whether a store is there, and whole: what it says of itself is empty before."""
+        """Tell whether a store is there, and whole: the root of one of ours lists its arrays at last."""
         service, root = self._opened()
         try:
             with explained(self, "read"):
-                return bool(service.cat_file(f"{root}/{ROOT}"))
+                text = service.cat_file(f"{root}/{ROOT}")
         except FileNotFoundError:
             return False
+        return bool(text) and (b"consolidated_metadata" in text or SEAL.encode() not in text)
 
     def keys(self) -> dict[str, int]:
         """All objects, `regime/c/0/1` for one, and their bytes."""
@@ -63,20 +65,18 @@ class Url(str):
         return {}
 
     def put(self, key: str, data: bytes) -> None:
-        """Write an object; make its folder if need be, but no bucket: that may be misspelt."""
+        """Write an object; make no bucket: that may be misspelt."""
         service, root = self._opened()
         path = f"{root}/{key}"
         with explained(self, "written", answers=()):
             try:
                 service.pipe_file(path, data)
-                return
             except FileNotFoundError:
                 bucket = path[: path.find("/", 1)]
-                if not service.exists(bucket):
-                    hint = "make the bucket first, or correct its name"
-                    raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
-            service.makedirs(path.rpartition("/")[0], exist_ok=True)
-            service.pipe_file(path, data)
+                if service.exists(bucket):
+                    raise
+                hint = "make the bucket first, or correct its name"
+                raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
 
     def remove(self, *keys: str) -> None:
         """Remove objects, and all below these keys; those that are there."""
@@ -88,10 +88,8 @@ class Url(str):
         """The file system of fsspec, and the path there."""
         import fsspec
 
-        try:
+        with explained(self, "opened", answers=()):  # an unknown kind of URL, a package that is not installed, ...
             service, root = fsspec.core.url_to_fs(self, **UNCACHED)
-        except Exception as error:  # an unknown kind of URL, a package that is not installed, ...
-            raise failure(self, "opened", error) from error
         return service, root.rstrip("/")
 
 
@@ -103,7 +101,7 @@ def location(place: str | os.PathLike[str]) -> Location:
     if isinstance(place, Path | Url):
         return place
     text = os.fspath(place)
-    if text.startswith("file://"):
+    if text.startswith(("file://", "local://")):
         return Path(unquote(urlsplit(text).path))
     return Url(text.rstrip("/")) if "://" in text else Path(os.path.expanduser(text))
 
@@ -164,18 +162,16 @@ class Folder:
                 temporary.write_bytes(data)
 
     def _make(self) -> None:
+        if self.path.is_dir():
+            return
         try:
-            self.path.mkdir()
+            self.path.mkdir(parents=True)
         except FileExistsError:
-            if not self.path.is_dir():
+            if not self.path.is_dir():  # made by another process meanwhile
                 raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
-        except FileNotFoundError:
-            try:
-                self.path.mkdir(parents=True, exist_ok=True)
-            except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
-                raise OSError(errno.EPERM, error.strerror or "no such folder") from None
-        else:
-            flush(self.path.absolute().parent)
+        except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
+            raise OSError(errno.EPERM, error.strerror or "no such folder") from None
+        flush(self.path.absolute().parent)
 
 
 def _link(temporary: Path, name: Path) -> None:
@@ -203,12 +199,10 @@ def folder_at(place: str | os.PathLike[str]) -> Folder:
 
 
 @contextmanager
-def placed(
-    temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None, keep: bool = False
-) -> Iterator[None]:
+def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None) -> Iterator[None]:
     """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
 
-    check : called right before that; what it raises is such an error. keep : it is not removed.
+    check : called right before that; what it raises is such an error.
     """
     try:
         yield
@@ -218,8 +212,7 @@ def placed(
         move(temporary, target)
         flush(target.parent)
     except BaseException:
-        if not keep:
-            remove(temporary)
+        remove(temporary)
         raise
 
 
@@ -259,23 +252,15 @@ def remove(path: Path) -> None:
 def explained(
     where: str, action: str, answers: tuple[type[OSError], ...] = (FileNotFoundError, FileExistsError)
 ) -> Iterator[None]:
-    """Errors of the system as StoreError, but for those that are answers."""
+    """Errors of the system as StoreError, with the reason and a remedy, but for those that are answers."""
     try:
         yield
-    except StoreError:
-        raise
-    except answers:
-        raise
     except Exception as error:  # fsspec lets through whatever the library of a service raises
-        raise failure(where, action, error) from error
-
-
-def failure(where: str, action: str, error: BaseException) -> StoreError:
-    """The error of what could not be done to a place, with the reason and a remedy."""
-    number = getattr(error, "errno", None)
-    hint = ""
-    if number in _SPACE:
-        hint = "\nhint: free some space, then do the same again; what is finished is kept"
-    elif number in _ACCESS:
-        hint = "\nhint: choose another folder for the output, or for the store"
-    return StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}")
+        if isinstance(error, (StoreError, *answers)):
+            raise
+        number, hint = getattr(error, "errno", None), ""
+        if number in _SPACE:
+            hint = "\nhint: free some space, then do the same again; what is finished is kept"
+        elif number in _ACCESS:
+            hint = "\nhint: choose another folder for the output, or for the store"
+        raise StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}") from error

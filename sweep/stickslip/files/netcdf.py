@@ -1,4 +1,4 @@
-"""netCDF-4 files: one thread at a time in their library, their filters, and their chunks stored ready-made by h5py.
+"""netCDF-4 files: one thread at a time in their library, and their chunks stored ready-made by h5py.
 
 netCDF and HDF5 are not safe for more than one thread. xarray locks reading and writing of values, but not what it asks
 a file for when it opens, describes or closes it. So whatever of ours touches a netCDF file holds NETCDF_LOCK, and what
@@ -9,40 +9,29 @@ finds the libraries idle and the lock free.
 
 netCDF4 and h5py may each bring an HDF5 library of their own, or share one: so h5py, too, is used under NETCDF_LOCK, and
 a file is open in one of them at a time. h5py has a lock of its own, which is always taken after this one.
-
-The HDF5 library runs its filters one chunk at a time, and zlib's deflate takes ten times as long as that of ISA-L,
-which gives ordinary deflated data. The filters here (Fletcher-32, shuffle and deflate, which our files have) run in as
-many threads as one likes, since none of them holds Python's global lock for long: whoever computes values packs them by
-the thread that has them, and the file is then put together without another look. Zarr has no packing: there a chunk is
-a file, of which one cannot have thousands (each waits for the disk), so that its chunks are made of many blocks and
-packed when they are whole.
-
-Specification: HDF5 File Format, Filter Pipeline Message; H5checksum.c and H5Zshuffle.c for what it leaves open.
 """
+
+from __future__ import annotations
 
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from isal import isal_zlib
 from numpy.typing import NDArray
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
-from stickslip.files.chunks import Chunks, Contents, Layout, Origin, Packed
-from stickslip.files.seal import GROUP, SEAL, TABLE, marks_of
+from stickslip.files.filters import Filter, filtered, packing_of
+from stickslip.files.seal import GROUP, SEAL, TABLE, Contents, chunks_in, content_of, marks_of
 
-Bytes = NDArray[np.uint8]
-Filter = tuple[int, tuple[int, ...]]  # number and parameters, as declared in the file
-
-PLAIN, NETCDF = PACKINGS = ("plain", "netcdf")  # values of a chunk as they are, or after the filters
-_DEFLATE, _SHUFFLE, _FLETCHER32 = 1, 2, 3  # numbers of filters
-_NO_SHUFFLE = (_SHUFFLE, (1,))  # of single bytes: it does nothing
-_LEVEL = 2  # of 0 to 3: as fast as 1, two percent smaller; 3 takes twice as long and gains nothing
-_ROW = 512  # words; a chunk has about as many rows
+Packed = Any  # bytes, or an array or view of them
+Origin = tuple[int, ...]
 
 
 class _NetcdfLock:
@@ -110,144 +99,116 @@ def load_h5py() -> Any:
     return h5py
 
 
-# --- chunks -----------------------------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Layout:
+    """A variable as the file declares it.
+
+    fill : one value, for what lies outside of the array in its last chunks. packing : the name in `filters.py` of what
+    its filters make; None for what is not there.
+    """
+
+    variable: Any
+    dtype: np.dtype[Any]
+    chunks: tuple[int, ...]
+    fill: NDArray[Any]
+    pipeline: tuple[Filter, ...]
+    packing: str | None
+
+    def packed(self, values: NDArray[Any]) -> Packed:
+        """The bytes of one chunk as they are in the file."""
+        whole = np.ascontiguousarray(values, self.dtype)
+        if values.shape != self.chunks:
+            whole = np.full(self.chunks, self.fill, self.dtype)
+            whole[tuple(map(slice, values.shape))] = values
+        return filtered(whole.reshape(-1).view(np.uint8), self.pipeline)
 
 
-class NetcdfChunks(Chunks):
-    """A netCDF file. Chunks are stored by the thread that gives them, in their order: equal files for any threads."""
+class NetcdfChunks:
+    """A netCDF file in which all but its chunks is written, open for these. A context manager.
+
+    Chunks are compressed by threads (all processors if None), few of them waiting, and stored by the thread that gives
+    them, in their order: equal files for any number of threads.
+    """
 
     def __init__(self, path: Path, threads: int | None = None) -> None:
-        super().__init__(threads)
+        self._threads = threads or os.cpu_count() or 1
+        self._layouts: dict[str, Layout] = {}
+        self._contents: Contents = {}
+        self._waiting: deque[tuple[str, Origin, Future[tuple[Packed, bytes]]]] = deque()
         h5py = load_h5py()
         with NETCDF_LOCK:
             self._file = h5py.File(path, "r+")
+        self._pool = ThreadPoolExecutor(self._threads)
 
-    def _declared(self, name: str) -> Layout:
-        with NETCDF_LOCK:
-            dataset = self._file[name]
-            declared = dataset.id.get_create_plist()
-            fill = np.empty((), dataset.dtype)
-            declared.get_fill_value(fill)
-            filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
-            pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
-            ours = [f for f in _filters(dataset.dtype) if f != _NO_SHUFFLE]
-            packing = NETCDF if [f for f in pipeline if f != _NO_SHUFFLE] == ours else None
-            return Layout(dataset.dtype, dataset.chunks, fill, partial(_packed, pipeline), packing, dataset)
+    def __enter__(self) -> NetcdfChunks:
+        return self
 
-    def _place(self, layout: Layout, origin: Origin, data: Packed) -> Callable[[], None]:
-        def store() -> None:
+    def __exit__(self, _kind: Any, error: BaseException | None, _trace: Any) -> None:
+        try:
+            while self._waiting and not error:
+                self._store_first()
+            if not error:
+                self._mark()
+        finally:
+            self._pool.shutdown(cancel_futures=True)
+            self._layouts.clear()
             with NETCDF_LOCK:
-                layout.target.id.write_direct_chunk(origin, data)
+                self._file.close()
 
-        return store
+    def layout(self, name: str) -> Layout:
+        """The layout of a variable in the file."""
+        if name not in self._layouts:
+            with NETCDF_LOCK:
+                variable = self._file[name]
+                declared = variable.id.get_create_plist()
+                fill = np.empty((), variable.dtype)
+                declared.get_fill_value(fill)
+                filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
+                pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
+                packing = packing_of(pipeline, variable.dtype)
+                layout = Layout(variable, variable.dtype, variable.chunks, fill, pipeline, packing)
+            self._layouts[name] = layout
+        return self._layouts[name]
 
-    def _mark(self, contents: Contents) -> None:
+    def chunks(self, name: str) -> tuple[int, ...]:
+        """The lengths of the chunks of a variable."""
+        return self.layout(name).chunks
+
+    def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
+        """Values of whole chunks, the first at index `start` of the variable."""
+        layout = self.layout(name)
+        for _, part in chunks_in(values.shape, layout.chunks):
+            origin = tuple(side.start + first for side, first in zip(part, start or (0,) * values.ndim, strict=True))
+            self._submit(name, origin, _ready, layout, values[part])
+
+    def put(self, name: str, origin: Sequence[int], data: Packed, content: bytes) -> None:
+        """A chunk that is packed as the file has it. content : of its values, by `seal.content_of`."""
+        self._submit(name, tuple(origin), lambda: (data, content))
+
+    def _submit(self, name: str, origin: Origin, make: Callable[..., tuple[Packed, bytes]], *arguments: Any) -> None:
+        self._waiting.append((name, origin, self._pool.submit(make, *arguments)))
+        if len(self._waiting) > 2 * self._threads:
+            self._store_first()
+
+    def _store_first(self) -> None:
+        name, origin, future = self._waiting.popleft()
+        layout, (data, content) = self.layout(name), future.result()
+        number = tuple(first // length for first, length in zip(origin, layout.chunks, strict=True))
+        self._contents[name, number] = content
+        with NETCDF_LOCK:
+            layout.variable.id.write_direct_chunk(origin, data)
+
+    def _mark(self) -> None:
+        """Have the seal of the file cover the chunks that were stored."""
         with NETCDF_LOCK:
             if GROUP not in self._file:
                 return
             arrays = {name: array for name, array in self._file.items() if getattr(array, "chunks", None)}
             layouts = {name: (a.shape, a.chunks) for name, a in arrays.items() if a.dtype.kind in "fiu"}
             table, seal = self._file[GROUP][TABLE], np.bytes_(self._file.attrs[SEAL]).decode()  # text or bytes
-            table[...] = marks_of(seal, layouts, table[...]).noted(contents)
-
-    def _close(self) -> None:
-        with NETCDF_LOCK:
-            self._file.close()
+            table[...] = marks_of(seal, layouts, table[...]).noted(self._contents)
 
 
-def _packed(pipeline: tuple[Filter, ...], values: NDArray[Any]) -> Bytes:
-    return filtered(values.reshape(-1).view(np.uint8), pipeline)
-
-
-# --- filters ----------------------------------------------------------------------------------------------------------
-
-
-def _filters(dtype: np.dtype[Any]) -> tuple[Filter, ...]:
-    """The filters of our netCDF files, in the order that netCDF declares, with the level of deflate that it is told."""
-    return ((_FLETCHER32, ()), (_SHUFFLE, (dtype.itemsize,)), (_DEFLATE, (4,)))
-
-
-def packed(values: NDArray[Any], packing: str) -> Bytes:
-    """The bytes of a chunk of values, which are contiguous."""
-    raw = values.reshape(-1).view(np.uint8)
-    return filtered(raw, _filters(values.dtype)) if packing == NETCDF else raw
-
-
-def unpacked(data: memoryview, packing: str, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """The values of a chunk, flat. Raises ValueError for what `packed` has not made."""
-    if packing not in PACKINGS:
-        raise ValueError(f"a packing {packing!r}")
-    raw = np.frombuffer(data, np.uint8)
-    return (unfiltered(raw, _filters(dtype)) if packing == NETCDF else raw).view(dtype)
-
-
-def filtered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
-    """The bytes of a chunk after the filters that the file declares, in their order. ValueError: one we have not.
-
-    The level of deflate that the file declares is zlib's, and says nothing to a reader.
-    """
-    for number, parameters in pipeline:
-        if number == _FLETCHER32:
-            data = np.concatenate([data, np.frombuffer(fletcher32(data).to_bytes(4, "little"), np.uint8)])
-        elif number == _SHUFFLE:
-            data = _shuffled(data, parameters[0])
-        elif number == _DEFLATE:
-            data = np.frombuffer(isal_zlib.compress(data, _LEVEL), np.uint8)
-        else:
-            raise ValueError(f"the filter {number} of HDF5, which is not one of ours")
-    return data
-
-
-def unfiltered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
-    """The bytes that `filtered` was given. Raises ValueError for what it cannot have made."""
-    for number, parameters in reversed(pipeline):
-        if number == _DEFLATE:
-            try:
-                data = np.frombuffer(isal_zlib.decompress(data), np.uint8)
-            except isal_zlib.error as error:  # type: ignore[misc]
-                raise ValueError(str(error)) from error
-        elif number == _SHUFFLE:
-            data = _shuffled(data, parameters[0], back=True)
-        else:
-            data, checksum = data[:-4], data[-4:]
-            if checksum.size < 4 or fletcher32(data) != int.from_bytes(checksum.tobytes(), "little"):
-                raise ValueError("a checksum that does not match")
-    return data
-
-
-def _shuffled(data: Bytes, size: int, back: bool = False) -> Bytes:
-    """All first bytes of values, then all second ones, and so on; what is not a whole value stays at the end."""
-    whole = data.size // size * size
-    out = np.empty_like(data)
-    shape = (-1, size) if back else (size, -1)
-    out[:whole].reshape(shape)[...] = data[:whole].reshape(shape[::-1]).T
-    out[whole:] = data[whole:]
-    return out
-
-
-def fletcher32(data: Bytes) -> int:
-    """HDF5's checksum: Fletcher's over 16-bit big-endian words, modulo 65,535, an odd byte at the end padded with 0.
-
-    Sums of rows and of columns give both sums. They are taken over little-endian words: modulo 65,535, swapping the
-    bytes of the words swaps those of the sums.
-    """
-    words, whole = -(-data.size // 2), data.size // (2 * _ROW) * (2 * _ROW)
-    table = data[:whole].view("<u2").reshape(-1, _ROW)
-    last = np.zeros(2 * _ROW, np.uint8)
-    last[: data.size - whole] = data[whole:]
-    wide = np.uint32 if len(table) < 2**16 else np.uint64
-    rows = np.append(table.sum(axis=1, dtype=wide), last.view("<u2").sum(dtype=wide))
-    columns = table.sum(axis=0, dtype=wide) + last.view("<u2")
-    simple = int(rows.sum(dtype=np.uint64))
-    places = _ROW * _moment(rows) + _moment(columns)  # each word times how many are before it
-    return _reduced(words * simple - places) << 16 | _reduced(simple)
-
-
-def _moment(values: NDArray[Any]) -> int:
-    return int(np.arange(values.size, dtype=np.uint64) @ values)
-
-
-def _reduced(total: int) -> int:
-    """A sum as it is stored: modulo 65,535, which stands for 0 unless all was 0; bytes swapped."""
-    value = (total - 1) % 65535 + 1 if total else 0
-    return (value & 0xFF) << 8 | value >> 8
+def _ready(layout: Layout, values: NDArray[Any]) -> tuple[Packed, bytes]:
+    """The bytes of a chunk in the file, and what identifies its values."""
+    return layout.packed(values), content_of(np.asarray(values, layout.dtype))

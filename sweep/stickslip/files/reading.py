@@ -9,10 +9,8 @@ Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); 
 
 import os
 import sys
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from contextlib import ExitStack
-from itertools import product
-from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +24,18 @@ from stickslip.errors import StoreError, reason
 from stickslip.files.lazy_duck_arrays import wait_for_imports
 from stickslip.files.locations import UNCACHED, Url, location
 from stickslip.files.netcdf import NETCDF_LOCK
-from stickslip.files.seal import GROUP, MARKED, SEAL, TABLE, Marks, digest, has_bare_values, is_unwritten, marks_of
+from stickslip.files.seal import (
+    GROUP,
+    MARKED,
+    SEAL,
+    TABLE,
+    Marks,
+    chunks_in,
+    digest,
+    has_bare_values,
+    is_unwritten,
+    marks_of,
+)
 from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
 
 wait_for_imports()
@@ -65,7 +74,7 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
         try:
             opened = _opened(source, engine, to_close)
             marks = _marks(source, opened, engine)
-            objection = _objection(source, opened, engine, marks)
+            objection = _objection(opened, marks)
             ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path), lazily, marks)))
         except Exception as error:  # a damaged file can make these libraries raise whatever there is
             kind = "Zarr" if engine == "zarr" else "netCDF"
@@ -95,7 +104,7 @@ def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
     return marks_of(ds.attrs[SEAL], layouts, table)
 
 
-def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | None) -> str | None:
+def _objection(ds: xr.Dataset, marks: Marks | None) -> str | None:
     """The reason not to work with a file; None if there is none."""
     if not str(ds.attrs.get("source", "")).startswith("stickslip "):
         return "not written by stickslip (its attribute `source` does not say so)"
@@ -107,8 +116,7 @@ def _objection(source: Path | str, ds: xr.Dataset, engine: str, marks: Marks | N
     if ds.attrs[SEAL] != digest(ds):
         changed = "names, units, parameters or configuration are not those that were written"
         return f"damaged or changed, {changed}\nhint: if it was changed on purpose, {_UNSEAL}"
-    lacking = _missing_chunks(source, ds) if engine == "zarr" else None
-    return lacking if lacking or marks is None else _misplaced(ds, marks)
+    return None if marks is None else _misplaced(ds, marks)
 
 
 def _misplaced(ds: xr.Dataset, marks: Marks) -> str | None:
@@ -119,7 +127,7 @@ def _misplaced(ds: xr.Dataset, marks: Marks) -> str | None:
         variable = ds.variables[name]
         if name in marks.places and not all(
             marks.fit(name, number, variable.values[part])
-            for number, part in _chunks_in(variable.shape, _chunk_lengths(variable))
+            for number, part in chunks_in(variable.shape, _chunk_lengths(variable))
         ):
             return f"damaged, {name} {_ELSEWHERE}\n{_REMEDY}"
     return None
@@ -147,8 +155,6 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     """The dataset as stored in the file, coordinates and single numbers loaded, the rest waiting."""
     ds = _as_stored(source, engine)
     to_close.callback(ds.close)
-    if engine == "zarr":
-        ds = _in_order(ds, source)
     loaded = dict[Hashable, xr.Variable]()
     for name, variable in ds.variables.items():
         if name in ds.coords or not variable.ndim:
@@ -161,33 +167,18 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
 
 
 def _as_stored(source: Path | str, engine: str, group: str | None = None) -> xr.Dataset:
-    options = {"consolidated": False} | _remote(source) if engine == "zarr" else {"lock": NETCDF_LOCK}
+    options: dict[str, Any] = {"lock": NETCDF_LOCK}
+    if engine == "zarr":
+        import zarr
+
+        remote = UNCACHED if isinstance(source, str) else None
+        root = zarr.open_group(source, mode="r", storage_options=remote)
+        listed = group is None and root.metadata.consolidated_metadata is not None  # the arrays, in their order
+        options = {"consolidated": listed, "storage_options": remote}
     return xr.open_dataset(
         source, engine=engine, group=group, decode_times=False, decode_timedelta=False, chunks=None, cache=False,
         **options,
     )  # fmt: skip
-
-
-def _remote(source: Path | str) -> dict[str, Any]:
-    """The options of a store behind a URL."""
-    return {"storage_options": UNCACHED} if isinstance(source, str) else {}
-
-
-def _in_order(ds: xr.Dataset, source: Path | str) -> xr.Dataset:
-    """The variables in the order of the root, or of their names: a folder has none, and Zarr lists it at random."""
-    import zarr
-
-    known = zarr.open_group(source, mode="r", **_remote(source)).metadata.consolidated_metadata
-    first = {name: i for i, name in enumerate(known.metadata if known else ())}
-    names = sorted(map(str, ds.variables), key=lambda name: (first.get(name, len(first)), name))
-    ordered = xr.Dataset(
-        {name: ds.variables[name] for name in names if name in ds.data_vars},
-        {name: ds.variables[name] for name in names if name in ds.coords},
-        ds.attrs,
-    )
-    ordered.encoding = ds.encoding
-    ordered.set_close(ds.close)
-    return ordered
 
 
 def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:
@@ -220,7 +211,7 @@ class _Guarded(BackendArray):
     def _marked(self, whole: tuple[slice, ...], marks: Marks) -> NDArray[Any]:
         """Chunk after chunk, each compared with its mark, which is that of all its values."""
         joined = np.empty([side.stop - side.start for side in whole], self._variable.dtype)
-        for number, part in _chunks_in(self.shape, _chunk_lengths(self._variable), whole):
+        for number, part in chunks_in(self.shape, _chunk_lengths(self._variable), whole):
             values = self._values(part)
             if not marks.fit(self._name, number, values):
                 raise self._damaged(part, _ELSEWHERE)
@@ -257,17 +248,6 @@ def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
         return slice(0, 0), slice(None)
     start, stop = sorted((chosen[0], chosen[-1]))
     return slice(start, stop + 1), slice(None, None, chosen.step)
-
-
-def _chunks_in(
-    shape: tuple[int, ...], lengths: tuple[int, ...], whole: tuple[slice, ...] | None = None
-) -> Iterator[tuple[tuple[int, ...], tuple[slice, ...]]]:
-    """The chunks of an array that a part of it touches: their numbers along each dimension, and their slices."""
-    sides = whole or tuple(slice(0, length) for length in shape)
-    touched = (range(s.start // n, -(-s.stop // n)) for s, n in zip(sides, lengths, strict=True))
-    for number in product(*touched):
-        ends = zip(number, lengths, shape, strict=True)
-        yield number, tuple(slice(i * n, min((i + 1) * n, end)) for i, n, end in ends)
 
 
 def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily, marks: Marks | None) -> xr.Dataset:
@@ -310,28 +290,6 @@ def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
     return tuple(
         max(1, int(preferred.get(dim, length))) for dim, length in zip(variable.dims, variable.shape, strict=True)
     )
-
-
-def _missing_chunks(source: Path | str, ds: xr.Dataset) -> str | None:
-    """The chunks missing in a Zarr store of which every chunk was written; None if it is whole.
-
-    Zarr takes a chunk that is not there for one that holds nothing but the fill value.
-    """
-    import zarr
-
-    group = zarr.open_group(source, mode="r", use_consolidated=False, **_remote(source))
-    for name in map(str, ds.variables):
-        array: Any = group[name]
-        files = prod(-(-length // n) for length, n in zip(array.shape, array.shards or array.chunks, strict=True))
-        there = _count(source / name / "c") if isinstance(source, Path) and array.ndim else array.nchunks_initialized
-        if there != files:
-            kind = "shards" if array.shards else "chunks"
-            return f"damaged, {name} has {there:,} {kind} of {files:,}\n{_REMEDY}"
-    return None
-
-
-def _count(folder: Path) -> int:
-    return sum(len(names) for _, _, names in os.walk(folder))
 
 
 # --- from the layout of the file to that in memory ------------------------------------------------------------------

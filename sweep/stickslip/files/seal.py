@@ -13,8 +13,9 @@ it reads as fill values. So these differ from all values that are written.
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import product
 from math import prod
 from typing import Any
 
@@ -22,13 +23,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-SEAL = "header_sha256"
+from stickslip.files.locations import SEAL as SEAL
+
 MARKED = "chunk_marks"  # global attribute of files that have the table of marks, which says where it is
 GROUP, TABLE = "seal", "chunk_marks"
 NOBODY_WROTE = np.array(0x7FF8_0000_0571_C511, np.uint64).view(np.float64)[()]  # a NaN no computation ends with
 _NETCDF_FILL = {"i1": -127, "i4": -2147483647, "f8": 9.969209968386869e36}  # where a variable has no fill value
 _SEALED_ATTRIBUTES = ("units", "axis_spacing", "flag_values", "flag_meanings")
 Layout = tuple[tuple[int, ...], tuple[int, ...]]  # of a variable: its shape, that of its chunks
+Contents = dict[tuple[str, tuple[int, ...]], bytes]  # what identifies chunks (`content_of`), by variable and number
 
 
 def sealed(ds: xr.Dataset) -> xr.Dataset:
@@ -66,8 +69,8 @@ class Marks:
     places: Mapping[str, NDArray[np.intp]]
     table: NDArray[np.uint64]
 
-    def noted(self, contents: Mapping[tuple[str, tuple[int, ...]], bytes]) -> NDArray[np.uint64]:
-        """The table, with the marks of chunks put in. contents : by variable, and number along each dimension."""
+    def noted(self, contents: Contents) -> NDArray[np.uint64]:
+        """The table, with the marks of chunks put in."""
         for (name, number), content in contents.items():
             self.table[self.places[name][number]] = self._mark(name, number, content)
         return self.table
@@ -90,6 +93,17 @@ def marks_of(seal: str, layouts: Mapping[str, Layout], table: NDArray[np.uint64]
         places[name] = np.arange(first, first + prod(counts)).reshape(counts)
         first += prod(counts)
     return Marks(seal, places, np.zeros(max(first, 1), np.uint64) if table is None else table)
+
+
+def chunks_in(
+    shape: tuple[int, ...], lengths: tuple[int, ...], whole: tuple[slice, ...] | None = None
+) -> Iterator[tuple[tuple[int, ...], tuple[slice, ...]]]:
+    """The chunks of an array that a part of it touches: their numbers along each dimension, and their slices."""
+    sides = whole or tuple(slice(0, length) for length in shape)
+    touched = (range(s.start // n, -(-s.stop // n)) for s, n in zip(sides, lengths, strict=True))
+    for number in product(*touched):
+        ends = zip(number, lengths, shape, strict=True)
+        yield number, tuple(slice(i * n, min((i + 1) * n, end)) for i, n, end in ends)
 
 
 def content_of(values: NDArray[Any]) -> bytes:

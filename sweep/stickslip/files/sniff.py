@@ -5,12 +5,9 @@ from typing import NamedTuple
 
 _BEGINNINGS = {  # of files, whatever they are called
     b"\x89HDF\r\n\x1a\n": "netcdf", b"CDF\x01": "netcdf", b"CDF\x02": "netcdf", b"CDF\x05": "netcdf",
-    b"PK\x03\x04": "zip", b"\xd0\xcf\x11\xe0": "workbook", b"\x89PNG": "plot", b"%PDF": "plot", b"RIFF": "wav",
+    b"PK\x03\x04": "zip", b"\xd0\xcf\x11\xe0": "workbook", b"\x89PNG": "plot", b"%PDF": "plot",
 }  # fmt: skip
-_SUFFIXES = {
-    ".yaml": "configuration", ".yml": "configuration", ".csv": "table", ".tsv": "table", ".svg": "plot",
-    ".html": "page", ".htm": "page", ".py": "program", ".ipynb": "notebook", ".json": "json",
-}  # fmt: skip
+_SUFFIXES = {".yaml": "configuration", ".yml": "configuration", ".csv": "table", ".tsv": "table", ".svg": "plot"}
 _STORE = ".parts"
 _TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the file
     "configuration": ("a configuration", "`stickslip run {}` computes it, `stickslip validate {}` checks it"),
@@ -21,11 +18,6 @@ _TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the 
     "table": ("a table", "`stickslip fit {}` fits measured points, `stickslip rig features {}` judges a rig record"),
     "zip": ("an archive", None),
     "plot": ("a plot", None),
-    "page": ("a web page", None),
-    "wav": ("a WAV file", None),
-    "program": ("a program", None),
-    "notebook": ("a notebook", None),
-    "json": ("JSON", None),
     "folder": ("a folder", None),
 }
 
@@ -37,9 +29,9 @@ class Expected(NamedTuple):
     patterns: tuple[str, ...]
 
 
-CONFIGURATIONS = Expected(("configuration", "json"), ("*.yaml", "*.yml"))  # JSON is YAML too
+CONFIGURATIONS = Expected(("configuration",), ("*.yaml", "*.yml"))
 RESULTS = Expected(("netcdf", "zarr"), ("*.nc", "*.zarr"))
-TABLES = Expected(("table", "json", "page", "program"), ("*.csv", "*.txt", "*.tsv", "*.dat"))  # any text
+TABLES = Expected(("table",), ("*.csv", "*.txt", "*.tsv", "*.dat"))  # any text
 
 
 class FileKind(NamedTuple):

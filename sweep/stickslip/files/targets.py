@@ -4,8 +4,8 @@ A temporary file beside the target is written, flushed and renamed over it: a cr
 leaves the old file as it was, and what is new survives a power failure. All that writes goes through `replaced`, all
 that is asked to write later through `check_target`.
 
-Services that keep objects behind URLs have no rename. A new Zarr store there is written once the older one is removed.
-Its root is empty from the beginning to the end, which says that nothing whole is there, and that what is there is ours.
+Services that keep objects behind URLs have no rename. A new Zarr store there is written once the older one is removed,
+and its root lists no arrays before the end, which says that nothing whole is there.
 """
 
 import glob
@@ -14,10 +14,9 @@ import os
 import re
 import socket
 import stat
-import time
 import uuid
-from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,13 +25,10 @@ from tempfile import TemporaryFile
 from stickslip.errors import StoreError, reason
 from stickslip.files.locations import ROOT, Check, Move, Url, location, placed, remove
 
-JOURNAL = ".journal"  # in a folder that is being written, if what is there can be gone on with
-_SILENT = 120.0  # s without a note in its journal: a writer on another machine is gone
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
 _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
 _PART = re.compile(r"(?P<machine>[0-9a-f]{8})-(?P<pid>\d+)-[0-9a-f]{8}\.part")
-Begun = Callable[[Path], bool]
 NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
 
 
@@ -147,16 +143,14 @@ def replaced(
     check: Check | None = None,
     *,
     zarr: bool = False,
-    begun: Begun | None = None,
 ) -> Iterator[Path]:
     """A temporary file, to be written inside `with`, that replaces the one behind `path` at its end.
 
-    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`. begun : as
-    for `_neighbour`.
+    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`.
     """
     try:
         target = _behind(path, zarr=zarr)
-        with _neighbour(target, begun) as temporary, placed(temporary, target, move, check, keep=begun is not None):
+        with _neighbour(target) as temporary, placed(temporary, target, move, check):
             yield temporary
     except StoreError:
         raise
@@ -165,43 +159,25 @@ def replaced(
 
 
 @contextmanager
-def _neighbour(target: Path, begun: Begun | None) -> Iterator[Path]:
+def _neighbour(target: Path) -> Iterator[Path]:
     """A name in the folder of `target`, on the same disk so that a rename suffices; gone afterwards.
 
     So are those that processes of this machine left when they were killed; what others write may still be in use. The
     folder is created if need be.
-    begun : tells whether such a folder is a beginning of what is to be written; then that has the name, and what is
-    there after an error is left for the next one.
     """
     raw = os.fsencode(target.name)
     short = target.name if len(raw) <= _LONGEST_TARGET else hashlib.sha256(raw).hexdigest()[:16]
     here = hashlib.sha256(f"{host()} {space()}".encode()).hexdigest()[:8]
-    random = uuid.uuid4().hex[:8]
-    temporary, nobodys = (target.with_name(f".{short}.{here}-{pid}-{random}.part") for pid in (os.getpid(), 0))
+    temporary = target.with_name(f".{short}.{here}-{os.getpid()}-{uuid.uuid4().hex[:8]}.part")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         for path in target.parent.glob(f".{glob.escape(short)}.*-*-*.part"):
-            named = _PART.fullmatch(path.name[len(short) + 2 :])
-            if not named:  # of another target
-                continue
-            ours = named["machine"] == here and not is_alive(int(named["pid"]))
-            if begun and not temporary.exists() and (ours or _is_silent(path)) and begun(path):
-                with suppress(OSError):  # another one was faster
-                    os.rename(path, temporary)
-            elif ours:
+            writer = _PART.fullmatch(path.name[len(short) + 2 :])  # None: of another target
+            if writer and writer["machine"] == here and not is_alive(int(writer["pid"])):
                 remove(path)
         yield temporary
     finally:
-        if begun and begun(temporary):
-            os.rename(temporary, nobodys)
         remove(temporary)
-
-
-def _is_silent(path: Path) -> bool:
-    """Tell whether nothing has been noted in a journal for a while."""
-    with suppress(OSError):
-        return time.time() - (path / JOURNAL).stat().st_mtime > _SILENT
-    return False
 
 
 # --- stores behind URLs -----------------------------------------------------------------------------------------------
@@ -215,7 +191,7 @@ def _check_writable(target: Url) -> None:
 
 
 def begin_store(target: Url) -> None:
-    """Make room for a new store, whose root is to be put at last."""
+    """Make room for a new store; the empty root says that what is there is ours, and not whole."""
     there = _keys_of_ours(target)
     target.put(ROOT, b"")
     target.remove(*{key.partition("/")[0] for key in there} - {ROOT})
@@ -255,6 +231,6 @@ def is_alive(pid: int) -> bool:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):
         return False
-    except OSError:
-        return True
+    except OSError:  # of another user
+        pass
     return True

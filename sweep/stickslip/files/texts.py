@@ -30,8 +30,6 @@ from stickslip.files.sniff import TABLES, neighbours, wrong_file_type
 
 LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and takes three times as much
 LARGEST_WORKBOOK = 64_000_000  # bytes as a file; a full sheet of 1,048,576 rows of four numbers has 40e6
-LARGEST_UNPACKED = 256_000_000  # bytes of all parts of a workbook; such a sheet has 160e6
-MOST_PACKED = 200  # how many times smaller parts may be packed; those of sheets are 5 to 20 times, of bombs 1,000
 LONGEST_LINE = 100_000  # bytes
 MOST_COLUMNS = 1_000  # a sheet of Excel may have 16,384, a table of materials or signals some ten
 MOST_POINTS = 100_000  # lines of a table of points, which are fitted one by one; a record is averaged to points
@@ -168,7 +166,7 @@ def read_sheets(path: Path) -> dict[str, str]:
 
 @lru_cache(maxsize=4)
 def _read_sheets(path: Path, *_: int) -> dict[str, str]:
-    check_parts(path)
+    check_file(path, LARGEST_WORKBOOK)
     sheets = {}
     try:
         openpyxl = import_module("openpyxl")  # of the extra "excel"
@@ -249,23 +247,6 @@ def check_points(name: str, rows: int) -> None:
     if rows > MOST_POINTS:
         message = f"more than {MOST_POINTS:,} points, expected fewer"
         raise ConfigError.of(name, message, "`stickslip points` averages the steps of a record to points")
-
-
-def check_parts(path: Path) -> None:
-    """Raises ConfigError for a workbook whose parts would not fit, as its own table of contents tells."""
-    from zipfile import BadZipFile, ZipFile
-
-    check_file(path, LARGEST_WORKBOOK)
-    try:
-        with ZipFile(path) as archive:
-            parts = archive.infolist()
-            unpacked, packed = sum(part.file_size for part in parts), sum(part.compress_size for part in parts)
-    except (OSError, BadZipFile, NotImplementedError) as error:
-        raise _damaged_workbook(path, error) from None
-    if unpacked > LARGEST_UNPACKED or unpacked > max(MOST_PACKED * packed, 10_000_000):
-        message = f"a workbook of {unpacked / 1e6:,.0f} MB, packed into {packed / 1e6:,.2f} MB"
-        limits = f"at most {LARGEST_UNPACKED / 1e6:,.0f} MB, packed to no less than a {MOST_PACKED}th"
-        raise ConfigError.of(path, f"{message}, expected {limits}", "save the sheet as CSV")
 
 
 def _damaged_workbook(path: Path, error: Exception) -> ConfigError:

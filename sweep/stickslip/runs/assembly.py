@@ -3,7 +3,6 @@
 A block of a plain map is a chunk of the file, packed as the file wants it: it is checked, and put in as it is.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,12 +15,12 @@ from stickslip.dataset.provenance import INCOMPLETE, provenance
 from stickslip.engine import Progress, Results, in_order
 from stickslip.errors import DamagedBlockError
 from stickslip.files import writing
-from stickslip.files.chunks import Chunks
 from stickslip.files.locations import Check, Location
+from stickslip.files.netcdf import NetcdfChunks
 from stickslip.runs.blocks import Blocks, blocks_of_chunks, chunks_of, extent, regions
 from stickslip.runs.work import MapStudy, Work
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.encoding import Column, column
+from stickslip.runs.workdir.encoding import StoredColumn, column
 from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.cells import Cells
 
@@ -63,7 +62,7 @@ class Gathered:
 
     def __init__(self, store: BlockStore, work: Work, repair: Callable[[int], Results] | None, notice: Notice) -> None:
         self._store, self._work, self._repair, self._notice = store, work, repair, notice
-        self._remembered: OrderedDict[int, Results] = OrderedDict()
+        self._block = lru_cache(_REMEMBERED)(self._load)
         self.missing: dict[int, int] = {}
 
     def item(self, number: int) -> tuple[Results, int]:
@@ -87,24 +86,17 @@ class Gathered:
             return pieces[0]
         return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
-    def _block(self, number: int) -> Results:
-        if number not in self._remembered:
-            self._remembered[number] = self._load(number)
-            if len(self._remembered) > _REMEMBERED:
-                self._remembered.popitem(last=False)
-        return self._remembered[number]
-
     def _load(self, number: int) -> Results:
         return {name: stored.values() for name, stored in self.columns(number, self.read(number)).items()}
 
-    def read(self, number: int) -> Mapping[str, Column] | Exception:
+    def read(self, number: int) -> Mapping[str, StoredColumn] | Exception:
         """The columns of a block as they are stored, or why it must not be used; by any thread."""
         try:
             return self._store.stored(number, self._work)
         except (FileNotFoundError, DamagedBlockError) as why:
             return why
 
-    def columns(self, number: int, stored: Mapping[str, Column] | Exception) -> Mapping[str, Column]:
+    def columns(self, number: int, stored: Mapping[str, StoredColumn] | Exception) -> Mapping[str, StoredColumn]:
         """The columns that were `read`, or what stands for them."""
         if not isinstance(stored, Exception):
             return stored
@@ -154,14 +146,12 @@ def assemble(
     threads = work.options.threads
 
     def fill(file: Any) -> None:
-        with writing.open_chunks(file, threads) as target:
-            if chunks:
-                _copy_blocks(gathered, store.blocks, canvas.grid, target, threads, progress)
-            else:
-                _write_by_region(canvas, target, progress)
+        if chunks:
+            _copy_blocks(gathered, store.blocks, canvas.grid, file, threads, progress)
+        else:
+            _write_by_region(canvas, file, progress)
 
-    identity = f"{store.manifest.created} {' '.join(kernels)}" if store.is_complete() else None
-    writing.write(template, output, fill, chunks, check, identity)
+    writing.write(template, output, fill, chunks, check, threads)
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
@@ -172,32 +162,33 @@ def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
     return {INCOMPLETE: f"{missing:,} of {work.size:,} {work.study.counted} are not computed"}
 
 
-def _write_by_region(canvas: Canvas, target: Chunks, progress: Progress | None) -> None:
-    """The map chunk after chunk, all variables of each."""
+def _write_by_region(canvas: Canvas, target: Any, progress: Progress | None) -> None:
+    """The map chunk after chunk, all variables of each. target : a `NetcdfChunks` or `ZarrChunks`."""
     shape, size = canvas.grid.shape, canvas.grid.size
-    chunks = blocks_of_chunks(target.layout("regime").chunks, shape)
+    chunks = blocks_of_chunks(target.chunks("regime"), shape)
     for number in range(chunks.count):
         cells = chunks.cells(number)
         (region,) = regions(cells.start, cells.stop, shape)
-        origin = [side.start for side in region]
-        lacking = [name for name in canvas.columns if not target.holds(name, origin)]
-        if lacking:
-            results = canvas.cells(cells)
-        for name in lacking:
-            target.write(name, results[name].reshape(extent(region)), origin)
+        for name, values in canvas.cells(cells).items():
+            target.write(name, values.reshape(extent(region)), [side.start for side in region])
         if progress:
             progress(cells.stop, size)
 
 
 def _copy_blocks(
-    gathered: Gathered, blocks: Blocks, grid: Cells, target: Chunks, threads: int | None, progress: Progress | None
+    gathered: Gathered,
+    blocks: Blocks,
+    grid: Cells,
+    target: NetcdfChunks,
+    threads: int | None,
+    progress: Progress | None,
 ) -> None:
     """Blocks that are chunks, in their order, read and checked by threads."""
 
     @lru_cache(maxsize=64)  # NaN and the like: a chunk that is packed once
     def of_one_value(name: str, value: bytes) -> Any:
         layout = target.layout(name)
-        return layout.pack(np.full(layout.chunks, np.frombuffer(value, layout.dtype)))
+        return layout.packed(np.full(layout.chunks, np.frombuffer(value, layout.dtype)))
 
     for number, block in enumerate(in_order(gathered.read, range(blocks.count), threads)):
         cells = blocks.cells(number)

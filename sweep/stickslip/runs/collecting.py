@@ -63,9 +63,8 @@ def collect(request: Request) -> Collected:
 
     anew = store.manifest.fresh and store.is_complete()  # as the run would replace it
     with existing_output.opened(request.output, request.config, anew, _OTHER) as old:
-        work = (
-            Work(request.config, old.known, store.blocks, old.grid) if old else Work(request.config, cut=store.blocks)
-        )
+        known, grid = (old.known, old.grid) if old else (None, None)
+        work = Work(request.config, known, store.blocks, grid)
         gathered = Gathered(store, work, None, request.notice)
         if work.known and isinstance(request.output, Url):
             work.known.dataset.load()  # the older store goes before the new one is written

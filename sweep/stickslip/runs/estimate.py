@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
@@ -16,7 +15,7 @@ from stickslip.config.studies import Study
 from stickslip.dataset.build import map_template
 from stickslip.engine import Options, Results, bytes_per_cell, columns, compute, processors, warm_up
 from stickslip.files import writing
-from stickslip.files.locations import Location, location
+from stickslip.files.locations import location
 from stickslip.runs.blocks import Blocks
 from stickslip.runs.work import Work
 from stickslip.vocabulary.cells import Cells
@@ -84,9 +83,13 @@ def probe(cells: Cells | SampleStudy, options: Options, most: int = _TRIED) -> P
 class LastWrite:
     """The map put into its file, by one process, once all blocks are there. size : bytes, compressed."""
 
-    seconds: float
     size: int
     files: int
+
+    @property
+    def seconds(self) -> float:
+        """Time, which the disk takes."""
+        return self.size / DISK
 
 
 @dataclass(frozen=True)
@@ -133,18 +136,18 @@ class Estimate:
         """Bytes of the map before compression, or in memory."""
         return self.map_cells * self.each
 
-    def on(self, nodes: int, threads: int) -> Nodes:
+    def on(self, nodes: int, threads: int) -> NodeEstimate:
         """The estimate for shards on nodes of so many threads, each thread as fast as one here."""
         shards = min(nodes, self.blocks.count)
         least, most = self.blocks.count // shards, -(-self.blocks.count // shards)
         thread_seconds = self.tried.seconds_per_cell * min(self.tried.threads, processors())  # for a cell
         block = self.cells / self.blocks.count * thread_seconds
         memory = _PROGRAM + _ONCE + min(threads, most) * self.block_memory
-        return Nodes(nodes, threads, most, least, block, self.blocks.count, memory)
+        return NodeEstimate(nodes, threads, most, least, block, self.blocks.count, memory)
 
 
 @dataclass(frozen=True)
-class Nodes:
+class NodeEstimate:
     """Shards, one a node.
 
     most, least : blocks of a shard. block_seconds : time of a thread for a block. memory : bytes of a node, with the
@@ -190,15 +193,10 @@ def estimate(config: Config) -> Estimate:
     map_cells = grid.size if study.name == "map" else 0
     number, last_write = study.cells_each * work.size, None
     if map_cells and grid.shape and config.output.file and not config.uncertain:
-        kept = {name: tried.results[name] for name in columns(options)}
+        written = {name: tried.results[name] for name in columns(options)}
         template, output = map_template(grid, getattr(study, "map_columns", study.columns), {}), config.output.file
-        last_write = _last_write(kept, template, location(output), tried.threads)
+        share = template["regime"].size / tried.results["regime"].size
+        last_write = LastWrite(
+            int(share * writing.packed_bytes(written)), writing.count_files(template, location(output))
+        )
     return Estimate(study, blocks, tried, at_once, number, map_cells, each, block_memory, last_write)
-
-
-def _last_write(sample: Results, template: xr.Dataset, output: Location, threads: int) -> LastWrite:
-    """What it takes to write a map such as the template, from the results of some of its cells."""
-    cells = template["regime"].size / sample["regime"].size
-    seconds, size = writing.rehearse(sample, output.suffix)
-    files = writing.count_files(template, output)
-    return LastWrite(cells * (seconds / min(threads, processors()) + size / DISK), int(cells * size), files)

@@ -56,7 +56,7 @@ def opened(
         return
     hint = _ANEW * (remedy == START_OVER) + _OTHER_FILE
     try:
-        dataset = reading.open(output)
+        dataset = reading.look_into(output)
     except StoreError as error:
         raise StoreError(str(error), hint=hint) from error
     with dataset:

@@ -9,7 +9,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.grid import quantity_of
-from stickslip.runs.blocks import Region, regions
 from stickslip.vocabulary.cells import Cells
 
 Indices = NDArray[np.int64]
@@ -30,26 +29,15 @@ class KnownCells:
 
     def cells(self, cells: range) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
         """Flags of the known cells of a range of the new grid, and their results; None if none is known."""
-        parts = [self._region(region) for region in regions(cells.start, cells.stop, self.shape)]
-        have = np.concatenate([part[0] for part in parts])
+        numbers = np.unravel_index(np.arange(cells.start, cells.stop), self.shape or (1,))
+        places = [points[number] for points, number in zip(self.points, numbers, strict=False)]  # none of a single cell
+        have = np.logical_and.reduce([place >= 0 for place in places] or [np.ones(len(cells), bool)])
         if not have.any():
             return None
-        results = [part[1] for part in parts if part[1]]
-        return have, {name: np.concatenate([part[name] for part in results]) for name in results[0]}
-
-    def _region(self, region: Region) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]:
-        """Flags and results as `cells` gives them, of a region; no results where none are known."""
-        places = [points[side] for points, side in zip(self.points, region, strict=True)]
-        have: NDArray[np.bool_] = np.ones((), bool)
-        for place in places:
-            have = np.logical_and.outer(have, place >= 0)
-        if not have.any():
-            return have.ravel(), {}
         dims = self.dataset["regime"].dims
-        indices = {dim: place[place >= 0] for dim, place in zip(dims, places, strict=True)}
-        part = self.dataset.drop_vars(self.dataset.coords).isel(indices).transpose(*dims).load()
+        indices = {dim: xr.DataArray(place[have], dims="cell") for dim, place in zip(dims, places, strict=True)}
+        part = self.dataset.drop_vars(self.dataset.coords).isel(indices).load()
         computed = part["regime"].values.ravel() != 0
-        have = have.ravel()
         have[have] = computed
         return have, {str(name): part[name].values.ravel()[computed] for name in part.data_vars}
 

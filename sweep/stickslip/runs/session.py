@@ -153,7 +153,7 @@ def run(request: Request) -> Outcome:
         check_target(request.output, "result")
     if not request.fresh:
         block_store.check_before(folder, Work(request.config), request.shard is not None)
-    with _machines(request, folder) as machines:
+    with _machines(request) as machines:
         return _locked(request, folder, _missing, machines, request.fresh)
 
 
@@ -163,7 +163,7 @@ def retry_failed(request: Request) -> Outcome:
     if block_store.is_empty(folder) and (whole := _finished(request)):
         return whole
     anew = block_store.find(folder).manifest.fresh  # as the run that began it
-    with _machines(request, folder) as machines:
+    with _machines(request) as machines:
         return _locked(request, folder, _failed_before, machines, anew)
 
 
@@ -175,9 +175,9 @@ def _finished(request: Request) -> Outcome | None:
 
 
 @contextmanager
-def _machines(request: Request, folder: Folder) -> Iterator[Machines]:
-    """The machines of a request, found before anything is changed; no cluster if there are no blocks to compute."""
-    if request.cluster is None or _has_all_blocks(request, folder):
+def _machines(request: Request) -> Iterator[Machines]:
+    """The machines of a request, found before anything is changed."""
+    if request.cluster is None:
         yield compute_blocks, None
         return
     from stickslip.runs.dask import connecting, dispatch
@@ -185,15 +185,6 @@ def _machines(request: Request, folder: Folder) -> Iterator[Machines]:
     threads = request.config.execution.threads
     with connecting.connected(request.cluster, threads, request.notice) as cluster:
         yield partial(dispatch.compute_blocks, cluster), str(cluster)
-
-
-def _has_all_blocks(request: Request, folder: Folder) -> bool:
-    try:
-        store = block_store.find(folder)
-    except StoreError:
-        return False
-    goes_on = not request.fresh or block_store.goes_on_fresh(store.manifest, Work(request.config))
-    return store.is_complete() and goes_on
 
 
 def _missing(store: BlockStore, own: set[int]) -> set[int]:
@@ -259,18 +250,15 @@ class _Session:
         if request.shard is None:
             block_store.remove_temporary(store.folder)
         before, numbers, tally = store.cells(store.finished()), choose(store, own), Tally()
+        say = request.news or request.notice
         if not own:
-            (request.news or request.notice)(
-                f"shard {request.shard} has nothing to compute: there are only {store.blocks.count:,} blocks"
-            )
+            say(f"shard {request.shard} has nothing to compute: there are only {store.blocks.count:,} blocks")
         if numbers and (finished := store.finished() & own):
             of = f" of shard {request.shard}" if request.shard else ""
-            (request.news or request.notice)(
-                f"{store.cells(finished):,} of {store.cells(own):,} {work.study.counted}{of} were found finished in "
-                f"{store.where}"
-            )
+            counts = f"{store.cells(finished):,} of {store.cells(own):,} {work.study.counted}{of}"
+            say(f"{counts} were found finished in {store.where}")
         if numbers and isinstance(request.output, Url):
-            (request.news or request.notice)(f"finished blocks are kept in {store.where} until the result is written")
+            say(f"finished blocks are kept in {store.where} until the result is written")
         compute, name = machines
         if numbers and name is None:
             for law in work.study.kernels:

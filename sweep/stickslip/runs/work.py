@@ -18,8 +18,8 @@ from stickslip.config.options import map_options_of, options_of
 from stickslip.config.studies import Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag
+from stickslip.files.filters import NETCDF, PLAIN
 from stickslip.files.locations import Location
-from stickslip.files.netcdf import NETCDF, PLAIN
 from stickslip.runs.blocks import Blocks, blocks_of
 from stickslip.runs.known_cells import KnownCells
 from stickslip.studies.study import joined
@@ -88,42 +88,28 @@ class Work:
         stop, moved : as for `Study.compute`.
         """
         items, stop = self.blocks.cells(number), stop_flag() if stop is None else stop
-        old = self.known_cells(number)
-        if old is None:
+        known = self.known_cells(number)
+        if known is None:
             return Block(self.study.compute(items, stop, moved), 0)
-        have = old[0]
-        some = self.map.compute_some(items, ~have, stop, moved)
+        assert isinstance(self.study, MapStudy)
+        have, values = known
+        computed = self.study.compute_chosen(items, ~have, stop, moved)
         if moved:
             moved(int(have.sum()))
-        return Block(self.joined(number, old, some), int(have.sum()))
-
-    def compute_some(self, number: int, wanted: NDArray[np.bool_]) -> Results:
-        """Those cells of a block of a map that `wanted` marks, one flag per cell."""
-        return self.map.compute_some(self.blocks.cells(number), wanted, stop_flag())
-
-    @property
-    def map(self) -> MapStudy:
-        """Return what is computed, where that is known to be a map."""
-        assert isinstance(self.study, MapStudy)
-        return self.study
+        results = self.study.blank(items)
+        for name, column in results.items():
+            column[have], column[~have] = values[name], computed[name]
+        return Block(results, int(have.sum()))
 
     def known_cells(self, number: int) -> tuple[NDArray[np.bool_], Results] | None:
         """Return which cells of a block an older map holds, and their results; None if it holds none."""
         return self.known.cells(self.blocks.cells(number)) if self.known else None
 
-    def joined(self, number: int, known: tuple[NDArray[np.bool_], Results], computed: Results) -> Results:
-        """The results of a block of which some cells were known, and the others were computed."""
-        have, values = known
-        results = self.study.blank(self.blocks.cells(number))
-        for name, column in results.items():
-            column[have], column[~have] = values[name], computed[name]
-        return results
-
     def known_only(self, number: int) -> Results:
         """The results of a block as far as an older map holds them; other items are "not computed"."""
         results = self.study.blank(self.blocks.cells(number))
-        if old := self.known_cells(number):
-            have, values = old
+        if known := self.known_cells(number):
+            have, values = known
             for name, column in results.items():
                 column[have] = values[name]
         return results
@@ -132,7 +118,7 @@ class Work:
         """Return whether columns of these types and sizes are those of a block of this study."""
         size = None if self.study.ragged else len(self.blocks.cells(number))
         wanted = {name: dtype.newbyteorder("<") for name, dtype in self.study.columns.items()}
-        return types == wanted and all(size in (None, found) for found in sizes)
+        return types == wanted and all(size in (None, cells) for cells in sizes)
 
 
 # --- the map as a study: its items are the cells of the grid ----------------------------------------------------------
@@ -157,7 +143,7 @@ class MapStudy(Study):
         """The numbers of an undivided run, bit for bit."""
         return compute_range(self.grid, items.start, items.stop, self.options, stop, moved)
 
-    def compute_some(
+    def compute_chosen(
         self, items: range, chosen: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
     ) -> Results:
         """Those cells of a range that `chosen` marks, one flag per cell."""

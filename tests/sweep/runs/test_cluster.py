@@ -1,13 +1,11 @@
 """Blocks computed by a real Dask scheduler and real workers, which are killed."""
 
-import json
 import os
 import re
 import signal
 import subprocess
 import sys
 import threading
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -110,20 +108,6 @@ def test_a_store_that_workers_do_not_see_is_written_by_the_client(cluster, confi
     same(opened(output), whole)
 
 
-def test_of_an_extended_axis_workers_compute_the_new_cells_only(cluster, tmp_path, output, small_blocks):
-    text = "system: {{mass: 1, normal_load: 1}}\nfriction: {{a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}}\n"
-    text += "axes: {{stiffness: {0}, belt_speed: {{start: 0.05, stop: 1, num: 50}}}}\n"
-    config = tmp_path / "grows.yaml"
-    config.write_text(text.format([1, 2, 3, 4]))
-    stickslip.run(config, output).close()
-    config.write_text(text.format([0.5, 1, 2, 3, 4, 5]))
-    outcome = {}
-    stickslip.run(config, output, dask=cluster.address, progress=lambda *counts: outcome.update(counts=counts)).close()
-    assert outcome["counts"] == (300, 300)
-    assert cluster.computed() == [0, 5], "the others are known"
-    same(opened(output), stickslip.run(config))
-
-
 def test_a_block_that_kills_every_worker_is_recorded_and_the_others_finish(cluster, config, output, whole):
     cluster.say("deadly-20")
     with pytest.raises(
@@ -157,26 +141,6 @@ def test_workers_of_another_version_are_refused_by_name(cluster, config, output,
         stickslip.run(config, output, dask=cluster.address)
     assert re.search(rf"3 of 3 workers .*\n  tcp://\S+ on \S+: numba {there['numba']} \(here 0.1\)", str(caught.value))
     assert not output.with_name("map µ.nc.parts").exists()
-
-
-def test_a_worker_of_another_version_that_joins_later_ends_the_run(cluster, config, output, monkeypatch):
-    from stickslip.runs.dask import dispatch, worker
-
-    monkeypatch.setattr(dispatch, "versions", lambda: worker.versions() | {"kernels": "edited"})
-    with pytest.raises(stickslip.IncompleteError, match=r"a worker on \S+: kernels \w+ \(here edited\)"):
-        stickslip.run(config, output, dask=cluster.address)
-
-
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="peak memory is read from /proc")
-def test_memory_does_not_grow_with_the_blocks(cluster, tmp_path):
-    """2,025 blocks, of which the last four fifths count; a block's results kept anywhere would be seen."""
-    config = write_config(tmp_path, num=360, more="solver: {rtol: 0.01}\n")
-    script = Path(__file__).with_name("cluster_memory.py")
-    command = [sys.executable, script, config, tmp_path / "many.parts", cluster.address]
-    done = subprocess.run(command, env=environment(cluster.folder), capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["blocks"] > 1500 and max(told["growth"].values()) < 30, told
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://nowhere", "gone.json"])
@@ -213,15 +177,6 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
     assert "cells were found finished" in errors and re.search(r"on \d Dask workers? \(this machine\)", out)
     assert sorted(shared.computed()) == sorted(set(range(COUNT)) - there)
     same(opened(output), whole)
-
-
-def test_workers_on_this_machine_keep_the_memory_of_a_block_for_the_next(kernels, monkeypatch):
-    from stickslip.runs.dask import connecting
-
-    monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
-    with connecting.connected("local", 1, print) as cluster:
-        (trimmed,) = cluster.client.run(os.environ.get, "MALLOC_TRIM_THRESHOLD_").values()
-    assert trimmed is None
 
 
 def finished(store):

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ from helpers.runs import FEW, block_files, interrupted_after, same, stop_early, 
 from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files.locations import folder_at
-from stickslip.runs import session, work
-from stickslip.runs.session import request_for
+from stickslip.runs import work
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------
 
@@ -50,30 +48,6 @@ def test_status_names_the_shards_that_lack_blocks_whatever_became_of_them(config
     assert "shard     4/4" not in CliRunner().invoke(main, ["status", store]).output
 
 
-def test_a_shard_without_blocks_says_so(config, output):
-    told = []
-    assert stickslip.run_shard(config, "16/20", f"{output}.parts", notice=told.append).computed == 0
-    assert told == ["shard 16/20 has nothing to compute: there are only 15 blocks"]
-
-
-def test_what_is_finished_has_nothing_to_retry(config, output, whole):
-    config.write_text(config.read_text() + f"output: {{file: {output}}}\n")
-    stickslip.run(config, output).close()
-    before = output.read_bytes()
-    done = CliRunner().invoke(main, ["retry-failed", str(config)])
-    assert done.exit_code == 0 and "complete" in done.output, done.output
-    assert output.read_bytes() == before and not output.with_name("map.nc.parts").exists()
-    output.unlink()
-    done = CliRunner().invoke(main, ["retry-failed", str(config)])
-    assert done.exit_code == 2 and "no working store there" in done.stderr
-
-
-def test_two_runs_of_one_shard_compute_it_once(config, tmp_path, computed):
-    for _ in range(2):
-        stickslip.run_shard(config, "1/3", tmp_path / "s")
-    assert sum(computed) == 300
-
-
 def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output, whole):
     stickslip.run_shard(config, "1/3", f"{output}.parts")
     with stickslip.collect(config, output) as part:
@@ -83,14 +57,6 @@ def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output
             np.testing.assert_array_equal(part[name].values.ravel()[finished], whole[name].values.ravel()[finished])
         assert np.isnan(part["period"].values.ravel()[~finished]).all()
     assert len(block_files(f"{output}.parts")) == 5
-
-
-def test_a_run_goes_on_from_shards_and_from_what_was_collected(config, output, whole, computed):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    stickslip.collect(config, output).close()
-    del computed[:]
-    same(stickslip.run(config, output), whole)
-    assert sum(computed) == 900 - 300
 
 
 def test_collecting_keeps_the_cells_of_a_map_that_is_being_extended(tmp_path, small_blocks):
@@ -109,29 +75,6 @@ def test_collecting_does_not_replace_another_map(config, output):
     os.rename(output.with_name("b.nc"), output)
     with pytest.raises(StoreError, match="made from another configuration"):
         stickslip.collect(config, output)
-
-
-def test_nothing_to_collect_is_said(config, output):
-    with pytest.raises(StoreError, match="no working store there"):
-        stickslip.collect(config, output)
-
-
-def test_a_store_without_finished_blocks_has_nothing_to_collect(config, output, fragile):
-    fragile[:] = range(15)
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    with pytest.raises(StoreError, match="no finished blocks there"):
-        stickslip.collect(config, output)
-
-
-def test_a_record_of_a_failure_that_is_damaged_is_shown_as_one(config, output, fragile):
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    (record, _) = sorted(path for path in output.with_name("map.nc.parts").iterdir() if b"ZeroDivision" in
-                         path.read_bytes())  # fmt: skip
-    record.write_text('{"message": ')
-    first, second = stickslip.status(f"{output}.parts").failures
-    assert first.message == "the record of what happened is damaged" and "ZeroDivisionError" in second.message
 
 
 @pytest.mark.parametrize("shard", ["0/3", "4/3", "1", "1/0", "a/b", "-1/3"])
@@ -186,13 +129,6 @@ def test_blocks_that_fail_are_recorded_and_the_others_computed(config, output, w
     same(stickslip.open(output), whole)
 
 
-def test_a_map_without_the_blocks_that_failed_can_be_collected(config, output, fragile):
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    with stickslip.collect(f"{output}.parts") as ds:
-        assert int((ds["regime"] == 0).sum()) == 120
-
-
 def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile, monkeypatch):
     """After the one that fails none is begun; which have been before it is up to the threads that take turns."""
     config.write_text(config.read_text().replace("block: 4096", "threads: 1"))
@@ -209,22 +145,6 @@ def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile, monkey
     assert block_files(f"{output}.parts") == sorted(f"block-{number:08}" for number in begun[:-1])
 
 
-def test_a_block_that_was_computed_after_it_failed_is_no_failure(config, output, whole, fragile):
-    """As a store has it whose process was killed between the two."""
-    with pytest.raises(stickslip.IncompleteError):
-        stickslip.run(config, output)
-    folder = output.with_name("map.nc.parts")
-    records = {path: path.read_bytes() for path in folder.glob("failed-*")}
-    del fragile[:]
-    session.retry_failed(replace(request_for(folder), keep=True))
-    output.unlink()
-    for path, record in records.items():
-        path.write_bytes(record)
-    assert stickslip.status(folder).failures == ()
-    same(stickslip.run(config, output), whole)
-    assert not folder.exists()
-
-
 def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
     """Killed between removing the manifest and the lock."""
     stickslip.run(config, output).close()
@@ -238,22 +158,3 @@ def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
         assert done.exit_code == 0, done.output
     assert not folder.exists()
     same(stickslip.open(output), whole)
-
-
-def test_collect_names_no_option_it_has_not(config, output):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    output.write_bytes(b"something else")
-    with pytest.raises(StoreError) as refused:
-        stickslip.collect(config, output)
-    told = refused.value.on_command_line
-    assert "fresh" not in told and "--output names another file" in told
-
-
-def test_no_command_hints_at_an_option_that_another_one_has(config, output):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    manifest = output.with_name("map.nc.parts") / "manifest.json"
-    manifest.write_text(manifest.read_text()[:-9])
-    for command in ("collect", "status"):
-        done = CliRunner().invoke(main, [command, f"{output}.parts"])
-        assert done.exit_code == 2 and "damaged" in done.stderr
-        assert "stickslip run --fresh" in done.stderr and done.stderr.count("--fresh") == 1

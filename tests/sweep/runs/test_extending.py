@@ -15,8 +15,6 @@ from stickslip.runs.known_cells import as_before, points_of
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 def test_extending_axes_computes_only_the_new_cells(tmp_path, small_blocks, computed, suffix):
-    if suffix == ".zarr":
-        pytest.importorskip("zarr")
     output = tmp_path / f"map{suffix}"
     speeds, more = (f"{{start: 0.0, stop: {stop}, num: {num}}}" for stop, num in ((1, 41), (2, 81)))
     config = with_axes(tmp_path / "a.yaml", FEW, speeds)

@@ -1,7 +1,6 @@
 """Two runs on one store."""
 
 import json
-import os
 import subprocess
 import sys
 import threading
@@ -56,64 +55,12 @@ def test_a_lock_of_no_time_or_process_holds_nobody_up(config, output, whole, cha
     assert stickslip.run(config, output, notice=lambda text: None)["regime"].equals(whole["regime"])
 
 
-def test_what_a_lock_says_cannot_command_the_terminal(config, output):
-    holding(output, user="Ada\x1b]0;owned\x07\n\udc80", host="h" * 5000)
-    told = r"another run works there: Ada\\x1b\]0;owned\\x07\\n\\udc80 on h{100}, process 1"
-    with pytest.raises(StoreError, match=told):
-        stickslip.run(config, output)
-
-
-@pytest.mark.parametrize("name", ["lock-1-of-0.json", "lock-9-of-3.json", "locksmith.txt"])
-def test_what_is_called_like_a_lock_and_is_none_is_left_alone(config, output, name):
-    stickslip.run_shard(config, "1/3", f"{output}.parts")
-    stranger = output.with_name("map.nc.parts") / name
-    stranger.write_text("{}")
-    assert stickslip.status(f"{output}.parts").holders == ()
-    stickslip.run(config, output).close()
-    assert [path.name for path in stranger.parent.iterdir()] == [name]
-
-
-def test_a_run_that_is_refused_leaves_no_folder(config, output, monkeypatch):
-    """Of what goes wrong once the store is locked."""
-
-    def full(*_):
-        raise StoreError("no space left")
-
-    monkeypatch.setattr("stickslip.runs.session.block_store.prepare", full)
-    with pytest.raises(StoreError, match="no space left"):
-        stickslip.run(config, output)
-    assert not output.with_name("map.nc.parts").exists()
-
-
 def test_a_lock_that_is_not_whole_is_nobodys(config, output, whole):
     folder = output.with_name("map.nc.parts")
     folder.mkdir()
     (folder / "lock.json").write_text('{"pid": ')
     same(stickslip.run(config, output), whole)
     assert not folder.exists()
-
-
-def test_a_process_of_another_user_counts_as_alive(config, output, monkeypatch):
-    def forbidden(pid, signal):
-        raise PermissionError
-
-    monkeypatch.setattr("os.kill", forbidden)
-    holding(output, host=targets.host(), space=targets.space())
-    with pytest.raises(StoreError, match="another run works there"):
-        stickslip.run(config, output)
-
-
-def test_a_user_without_a_name_is_told_by_number(config, output, monkeypatch):
-    """A container may have no list of users."""
-
-    def unknown():
-        raise KeyError("getpwuid(): uid not found: 1234")
-
-    monkeypatch.setattr("getpass.getuser", unknown)
-    users = []
-    stickslip.run(config, output, progress=lambda done, of: users.extend(
-        holder.user for holder in stickslip.status(f"{output}.parts").holders)).close()  # fmt: skip
-    assert users and set(users) == {f"user {os.getuid()}" if hasattr(os, "getuid") else "somebody"}
 
 
 def test_a_run_whose_lock_was_taken_stops(config, output, monkeypatch):

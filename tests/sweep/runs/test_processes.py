@@ -2,13 +2,10 @@
 
 import json
 import os
-import random
 import re
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -89,26 +86,6 @@ def test_a_second_run_is_refused_while_the_first_computes_and_ctrl_c_leaves_it_r
 
 
 @posix
-@pytest.mark.slow
-def test_disks_that_are_full_at_any_moment_leave_a_store_that_is_resumed(tmp_path, monkeypatch):
-    """Limits at random, between no room for the first lock and room for all."""
-    import resource
-
-    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # it would have no room either, and say so
-    chance, config = random.Random(SEED), write_config(tmp_path, num=200)
-    whole = stickslip.run(config)
-    for suffix in ("nc", "zarr"):
-        for number in range(6):
-            output, limit = tmp_path / f"{number}.{suffix}", int(10 ** chance.uniform(1.5, 6.2))
-            code, _, errors = called("run", config, "-o", output, "--no-plot", preexec_fn=lambda limit=limit:
-                                     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))  # fmt: skip
-            assert code in (0, 1, 2), limit
-            assert (code == 0) == output.exists() and (code == 0 or "cannot be written" in errors), (limit, errors)
-            stickslip.run(config, output).close()
-            same_bits(output, whole)
-
-
-@posix
 @pytest.mark.parametrize("limit", [150_000, 1_200_000], ids=["of blocks", "of the map"])
 def test_a_full_disk_is_told_and_the_run_goes_on_once_there_is_room(tmp_path, monkeypatch, limit):
     """No file may grow beyond the limit: too small for a block, or for the map alone."""
@@ -124,46 +101,6 @@ def test_a_full_disk_is_told_and_the_run_goes_on_once_there_is_room(tmp_path, mo
     assert not output.exists() and not list(tmp_path.glob(".*"))
     stickslip.run(config, output).close()
     same_bits(output, stickslip.run(config))
-
-
-@pytest.mark.slow
-@posix
-def test_shards_at_once_are_merged_to_the_bits_of_one_run(tmp_path):
-    config, output = write_config(tmp_path, num=200), tmp_path / "map.nc"
-    running = [started("run", config, "-o", output, "--shard", f"{i}/3") for i in (1, 2, 3)]
-    for process in running:
-        process.communicate(timeout=120)
-    assert [process.returncode for process in running] == [0, 0, 0]
-    stickslip.collect(f"{output}.parts").close()
-    same_bits(output, stickslip.run(config))
-
-
-@posix
-@pytest.mark.parametrize("where", ["no permission", "below a file", "proc"])
-def test_folders_that_cannot_be_written_are_told_before_computing(tmp_path, where):
-    """Root may write everywhere, so it becomes nobody for a moment."""
-    from click.testing import CliRunner
-
-    from stickslip.cli import main
-
-    folder = Path(tempfile.mkdtemp(prefix="read only µ "))  # outside tmp_path, whose parents are private
-    config = write_config(folder)
-    output = {"no permission": folder / "map.nc", "below a file": config / "map.nc", "proc": Path("/proc/x/map.nc")}
-    user = os.geteuid()
-    try:
-        folder.chmod(0o555)
-        if user == 0:
-            os.seteuid(65534)
-        done = CliRunner().invoke(main, ["run", str(config), "-o", str(output[where])])
-    finally:
-        if user == 0:
-            os.seteuid(0)
-        folder.chmod(0o755)
-    shutil.rmtree(folder)
-    assert done.exit_code == 2, done.output
-    assert f"{output[where]}: cannot be written" in done.stderr.replace(str(output[where].parent.resolve()), str(
-        output[where].parent))  # fmt: skip
-    assert "Traceback" not in done.output
 
 
 @pytest.mark.slow

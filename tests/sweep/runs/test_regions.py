@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.files import writing
 from stickslip.runs.blocks import Blocks, Shard, blocks_of, blocks_of_chunks, chunks_of, extent, regions
 
 shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
@@ -43,13 +42,6 @@ def check(blocks, shape):
     np.testing.assert_array_equal(np.concatenate(ranges), np.arange(prod(shape)))
     assert all(len(regions(cells.start, cells.stop, shape)) == 1 for cells in ranges)
     assert all(blocks.at(cells[0]) == blocks.at(cells[-1]) == number for number, cells in enumerate(ranges))
-
-
-def test_the_chunks_of_files_are_of_that_kind():
-    for shape in [(50, 1000, 1000), (3, 7), (10**6, 2), (5, 131_073), (2, 2, 2, 99_999)]:
-        blocks = blocks_of_chunks(writing._chunks(shape), shape)
-        ranges = map(blocks.cells, range(blocks.count))
-        assert all(len(regions(r.start, r.stop, shape)) == 1 for r in ranges)
 
 
 lengths = st.one_of(st.integers(1, 9), st.integers(1, 3000))

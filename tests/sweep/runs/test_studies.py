@@ -1,16 +1,12 @@
 """What a run computes besides maps goes through the same store: it resumes, and blocks may be computed anywhere."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
 from helpers.runs import block_files, opened, same, stop_early
-from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, IncompleteError, StoreError
 from stickslip.runs import blocks
@@ -69,14 +65,6 @@ def test_shards_are_collected_and_what_is_missing_is_said(config, tmp_path):
     same(whole, stickslip.run(config))
 
 
-def test_a_damaged_block_is_computed_again(config, tmp_path):
-    output = tmp_path / "borders.nc"
-    stop_early(config, output, cells=8)
-    block = next((tmp_path / "borders.nc.parts").glob("block-*"))
-    block.write_bytes(block.read_bytes()[:-1] + b"x")
-    same(stickslip.run(config, output), stickslip.run(config))
-
-
 def test_results_of_another_search_or_a_map_are_not_overwritten(config, tmp_path):
     output = tmp_path / "borders.nc"
     stickslip.run(config, output).close()
@@ -128,32 +116,3 @@ def test_bad_sections_are_refused_with_their_place(section, message):
     with pytest.raises(ConfigError) as caught:
         parse_config(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1") + section, "my.yaml")
     assert message in str(caught.value) and "my.yaml:6" in str(caught.value)
-
-
-def test_the_commands_name_what_is_counted(config, tmp_path):
-    def told(*words):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exit_code == 0, done.output
-        return done.output
-
-    assert "30 lines: stiffness (30)" in told("validate", config)
-    assert "blocks   8 of up to 4 lines" in told("plan", config)
-    told("run", config, "--shard", "1/2", "-o", tmp_path / "borders.nc")
-    assert "14 of 30 lines (46.7%)" in told("status", tmp_path / "borders.nc.parts")
-    said = told("run", config, "-o", tmp_path / "borders.nc")
-    assert re.search(r"^borders  30 on 30 of 30 lines$", said, re.MULTILINE)
-    assert re.search(r"^16 lines in .* lines/s on", said, re.MULTILINE)
-    assert re.search(r"^written  .*borders.nc \(", said, re.MULTILINE)
-
-
-def test_a_map_waits_for_no_room_that_it_has_no_use_for(tmp_path):
-    path = tmp_path / "map.yaml"
-    path.write_text(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1"))
-    program = (
-        "import sys; from stickslip.config.reader import load_config; from stickslip.runs import session\n"
-        f"from stickslip.runs.work import Work; Work(load_config({str(path)!r})).study\n"
-        "rooms = [f'studies.{room}' for room in ('borders', 'margins', 'attractors', 'refinement', 'uncertainty')]\n"
-        "print([name for name in [*(f'stickslip.{room}' for room in rooms), 'scipy.stats'] if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
-    assert done.stdout.strip() == "[]", done.stdout + done.stderr

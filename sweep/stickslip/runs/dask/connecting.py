@@ -8,7 +8,7 @@ import logging
 import signal
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ import dask.config
 
 from stickslip.config.sections import LOCAL
 from stickslip.engine import processor, processors
-from stickslip.errors import ClusterError, Interrupted
+from stickslip.errors import ClusterError, Interrupted, reason
 from stickslip.runs.dask.worker import describe, loaded, unlike, versions
 from stickslip.runs.workdir.lock import Notice
 
@@ -120,8 +120,7 @@ def _connect(stack: ExitStack, address: str, threads: int | None) -> tuple[Clien
     except (OSError, TimeoutError) as error:
         raise ClusterError(f"{where}: no Dask scheduler answered within {PATIENCE:g} s\n{_HOW}") from error
     except Exception as error:  # a URL without port or of an unknown kind, TLS without keys, ...
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise ClusterError(f"{where}: cannot be connected to ({reason})\n{_HOW}") from error
+        raise ClusterError(f"{where}: cannot be connected to ({reason(error)})\n{_HOW}") from error
     stack.callback(client.close, timeout=PATIENCE)
     return client, where
 
@@ -174,18 +173,16 @@ def _silenced() -> Iterator[None]:
 
     It reports lost connections at length, and our messages would be lost among its own.
     """
-    if dask.config.get("logging", None) is not None:
-        yield
-        return
-    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in _TALKATIVE]
-    before = {name: logging.getLogger(name).level for name in [*names, *_TALKATIVE]}
-    for name in before:
-        logging.getLogger(name).setLevel(_SILENT)
+    own = [] if dask.config.get("logging", None) else [*logging.root.manager.loggerDict, *_TALKATIVE]
+    loggers = [logging.getLogger(name) for name in own if name.split(".")[0] in _TALKATIVE]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(_SILENT)
     try:
         yield
     finally:
-        for name, level in before.items():
-            logging.getLogger(name).setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _address_in(file: Path) -> str:
@@ -196,10 +193,9 @@ def _address_in(file: Path) -> str:
             return str(json.loads(file.read_text())["address"])
         except (OSError, ValueError, KeyError, TypeError) as error:
             if monotonic() > end:
-                reason = error.strerror if isinstance(error, OSError) else "it names no address"
-                raise ClusterError(
-                    f"{file}: not the file of a Dask scheduler, {PATIENCE:g} s long ({reason})\n{_HOW}"
-                ) from error
+                why = reason(error) if isinstance(error, OSError) else "it names no address"
+                message = f"{file}: not the file of a Dask scheduler, {PATIENCE:g} s long ({why})"
+                raise ClusterError(f"{message}\n{_HOW}") from error
         sleep(0.1)
 
 
@@ -208,10 +204,21 @@ def _address_in(file: Path) -> str:
 
 def _check_alike(cluster: Cluster) -> None:
     """Raise ClusterError unless scheduler and workers run what this process runs; workers to come check themselves."""
-    if reason := cluster.ask(lambda: _scheduler_lacks(cluster.client)):
-        raise ClusterError(f"{cluster.where}: {reason}\nhint: its scheduler needs stickslip too: install it there")
+    try:
+        cluster.client.run_on_scheduler(loaded)
+    except OSError as error:
+        raise cluster.lost() from error
+    except Exception as error:  # what could not be loaded is told in many ways
+        hint = "hint: its scheduler needs stickslip too: install it there"
+        raise ClusterError(f"{cluster.where}: {reason(error)}\n{hint}") from error
     workers = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
-    if wrong := _unlike(workers):
+    wrong = []
+    for address, worker in workers.items():
+        if isinstance(worker, BaseException):
+            wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
+        elif differing := unlike(versions(), worker["versions"]):
+            wrong.append(f"{address} on {worker['host']}: {differing}")
+    if wrong:
         named = "\n".join(f"  {text}" for text in wrong[:_NAMED])
         more = f"\n  and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
         raise ClusterError(
@@ -221,25 +228,3 @@ def _check_alike(cluster: Cluster) -> None:
     if kinds := Counter(kind for worker in workers.values() if (kind := worker["processor"]) != processor()):
         counts = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
         cluster.notice(f"workers on another processor than this one ({processor()}): {counts}; last digits may differ")
-
-
-def _scheduler_lacks(client: Client) -> str:
-    """The reason why the scheduler cannot load what passes tasks on; empty if it can."""
-    try:
-        client.run_on_scheduler(loaded)
-    except OSError:
-        raise
-    except Exception as error:  # what could not be loaded is told in many ways
-        return str(error).partition("\n")[0]
-    return ""
-
-
-def _unlike(workers: Mapping[str, Any]) -> list[str]:
-    """The workers that will not do, and why; given descriptions, or the errors of those without."""
-    wrong = []
-    for address, worker in workers.items():
-        if isinstance(worker, BaseException):
-            wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
-        elif differing := unlike(versions(), worker["versions"]):
-            wrong.append(f"{address} on {worker['host']}: {differing}")
-    return wrong

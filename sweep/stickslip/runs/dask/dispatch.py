@@ -11,17 +11,14 @@ from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stickslip.engine import Progress, StopFlag
 from stickslip.errors import ClusterError, DamagedBlockError, UnlikeWorkerError
 from stickslip.files.locations import TEMPORARY
 from stickslip.runs.dask.connecting import Cluster
 from stickslip.runs.dask.worker import Job, compute_block, versions
 from stickslip.runs.threads import Tally
-from stickslip.runs.work import Block, Work
+from stickslip.runs.work import Work
 from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.encoding import decode
 from stickslip.vocabulary.own_laws import pickled_law
 
 if TYPE_CHECKING:
@@ -125,12 +122,11 @@ class _Flight:
     def _send(self, number: int) -> None:
         known = self.work.known_cells(number)
         if known is not None and known[0].all():
-            return self._save(number, self.work.compute(number))
-        mask = None if known is None else np.packbits(~known[0]).tobytes()
+            block = self.work.compute(number)
+            self.store.save(number, block)
+            return self._count(number, block.reused)
         key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
-        future = self.cluster.client.submit(
-            compute_block, self.job, number, mask, key=key, retries=_RETRIES, pure=False
-        )
+        future = self.cluster.client.submit(compute_block, self.job, number, key=key, retries=_RETRIES, pure=False)
         self._under_way[key] = number, future
         future.add_done_callback(self._arrived.put)
 
@@ -168,19 +164,11 @@ class _Flight:
             self._fail(number, error)
 
     def _write(self, number: int, data: bytes) -> None:
-        known = self.work.known_cells(number)
-        if known is not None:
-            results = self.work.joined(number, known, decode(data)[1])
-            return self._save(number, Block(results, int(known[0].sum())))
         if not self._has_warned:
             self._has_warned = True
             self.cluster.notice(f"workers do not write to {self.store.where}: blocks are sent here to be written")
-        self.store.accept(number, data, self.work)
+        self.store.put(number, data, self.work)
         self._count(number, 0)
-
-    def _save(self, number: int, block: Block) -> None:
-        self.store.save(number, block)
-        self._count(number, block.reused)
 
     def _count(self, number: int, reused: int) -> None:
         self.tally.finish(len(self.store.blocks.cells(number)), reused)

@@ -89,55 +89,48 @@ def describe() -> Description:
     return {"host": host(), "processor": engine.processor(), "versions": versions()}
 
 
-def compute_block(job: Job, number: int, mask: bytes | None = None) -> bytes | None:
+def compute_block(job: Job, number: int) -> bytes | None:
     """Compute a block and write it into the store; give its bytes where the store is not to be seen.
 
-    mask : a bit per cell, for a block of which some cells are known: only these are computed, and come back as
-        columns. Raises UnlikeWorkerError and UncomputedError.
+    Raises UnlikeWorkerError and UncomputedError.
     """
     if differing := unlike(job["versions"], versions()):
         raise UnlikeWorkerError(f"a worker on {host()}: {differing}")
     try:
-        return _computed(job, number, mask)
+        return _computed(job, number)
     except Exception as error:
         raise UncomputedError.of(error) from None
 
 
-def _computed(job: Job, number: int, mask: bytes | None) -> bytes | None:
-    import numpy as np
-
+def _computed(job: Job, number: int) -> bytes | None:
     from stickslip import engine
     from stickslip.files.locations import folder_at
-    from stickslip.runs.workdir.block_store import BlockStore, encoded
-    from stickslip.runs.workdir.encoding import encode
+    from stickslip.runs.workdir.block_store import BlockStore
 
     work, manifest = _loaded(job["configuration"], job["blocks"], job["law"], job["grid"])
     for law in work.study.kernels:
         engine.warm_up(law)
-    if mask is not None:
-        flags = np.unpackbits(np.frombuffer(mask, np.uint8), count=len(work.blocks.cells(number)))
-        return encode({}, work.compute_some(number, flags.astype(bool)))
-    block = work.compute(number)
+    store = BlockStore(folder_at(job["place"]), manifest, job["packing"])
+    data = store.packed(number, work.compute(number))
     try:
         # If this machine sees the store too, the token is there. Another folder of that name has no such token, nor
         # has the store once the run is over: a worker that comes late leaves nothing behind.
-        folder = folder_at(job["place"])
-        folder.read(job["token"])
-        BlockStore(folder, manifest, job["packing"]).save(number, block)
+        store.folder.read(job["token"])
+        store.put(number, data)
     except (FileNotFoundError, StoreError):  # whatever keeps this machine from it may not keep the other
-        return encoded(manifest, number, block, job["packing"])
+        return data
     return None
 
 
 @lru_cache(maxsize=2)
-def _loaded(configuration: str, blocks: tuple[int, int, int], law: bytes, grid: bytes) -> tuple[Work, Manifest]:
+def _loaded(configuration: str, blocks: tuple[int, int, int], own_law: bytes, grid: bytes) -> tuple[Work, Manifest]:
     """The work of a configuration, read once per process."""
-    if law:
-        pickle.loads(law)
+    if own_law:
+        pickle.loads(own_law)
     from stickslip.config.reader import parse_config
     from stickslip.runs.blocks import Blocks
     from stickslip.runs.work import Work
-    from stickslip.runs.workdir.block_store import manifest_of
+    from stickslip.runs.workdir.manifest import make
 
     work = Work(parse_config(configuration), cut=Blocks(*blocks), grid=pickle.loads(grid) if grid else None)
-    return work, manifest_of(work)
+    return work, make(work)

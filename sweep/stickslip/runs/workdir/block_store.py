@@ -17,12 +17,11 @@ from stickslip import engine, errors
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
-from stickslip.dataset.provenance import software
+from stickslip.files.filters import PLAIN
 from stickslip.files.locations import TEMPORARY, Folder, Location
-from stickslip.files.netcdf import PLAIN
 from stickslip.runs.work import Block, Work
 from stickslip.runs.workdir import manifest as manifests
-from stickslip.runs.workdir.encoding import Column, encode, opened
+from stickslip.runs.workdir.encoding import StoredColumn, encode, opened
 from stickslip.runs.workdir.lock import Notice, is_lock
 from stickslip.runs.workdir.manifest import Manifest, described, differences, fingerprint
 
@@ -30,7 +29,6 @@ SUFFIX = ".parts"
 START_OVER = "{fresh} starts over and replaces it; {output} names another file"
 SAME_SETTINGS = "give the same settings (--set) as the run that began it: {keys}"
 _BLOCK, _FAILED = re.compile(r"block-(\d{8,})"), re.compile(r"failed-(\d{8,})\.json")
-_LOOKED_AT = 4  # blocks asked whose they are when the manifest cannot say
 
 
 def beside(output: Location) -> Path:
@@ -77,29 +75,27 @@ class BlockStore:
 
     def packed(self, number: int, block: Block) -> bytes:
         """The bytes of the file of a computed block."""
-        return encoded(self.manifest, number, block, self.packing)
+        by = {"reused": block.reused, "stickslip": __version__, "kernels": self.manifest.kernels[-1]}
+        return encode(self._identity(number) | by, block.results, self.packing, self.blocks.length)
 
-    def put(self, number: int, data: bytes) -> None:
-        """Put a block on the disk that has been `packed` here."""
+    def put(self, number: int, data: bytes, work: Work | None = None) -> None:
+        """Put a `packed` block on the disk. work : of one from elsewhere; raises DamagedBlockError for another."""
+        if work is not None:
+            self._checked(number, data, work)
         self.folder.write(_block_name(number), data)
 
-    def accept(self, number: int, data: bytes, work: Work) -> None:
-        """Put a block on the disk that was computed and `encoded` elsewhere. Raises DamagedBlockError."""
-        self._checked(number, data, work)
-        self.folder.write(_block_name(number), data)
-
-    def stored(self, number: int, work: Work) -> dict[str, Column]:
+    def stored(self, number: int, work: Work) -> dict[str, StoredColumn]:
         """The columns of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
         return self._checked(number, self.folder.read(_block_name(number)), work)
 
-    def _checked(self, number: int, data: bytes, work: Work) -> dict[str, Column]:
+    def _checked(self, number: int, data: bytes, work: Work) -> dict[str, StoredColumn]:
         header, columns = opened(data)
-        expected = _identity(self.manifest, number)
+        expected = self._identity(number)
         if wrong := [name for name, value in expected.items() if header.get(name) != value]:
-            raise errors.ForeignBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
+            raise errors.DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
         types = {name: column.dtype for name, column in columns.items()}
         if not work.fits(number, types, [column.cells for column in columns.values()]):
-            raise errors.ForeignBlockError("its columns are not those of this run")
+            raise errors.DamagedBlockError("its columns are not those of this run")
         return columns
 
     def drop(self, number: int) -> None:
@@ -156,20 +152,14 @@ class BlockStore:
         clear(self.folder)
         self.folder.remove(manifests.NAME)
 
+    def _identity(self, number: int) -> dict[str, Any]:
+        """What a block says of itself."""
+        cells = self.blocks.cells(number)
+        return {"run": self.manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
+
     def _numbers(self, pattern: re.Pattern[str]) -> set[int]:
         numbers = {int(match[1]) for name in self.folder.names() if (match := pattern.fullmatch(name))}
         return {number for number in numbers if number < self.blocks.count}
-
-
-def encoded(manifest: Manifest, number: int, block: Block, packing: str) -> bytes:
-    """The bytes of the file of a block."""
-    by = {"reused": block.reused, "stickslip": __version__, "kernels": manifest.kernels[-1]}
-    return encode(_identity(manifest, number) | by, block.results, packing, manifest.blocks.length)
-
-
-def _identity(manifest: Manifest, number: int) -> dict[str, Any]:
-    cells = manifest.blocks.cells(number)
-    return {"run": manifest.fingerprint, "block": number, "start": cells.start, "stop": cells.stop}
 
 
 def _block_name(number: int) -> str:
@@ -218,31 +208,21 @@ def is_empty(folder: Folder) -> bool:
 
 def find(folder: Folder) -> BlockStore:
     """The store in a folder, whatever it computes. Raises StoreError."""
-    try:
-        manifest = _read(folder)
-    except FileNotFoundError:
+    manifest = _read(folder)
+    if manifest is None:
         check_ours(folder)
-        raise errors.StoreError(f"{folder.where}: no working store there") from None
-    except errors.DamagedManifestError as damaged:
-        raise errors.StoreError(
-            f"{folder.where}/{manifests.NAME}: damaged, {damaged}",
-            hint="{run} with the configuration writes it again; {run} with {fresh} starts over",
-        ) from None
-    _check_version(folder, manifest)
+        raise errors.StoreError(f"{folder.where}: no working store there")
     return BlockStore(folder, manifest)
 
 
 def check_before(folder: Folder, work: Work, shard: bool) -> None:
     """Raise StoreError for the store of another configuration, before anybody's lock is touched.
 
-    shard : whether a shard is to be computed. A store that cannot be read is left to `prepare`.
+    shard : whether a shard is to be computed.
     """
-    try:
-        manifest = _read(folder)
-    except (FileNotFoundError, errors.DamagedManifestError):
-        return
-    _check_version(folder, manifest)
-    check_same(BlockStore(folder, manifest), work, shard)
+    manifest = _read(folder)
+    if manifest is not None:
+        check_same(BlockStore(folder, manifest), work, shard)
 
 
 def prepare(
@@ -257,23 +237,18 @@ def prepare(
 
     Raises StoreError for a store of another configuration, or of another major version.
     """
-    before, damage = None, None
     try:
         before = _read(folder)
-    except FileNotFoundError:
-        pass
-    except errors.DamagedManifestError as error:
-        damage = error
-    if before is not None and (not fresh or goes_on_fresh(before, work)):
-        _check_version(folder, before)
+    except errors.StoreError:
+        if not fresh:
+            raise
+        before = None
+    if before is not None and (not fresh or _goes_on_fresh(before, work)):
         manifest = _resumed(BlockStore(folder, before), work, notice)
     else:
-        manifest = manifest_of(work, fresh)
+        manifest = manifests.make(work, fresh)
         if fresh:
             clear(folder)
-        elif damage is not None:
-            _check_blocks(BlockStore(folder, manifest), work, damage)
-            notice(f"{manifests.NAME} was damaged ({damage}) and is written again from the configuration")
     manifest = replace(manifest, shards=shards)
     store = BlockStore(folder, manifest, packing)
     if manifest != before:
@@ -281,37 +256,10 @@ def prepare(
     return store
 
 
-def goes_on_fresh(manifest: Manifest, work: Work) -> bool:
+def _goes_on_fresh(manifest: Manifest, work: Work) -> bool:
     """Tell whether a store is that of the same fresh run, which was interrupted."""
-    same = (fingerprint(work.config), work.size, engine.kernels_digest(), manifests.FORMAT)
-    return manifest.fresh and same == (manifest.fingerprint, manifest.size, manifest.kernels[-1], manifest.format)
-
-
-def manifest_of(work: Work, fresh: bool = False) -> Manifest:
-    """The manifest of a store that this process begins."""
-    return manifests.make(work.config, work.study.shape, work.blocks, engine.kernels_digest(), software(), fresh)
-
-
-def _check_blocks(store: BlockStore, work: Work, damaged: errors.DamagedManifestError) -> None:
-    """Raise StoreError if blocks beside a damaged manifest say that they belong to something else.
-
-    A damaged block says nothing, and will be computed again.
-    """
-    looked_at = 0
-    for number in sorted(store.finished()):
-        if looked_at == _LOOKED_AT:
-            break
-        try:
-            store.stored(number, work)
-            looked_at += 1
-        except errors.ForeignBlockError as other:
-            raise errors.StoreError(
-                f"{store.where}/{manifests.NAME}: damaged, {damaged}; and block {number} is not one of this "
-                f"configuration: {other}",
-                hint="{fresh} starts over, or name another place with {store}",
-            ) from None
-        except (errors.DamagedBlockError, FileNotFoundError):
-            continue
+    same = (fingerprint(work.config), work.size, engine.kernels_digest())
+    return manifest.fresh and same == (manifest.fingerprint, manifest.blocks.size, manifest.kernels[-1])
 
 
 def _resumed(store: BlockStore, work: Work, notice: Notice) -> Manifest:
@@ -331,7 +279,7 @@ def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
     no_fresh : for who shares or only reads it, and cannot begin it again.
     """
     there = store.manifest
-    if there.fingerprint != fingerprint(work.config) or there.size != work.size:
+    if there.fingerprint != fingerprint(work.config) or there.blocks.size != work.size:
         place = shlex.quote(store.where).replace("{", "{{").replace("}", "}}")  # the hint is a template
         remedy = f"{SAME_SETTINGS}, or name the store: stickslip collect {place}"
         refuse(store.where, store.config(), work.config, remedy if no_fresh else START_OVER)
@@ -350,14 +298,18 @@ def same_major(version: str) -> bool:
     return version.partition(".")[0] == __version__.partition(".")[0]
 
 
-def _read(folder: Folder) -> Manifest:
-    """The manifest in a folder. Raises FileNotFoundError or DamagedManifestError."""
-    return manifests.decode(folder.read(manifests.NAME))
-
-
-def _check_version(folder: Folder, manifest: Manifest) -> None:
+def _read(folder: Folder) -> Manifest | None:
+    """The manifest in a folder, None if there is none. Raises StoreError for one that is damaged, or too old or new."""
+    try:
+        manifest = manifests.decode(folder.read(manifests.NAME))
+    except FileNotFoundError:
+        return None
+    except errors.DamagedManifestError as damaged:
+        message = f"{folder.where}/{manifests.NAME}: damaged, {damaged}"
+        raise errors.StoreError(message, hint="{run} with {fresh} starts over") from None
     if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
         raise errors.StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
             hint="resume with that version, or start over: {run} with {fresh}",
         )
+    return manifest

@@ -1,14 +1,13 @@
 """The file of a finished block, which a reader accepts only after checking it.
 
-    a line that names the format | length of the header, 4 bytes | header, JSON | columns | SHA-256 of all before
+    a line that names the format | header, a line of JSON | columns | SHA-256 of all before
 
 Everything is little-endian; a column is one value that all cells share (NaN, mostly), or packed as the header says: as
-a chunk of the file that is to be written, so that it goes there as it is (`files/netcdf.py`). Format 1 packed nothing.
+a chunk of the file that is to be written, so that it goes there as it is (`files/filters.py`).
 """
 
 import hashlib
 import json
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,26 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import DamagedBlockError
-from stickslip.files.netcdf import PLAIN, packed, unpacked
+from stickslip.files.filters import PLAIN, packed, unpacked
 from stickslip.files.seal import content_of
 
 MAGIC = b"stickslip block 2\n"
-_FIRST = b"stickslip block 1\n"
 _TYPES = ("|i1", "<i4", "<f8")  # of columns; nothing else is read
-_LENGTH = struct.Struct("<I")
 _DIGEST = 32
-_LONGEST_HEADER = 2**20
 _ONE = "one value"
 
 Header = dict[str, Any]
-Columns = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Column:
+class StoredColumn:
     """A column as it is stored. packing : of `data`, which may hold more than the values of its `cells`.
 
-    sha256 : of the values, as `content` gives it; empty in blocks of earlier versions.
+    sha256 : of the values, as `content` gives it; empty where it is not known yet.
     """
 
     dtype: np.dtype[Any]
@@ -63,15 +58,15 @@ class Column:
         return values
 
 
-def column(values: NDArray[Any], packing: str = PLAIN, length: int = 0) -> Column:
+def column(values: NDArray[Any], packing: str = PLAIN, length: int = 0) -> StoredColumn:
     """Values as they are stored; those of a chunk are filled up to `length`."""
     plain = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
     if plain.size > 1 and _all_equal(plain):
-        return Column(plain.dtype, plain.size, _ONE, memoryview(plain[:1].tobytes()))
+        return StoredColumn(plain.dtype, plain.size, _ONE, memoryview(plain[:1].tobytes()))
     whole = plain
     if packing != PLAIN and plain.size < length:
         whole = np.concatenate([plain, np.zeros(length - plain.size, plain.dtype)])
-    return Column(plain.dtype, plain.size, packing, memoryview(packed(whole, packing)))  # type: ignore[arg-type]
+    return StoredColumn(plain.dtype, plain.size, packing, memoryview(packed(whole, packing)))  # type: ignore[arg-type]
 
 
 def encode(
@@ -85,41 +80,26 @@ def encode(
         for name, c in stored.items()
     ]  # fmt: skip
     text = json.dumps({**header, "columns": described}).encode()
-    whole = b"".join([MAGIC, _LENGTH.pack(len(text)), text, *(c.data for c in stored.values())])
+    whole = b"".join([MAGIC, text, b"\n", *(c.data for c in stored.values())])
     return whole + hashlib.sha256(whole).digest()
 
 
-def decode(data: bytes) -> tuple[Header, Columns]:
-    """Header and values of a block file. Raises DamagedBlockError."""
-    header, stored = opened(data)
-    try:
-        return header, {name: column.values() for name, column in stored.items()}
-    except ValueError as error:
-        raise DamagedBlockError(f"its columns are invalid ({error})") from None
-
-
-def opened(data: bytes) -> tuple[Header, dict[str, Column]]:
+def opened(data: bytes) -> tuple[Header, dict[str, StoredColumn]]:
     """Header and columns of a block file, checked. Raises DamagedBlockError."""
-    body, digest = memoryview(data)[:-_DIGEST], data[-_DIGEST:]
-    if not data.startswith((MAGIC, _FIRST)):
+    if not data.startswith(MAGIC):
         raise DamagedBlockError("it is not a block file")
-    if hashlib.sha256(body).digest() != digest:
+    body = memoryview(data)[:-_DIGEST]
+    if hashlib.sha256(body).digest() != data[-_DIGEST:]:
         raise DamagedBlockError("its checksum does not match")
     try:
-        start = len(MAGIC) + _LENGTH.size
-        (length,) = _LENGTH.unpack(body[len(MAGIC) : start])
-        if length > _LONGEST_HEADER:
-            raise ValueError("a header of that length")
-        header = json.loads(bytes(body[start : start + length]))
-        described = header.pop("columns")
-        if data.startswith(_FIRST):
-            described = [_as_described_now(column) for column in described]
-        return header, _columns(described, body[start + length :])
-    except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error) as error:
+        begin = data.index(b"\n", len(MAGIC)) + 1
+        header = json.loads(data[len(MAGIC) : begin])
+        return header, _columns(header.pop("columns"), body[begin:])
+    except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         raise DamagedBlockError(f"its header is invalid ({error})") from None
 
 
-def _columns(described: list[Header], data: memoryview) -> dict[str, Column]:
+def _columns(described: list[Header], data: memoryview) -> dict[str, StoredColumn]:
     columns, place = {}, 0
     for about in described:
         if about["type"] not in _TYPES:
@@ -127,20 +107,12 @@ def _columns(described: list[Header], data: memoryview) -> dict[str, Column]:
         dtype, end = np.dtype(about["type"]), place + int(about["bytes"])
         if not place <= end <= len(data):
             raise ValueError("more columns than data")
-        columns[str(about["name"])] = Column(
-            dtype, int(about["cells"]), str(about["packing"]), data[place:end], str(about.get("sha256", ""))
-        )
+        packing, sha256 = str(about["packing"]), str(about["sha256"])
+        columns[str(about["name"])] = StoredColumn(dtype, int(about["cells"]), packing, data[place:end], sha256)
         place = end
     if place != len(data):
         raise ValueError("more data than columns")
     return columns
-
-
-def _as_described_now(about: Header) -> Header:
-    """The description of a column of format 1."""
-    count = 1 if about["shared"] else int(about["cells"])
-    size = count * np.dtype(about["type"]).itemsize
-    return {**about, "packing": _ONE if about["shared"] else PLAIN, "bytes": size}
 
 
 def _all_equal(values: NDArray[Any]) -> bool:

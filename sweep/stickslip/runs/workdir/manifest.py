@@ -12,19 +12,21 @@ where it replaces one that holds them.
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, fields
 from datetime import UTC, datetime
 from typing import Any
 
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
-from stickslip.engine import columns
+from stickslip.dataset.provenance import software
+from stickslip.engine import columns, kernels_digest
 from stickslip.errors import DamagedManifestError
 from stickslip.runs.blocks import Blocks
+from stickslip.runs.work import Work
 
 NAME = "manifest.json"
-FORMAT = 1
+FORMAT = 2
 _LONGEST = 60  # characters of a value that is shown
 _VARIABLES = "output.variables"
 
@@ -33,23 +35,19 @@ _VARIABLES = "output.variables"
 class Manifest:
     """The manifest of a store.
 
-    fingerprint : of everything that the numbers depend on. configuration : resolved, as YAML text.
-    kernels : digests of the kernels that computed blocks, in the order they came. plane : of `Blocks`.
+    fingerprint : of everything that the numbers depend on. configuration : resolved, as YAML text. cut : into blocks,
+    as arguments of `Blocks`. kernels : digests of those that computed blocks, in the order they came.
     written_in : units of the configuration. fresh : begun to replace whatever result there is, and not finished.
     shards : into how many the blocks are dealt, by the last who worked on them; 0 for a whole run.
     """
 
     fingerprint: str
     configuration: str
-    shape: tuple[int, ...]
-    size: int
-    block: int
-    count: int
+    cut: tuple[int, int, int]
     kernels: tuple[str, ...]
     stickslip: str
     software: str
     created: str
-    plane: int
     written_in: Mapping[str, str]
     fresh: bool = False
     shards: int = 0
@@ -58,17 +56,15 @@ class Manifest:
     @property
     def blocks(self) -> Blocks:
         """The cells, cut into blocks."""
-        return Blocks(self.size, self.block, self.plane)
+        return Blocks(*self.cut)
 
 
-def make(
-    config: Config, shape: tuple[int, ...], blocks: Blocks, kernels: str, software: str, fresh: bool = False
-) -> Manifest:
-    """The manifest of a new store."""
-    created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+def make(work: Work, fresh: bool = False) -> Manifest:
+    """The manifest of a store that this process begins."""
+    config, created = work.config, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Manifest(
-        fingerprint(config), config.to_yaml(), shape, blocks.size, blocks.length, blocks.count, (kernels,),
-        __version__, software, created, blocks.plane, config.written_in, fresh,
+        fingerprint(config), config.to_yaml(), astuple(work.blocks), (kernels_digest(),), __version__, software(),
+        created, config.written_in, fresh,
     )  # fmt: skip
 
 
@@ -85,7 +81,7 @@ def decode(data: bytes) -> Manifest:
         if plain.pop("checksum") != _checksum(plain):
             raise ValueError("its checksum does not match")
         known = {field.name: plain[field.name] for field in fields(Manifest) if field.name in plain}
-        known |= {name: tuple(known[name]) for name in ("shape", "kernels")}
+        known |= {name: tuple(known[name]) for name in ("cut", "kernels")}
         return Manifest(**known)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         reason = str(error) if "checksum does not" in str(error) else "it is not whole"
