@@ -70,7 +70,8 @@ class Experiment:
 
     @cached_property
     def _measuring(self) -> Options:
-        return self.options.keeping(tuple({n: None for one in self.observed for n in one.metrics if n != POINT}))
+        metrics = dict.fromkeys(name for observation in self.observed for name in observation.metrics)
+        return self.options.keeping(tuple(name for name in metrics if name != POINT))
 
     @cached_property
     def _cells(self) -> list[int]:
@@ -93,13 +94,13 @@ class Experiment:
 
     def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
         """How well points explain each observation. Raises StoppedError."""
-        found = self._results(drawn, stop, moved) if self._cells else {}
+        each = self._results(drawn, stop, moved) if self._cells else {}
         of_records = (lambda done: moved(RECORD * done)) if moved else None
-        found |= {i: simulate(drawn, stop, of_records) for i, simulate in self.simulated.items()}
+        each |= {i: simulate(drawn, stop, of_records) for i, simulate in self.simulated.items()}
         parts = []
-        for i, one in enumerate(self.observed):
-            results, possible = found[i]
-            terms = observation_terms(one, results, self.mislabelled)
+        for i, observation in enumerate(self.observed):
+            results, possible = each[i]
+            terms = observation_terms(observation, results, self.mislabelled)
             terms.log_likelihood[~possible] = -np.inf
             parts.append(terms)
         return Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))
@@ -111,7 +112,7 @@ class Experiment:
         size, count = next(iter(drawn.values())).size, len(self._cells)
         cells, possible = self.cells(drawn)
         columns = computed_where(cells, possible, self._measuring, stop, moved)
-        if any(POINT in one.metrics for one in self.observed):
+        if any(POINT in observation.metrics for observation in self.observed):
             columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
         results = {name: values.reshape(count, size) for name, values in columns.items()}
         each = zip(self._cells, possible.reshape(count, size), strict=True)

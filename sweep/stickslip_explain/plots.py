@@ -44,11 +44,11 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
     if maps:
         panels = parts[0].subplots(1, len(maps), squeeze=False)[0]
         for ax, name in zip(panels, maps, strict=True):
-            one = ds[name].sel(state=state) if name == "probability" else ds[name]
-            label = (
-                f"probability of {regime_label(state)}" if name == "probability" else "largest difference between laws"
-            )
-            _over_axes(ax, ds, one, dims, label)
+            if name == "probability":
+                values, label = ds[name].sel(state=state), f"probability of {regime_label(state)}"
+            else:
+                values, label = ds[name], "largest difference between laws"
+            _over_axes(ax, ds, values, dims, label)
         top = panels[0]
     below = list(parts[-1].subplots(rows, min(_COLUMNS, len(names)), squeeze=False).flat)
     for ax, name in zip(below, names, strict=False):
@@ -59,9 +59,8 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
     if dims:
         notes += ["filled marks: observed to vibrate; open ones: observed to be quiet"] * bool([*_observed(ds, dims)])
     annotate(figure, ["; ".join(notes)])
-    entitle(
-        figure, top or parts[-1].axes[0], str(ds.attrs.get("title", "")) if title is None else title, above_all=True
-    )
+    title = str(ds.attrs.get("title", "")) if title is None else title
+    entitle(figure, top or parts[-1].axes[0], title, above_all=True)
     return figure
 
 
@@ -91,9 +90,9 @@ def _over_axes(ax: Axes, ds: xr.Dataset, values: xr.DataArray, dims: Sequence[An
 
 def _observed(ds: xr.Dataset, dims: Sequence[Any]) -> Iterator[tuple[float, float, bool]]:
     """Places of observations along two axes, and whether they vibrate; none of those that are elsewhere."""
-    for one in section_in(str(ds.attrs.get("configuration", "")), "explain").get("observed", ()):
-        if all(str(dim) in one for dim in dims) and one.get("regime"):
-            yield float(one[str(dims[0])]), float(one[str(dims[-1])]), bool({*one["regime"]} & {*VIBRATING})
+    for seen in section_in(str(ds.attrs.get("configuration", "")), "explain").get("observed", ()):
+        if all(str(dim) in seen for dim in dims) and seen.get("regime"):
+            yield float(seen[str(dims[0])]), float(seen[str(dims[-1])]), bool({*seen["regime"]} & {*VIBRATING})
 
 
 def _before_and_after(ax: Axes, ds: xr.Dataset, name: str) -> None:

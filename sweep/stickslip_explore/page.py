@@ -155,7 +155,8 @@ def meta_of(shown: Picture) -> dict[str, Any]:
         for which, side in (("x", shown.x), ("y", shown.y))
     }  # fmt: skip
     columns = [
-        {"name": one.name, "label": one.label, "unit": one.unit.name, "names": list(one.names)} for one in shown.columns
+        {"name": column.name, "label": column.label, "unit": column.unit.name, "names": list(column.names)}
+        for column in shown.columns
     ]
     return {**sides, "columns": columns}
 
@@ -242,7 +243,8 @@ def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dic
         data["blank"] = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
     if current is not None:
         (w, mu), belt = current.curve, current.cell["belt_speed"]
-        if belt < 0 or any((one.samples["relative_speed"] < 0).any() for one in current.motions if one.samples):
+        slips = [motion.samples["relative_speed"] for motion in current.motions if motion.samples]
+        if belt < 0 or any((slip < 0).any() for slip in slips):
             w, mu = np.concatenate([-w[::-1], [np.nan], w]), np.concatenate([-mu[::-1], [np.nan], mu])
         data["curve"] = scaled(w=w, mu=mu)
         if (loop := current.cycle) is not None:

@@ -1,7 +1,6 @@
 """One tab of the browser: its events, the work they ask for beside the loop of the server, and what comes of it."""
 
 import logging
-import shlex
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -19,9 +18,9 @@ from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip_explore import maps
 from stickslip_explore.controls import Actions, Controls, sound_of
-from stickslip_explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
+from stickslip_explore.html import cell_html, part, place_words, simulate_command
 from stickslip_explore.maps import Line, Picture, border_lines
-from stickslip_explore.motions import CellMotions, motions_by_line, motions_of
+from stickslip_explore.motions import CellMotions, motions_of
 from stickslip_explore.page import Page
 from stickslip_explore.source import Source
 from stickslip_explore.view import COARSE, FULL, At, View, cell_of_view, config_of, first_view, with_plane
@@ -112,11 +111,11 @@ class Session:
             picked=lambda name, point: self._see(points={**self._state.view.points, name: int(point)}),
             varied=lambda variable: self._see(variable=variable),
         )  # fmt: skip
-        self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
+        self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear)
         self.page.map.plot.on_event(Tap, self._clicked)
         self._maps: LatestOnly[View] = LatestOnly(self._compute_map, "map")
         self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
-        self._sounds: LatestOnly[tuple[str, SelectedCell, float, bool]] = LatestOnly(self._compute_sound, "sound")
+        self._sounds: LatestOnly[tuple[str, SelectedCell, float]] = LatestOnly(self._compute_sound, "sound")
         self.controls.show(self._state.view)
         self.page.fill(document, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
         self._maps.ask(self._state.view)
@@ -166,21 +165,7 @@ class Session:
     def _hear(self, name: str) -> None:
         cell = self._state.cell if name == "cell" else self._state.pins.get(name)
         if cell is not None:
-            self._sounds.ask((name, cell, self.actions.pace, self.actions.is_loud))
-
-    def _text(self, name: str) -> str:
-        """The content of a file to download; nothing where there is none yet."""
-        if name == "view.yaml":
-            return self.page.yaml
-        shown = self._state.shown
-        if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
-            file = shlex.quote(self._source.name)
-            self.show_error(f"the map is too large for a browser; this writes it: stickslip export {file} -o map.csv")
-            return ""
-        if name == "map.csv":
-            return "" if shown is None else map_csv(shown)
-        motions = motions_by_line(*self._state.motions)
-        return motions_csv(motions.values()) if motions else ""
+            self._sounds.ask((name, cell, self.actions.pace))
 
     # --- work beside the loop -----------------------------------------------------------------------------------------
 
@@ -222,11 +207,11 @@ class Session:
             command = simulate_command(self._source, view, at, motions)
             self._schedule(stop, self._show_selected, SelectedCell(at, place_words(shown, at), motions, command))
 
-    def _compute_sound(self, job: tuple[str, SelectedCell, float, bool], stop: StopFlag) -> None:
-        name, cell, pace, loud = job
+    def _compute_sound(self, job: tuple[str, SelectedCell, float], stop: StopFlag) -> None:
+        name, cell, pace = job
         with self._reporting_errors(stop):
             heading = cell.words if name == "cell" else name
-            self._schedule(stop, self.actions.play, heading, sound_of(cell.motions, pace, loud))
+            self._schedule(stop, self.actions.play, heading, sound_of(cell.motions, pace))
 
     @contextmanager
     def _reporting_errors(self, stop: StopFlag) -> Iterator[None]:

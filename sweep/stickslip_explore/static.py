@@ -102,7 +102,7 @@ def _offered(source: Source) -> list[Axis]:
     """The axes that are no sides and of which the page has all points: as many as fit, the innermost first."""
     plane, offered = first_view(source).plane, list[Axis]()
     for axis in reversed(tuple(source.axes.values())):
-        if axis.name not in plane and axis.size > 1 and axis.size * prod(one.size for one in offered) <= SHEETS:
+        if axis.name not in plane and axis.size > 1 and axis.size * prod(other.size for other in offered) <= SHEETS:
             offered.insert(0, axis)
     return offered
 
@@ -140,9 +140,9 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, Picture], 
     first = pictures["regime"]
     return pictures, {
         "pictures": {
-            name: {"shades": one.shades, "legend": legend_html(one), "palette": one.palette,
-                   "regions": page.regions_of(one)}
-            for name, one in pictures.items()
+            name: {"shades": shown.shades, "legend": legend_html(shown), "palette": shown.palette,
+                   "regions": page.regions_of(shown)}
+            for name, shown in pictures.items()
         },
         "columns": page.columns_of(first), "meta": page.meta_of(first),
         "lines": page.lines_of(border_lines(config, first, stop_flag()) or []),
@@ -223,7 +223,7 @@ def _controls(
 ) -> Column:
     """The choice of the variable, and of the point; and the clicks, which draw the nearest cell that has a motion."""
     wide: dict[str, Any] = {"stylesheets": [page.WIDGETS], "sizing_mode": "stretch_width"}
-    variable = Select(title="colours show", options=[(name, one.title) for name, one in pictures.items()],
+    variable = Select(title="colours show", options=[(name, shown.title) for name, shown in pictures.items()],
                       value="regime", name="variable", **wide)  # fmt: skip
     point = Select(title=title, options=[(str(i), label) for i, label in enumerate(labels)], value="0", name="point",
                    visible=len(labels) > 1, **wide)  # fmt: skip

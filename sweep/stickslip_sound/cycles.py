@@ -73,8 +73,8 @@ def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, opti
     for _ in range(_DOUBLINGS):
         if not waiting.size:
             break
-        some, counts = taken(cells, waiting), np.full(waiting.size, _PLACES + 1)
-        motions, ends, status = sampled(some, period[waiting] / _PLACES, counts, options, wait * period[waiting])
+        periods, counts = period[waiting], np.full(waiting.size, _PLACES + 1)
+        motions, ends, status = sampled(taken(cells, waiting), periods / _PLACES, counts, options, wait * periods)
         apart = np.array([abs(x[-1] - x[0]) / np.ptp(x) for x in motions])
         apart = np.maximum(apart, np.abs(ends[:, 1] - ends[:, 0]) / (2.0 * results["velocity_amplitude"][waiting]))
         repeats = (status == _REACHED) & (apart < _ALIKE)

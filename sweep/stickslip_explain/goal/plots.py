@@ -61,9 +61,9 @@ def _lines(ds: xr.Dataset) -> xr.Dataset:
     """The borders of what is quiet as those of a map with the dimensions of the panels: without those of what cells
     cannot be."""
     impossible = VERDICTS.index("impossible")
-    kept = (ds["verdict_left"].values != impossible) & (ds["verdict_right"].values != impossible)
-    nodes = np.repeat(kept, ds["node_count"].values)
-    lines = ds.drop_dims([dim for dim in ds.dims if dim not in ("line", "node")]).isel(line=kept, node=nodes)
+    possible = (ds["verdict_left"].values != impossible) & (ds["verdict_right"].values != impossible)
+    nodes = np.repeat(possible, ds["node_count"].values)
+    lines = ds.drop_dims([dim for dim in ds.dims if dim not in ("line", "node")]).isel(line=possible, node=nodes)
     dims = [str(dim) for dim in ds["verdict"].dims]
     places = np.unravel_index(lines["panel"].values, ds["verdict"].shape) if dims else ()
     beside = {
@@ -103,5 +103,5 @@ def _marks(ax: Axes, panel: xr.Dataset, y: str, x: str) -> None:
             way = [unit.of(np.array(pair)) for unit, pair in zip(units, zip(here, end, strict=True), strict=True)]
             ax.plot(*way, color="black", linewidth=2.2, zorder=4)
             ax.plot(*way, color="white", linewidth=1.0, zorder=4)
-            ax.plot(*(one[1:] for one in way), **_END)
+            ax.plot(*(pair[1:] for pair in way), **_END)
     ax.plot(*(unit.of(value) for unit, value in zip(units, here, strict=True)), **_RING)
