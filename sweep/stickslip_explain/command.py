@@ -61,13 +61,8 @@ def explain(
 def _place(config: Path, number: int) -> str:
     """The place of an observation, with its line if the file has one."""
     from stickslip.config.yaml import read_yaml
-    from stickslip.errors import ConfigError
 
-    try:
-        places = read_yaml(config).values
-    except ConfigError:  # a configuration of the package, called by its name alone
-        return str(config)
-    place = places.get(("explain", "observed", number))
+    place = read_yaml(config).values.get(("explain", "observed", number)) if config.exists() else None
     return place.text(str(config)) if place else str(config)
 
 

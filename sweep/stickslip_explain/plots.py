@@ -33,34 +33,26 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
     if "probability" in ds and state not in ds["state"].values:
         raise PlotError(f"holds no probability of {state}")
     maps = [name for name in ("probability", "disagreement") if name in ds]
-    dims = list(ds["disagreement" if "disagreement" in maps else "probability"].dims) if maps else []
-    dims = [dim for dim in dims if dim != "state"]
+    dims = [dim for dim in (ds["probability"].dims if maps else ()) if dim != "state"]
     if len(dims) > 2:
         raise PlotError(f"drawn over at most two axes, and there are {len(dims)}: select values of {dims[0]}")
     rows = ceil(len(names) / _COLUMNS)
     figure = Figure(figsize=(9.6, (3.8 if maps else 0.0) + 1.9 * rows + 0.4), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=[3.8, 1.9 * rows]) if maps else [figure]
-    top = None
-    if maps:
-        panels = parts[0].subplots(1, len(maps), squeeze=False)[0]
-        for ax, name in zip(panels, maps, strict=True):
-            if name == "probability":
-                values, label = ds[name].sel(state=state), f"probability of {regime_label(state)}"
-            else:
-                values, label = ds[name], "largest difference between laws"
-            _over_axes(ax, ds, values, dims, label)
-        top = panels[0]
+    for ax, name in zip(parts[0].subplots(1, len(maps), squeeze=False)[0] if maps else (), maps, strict=True):
+        if name == "probability":
+            _over_axes(ax, ds, ds[name].sel(state=state), dims, f"probability of {regime_label(state)}")
+        else:
+            _over_axes(ax, ds, ds[name], dims, "largest difference between laws")
     below = list(parts[-1].subplots(rows, min(_COLUMNS, len(names)), squeeze=False).flat)
     for ax, name in zip(below, names, strict=False):
         _before_and_after(ax, ds, name)
     for ax in below[len(names) :]:
         ax.remove()
-    notes = ["bars: draws given the observations; grey: 90 % of what was possible before"]
-    if dims:
-        notes += ["filled marks: observed to vibrate; open ones: observed to be quiet"] * bool([*_observed(ds, dims)])
-    annotate(figure, ["; ".join(notes)])
+    note = "bars: draws given the observations; grey: 90 % of what was possible before"
+    annotate(figure, [f"{note}; filled marks: observed to vibrate; open ones: quiet" if dims else note])
     title = str(ds.attrs.get("title", "")) if title is None else title
-    entitle(figure, top or parts[-1].axes[0], title, above_all=True)
+    entitle(figure, parts[0].axes[0], title, above_all=True)
     return figure
 
 

@@ -54,7 +54,7 @@ VARIABLES = table(
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class DrawResults:
     """What draws show at places: regimes (places, draws) as places of `DECIDED`, -1 for no verdict; logarithms of
     results (places, draws, results), NaN where there is none."""
 
@@ -177,7 +177,7 @@ def check_scatter(scatter: Mapping[str, float]) -> None:
 def _shown(
     grid: Cells, shared: Mapping[str, float], draws: Sequence[tuple[str, Mapping[str, float]]],
     metrics: tuple[str, ...], options: Options, moved: Callable[[int, int], None] | None,
-) -> Shown:  # fmt: skip
+) -> DrawResults:  # fmt: skip
     """What each draw, a law and quantities, shows at each place. shared : conditions that hold at all of them."""
     size, count, stop = grid.size, len(draws), stop_flag()
     regimes, logs = np.empty((size, count), np.intp), np.full((size, count, len(metrics)), np.nan)
@@ -192,13 +192,13 @@ def _shown(
             logs[:, draw, i] = np.log(np.where(results[name] > 0, results[name], np.nan))
         if moved:
             moved(draw + 1, count)
-    return Shown(regimes, logs)
+    return DrawResults(regimes, logs)
 
 
 class _Outcomes:
     """What might be seen at places, simulated from each draw once, and what it says of all draws."""
 
-    def __init__(self, shown: Shown, scatter: Floats, mislabelled: float, rng: np.random.Generator) -> None:
+    def __init__(self, shown: DrawResults, scatter: Floats, mislabelled: float, rng: np.random.Generator) -> None:
         count = shown.regimes.shape[1]
         self._shown, self._scatter = shown, scatter
         self._right, self._wrong = log_shares(1, mislabelled)

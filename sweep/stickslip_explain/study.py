@@ -197,9 +197,8 @@ class ExplainStudy(Study):
 
     def sample(self, count: int) -> Cells:
         """Cells of draws from the prior, to time what an explanation takes."""
-        points = np.random.default_rng(int(self.request.seed)).standard_normal(
-            (min(count, _DRAWS), len(self.prior.names))
-        )
+        rng = np.random.default_rng(int(self.request.seed))
+        points = rng.standard_normal((min(count, _DRAWS), len(self.prior.names)))
         cells = replace(self._law(self.laws[0]), simulated={})  # a simulated record counts as so many of them
         return Cells.of(taken(*cells.cells(self.prior.values(points))))
 

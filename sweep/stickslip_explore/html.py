@@ -15,7 +15,7 @@ from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_la
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
-from stickslip_explore.maps import Picture
+from stickslip_explore.maps import MapPicture
 from stickslip_explore.motions import CellMotions, Motion, regime_of
 from stickslip_explore.source import Source
 from stickslip_explore.view import At, View, cell_of_view, settings
@@ -46,12 +46,12 @@ def part(name: str, *arguments: Any) -> str:
 STYLE = part("style", LINES, FLAG_COLOURS["regime"])  # of all words
 
 
-def legend_html(shown: Picture) -> str:
+def legend_html(shown: MapPicture) -> str:
     """The legend: meanings of the colours of a map."""
     return part("legend", shown, ", ".join(shown.palette[::16]))
 
 
-def place_words(shown: Picture, at: At) -> str:
+def place_words(shown: MapPicture, at: At) -> str:
     """The place of a cell: `stiffness 50 N/m, belt speed 0.4 m/s`."""
     return ", ".join(f"{spoken(side.name)} {side.text(at[side.name])}" for side in (shown.y, shown.x))
 

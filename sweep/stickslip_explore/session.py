@@ -6,7 +6,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import prod
-from time import perf_counter, sleep
+from time import perf_counter
 from typing import Any, Generic, TypeVar
 
 import xarray as xr
@@ -19,7 +19,7 @@ from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip_explore import maps
 from stickslip_explore.controls import Actions, Controls, sound_of
 from stickslip_explore.html import cell_html, part, place_words, simulate_command
-from stickslip_explore.maps import Line, Picture, border_lines
+from stickslip_explore.maps import Line, MapPicture, border_lines
 from stickslip_explore.motions import CellMotions, motions_of
 from stickslip_explore.page import Page
 from stickslip_explore.source import Source
@@ -51,16 +51,7 @@ class LatestOnly(Generic[Job]):
         self._thread.shutdown(cancel_futures=True)
 
 
-def pause(seconds: float, stop: StopFlag) -> None:
-    """Wait, no longer than until a flag is raised."""
-    end = perf_counter() + seconds
-    while not stop[0] and perf_counter() < end:
-        sleep(_A_LITTLE)
-
-
 _LOG = logging.getLogger(__name__)
-_BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
-_A_LITTLE = 0.005  # s
 _COMING = "exact borders ..."
 
 
@@ -82,7 +73,7 @@ class State:
     """
 
     view: View
-    shown: Picture | None = None
+    shown: MapPicture | None = None
     at: At | None = None
     cell: SelectedCell | None = None
     pins: dict[str, SelectedCell] = field(default_factory=dict)
@@ -114,7 +105,7 @@ class Session:
         self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear)
         self.page.map.plot.on_event(Tap, self._clicked)
         self._maps: LatestOnly[View] = LatestOnly(self._compute_map, "map")
-        self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
+        self._cells: LatestOnly[tuple[View, At, MapPicture]] = LatestOnly(self._compute_cell, "cell")
         self._sounds: LatestOnly[tuple[str, SelectedCell, float]] = LatestOnly(self._compute_sound, "sound")
         self.controls.show(self._state.view)
         self.page.fill(document, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
@@ -179,7 +170,6 @@ class Session:
                 small, full = config_of(self._source, view, COARSE), config_of(self._source, view, FULL)
                 if _size(small) < _size(full):
                     self._show_dataset(view, stop, lambda: maps.computed(small, stop), f"{_size(small):,} cells")
-                    pause(_BREATH, stop)
                 shown = self._show_dataset(view, stop, lambda: maps.computed(full, stop), f"{_size(full):,} cells")
             if shown is not None:
                 config, began = config_of(self._source, view, FULL), perf_counter()
@@ -190,7 +180,7 @@ class Session:
 
     def _show_dataset(
         self, view: View, stop: StopFlag, dataset_of: Callable[[], xr.Dataset | None], what: str
-    ) -> Picture | None:  # fmt: skip
+    ) -> MapPicture | None:  # fmt: skip
         """The picture of a dataset once it is there, which is shown; None if the flag was raised on the way."""
         began = perf_counter()
         dataset = dataset_of()
@@ -200,7 +190,7 @@ class Session:
         self._schedule(stop, self._show_map, view, shown, maps.variables(dataset), f"{what} in {_ms(began)}")
         return shown
 
-    def _compute_cell(self, job: tuple[View, At, Picture], stop: StopFlag) -> None:
+    def _compute_cell(self, job: tuple[View, At, MapPicture], stop: StopFlag) -> None:
         view, at, shown = job
         with self._reporting_errors(stop):
             motions = motions_of(cell_of_view(self._source, view, at), self._source.options)
@@ -235,7 +225,7 @@ class Session:
 
     # --- what is shown ------------------------------------------------------------------------------------------------
 
-    def _show_map(self, view: View, shown: Picture, variables: list[tuple[str, str]], text: str) -> None:
+    def _show_map(self, view: View, shown: MapPicture, variables: list[tuple[str, str]], text: str) -> None:
         state = self._state
         if state.bordered is not None and state.bordered != replace(view, variable="regime"):
             self._draw_borders([], None)  # with the cells they belong to, not when their successors are there

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 WAV = Kind("sounds", (".wav",))
 _BETWEEN = re.compile(r",\s*(?=[^,=]+=)")  # of several NAME=VALUE in a text
 _LONGEST = 600.0  # s of sound
+_NUMBERS = ("cells", "without_cycle", "not_heard", "lowest", "median", "highest")  # of levels, in dB
 _ANSWER = ("regime", "frequency", "repeats", "seconds", "slow", "rate", "full_scale", "clips")  # of a sound
 
 
@@ -118,6 +119,7 @@ def _levels(
     """The levels of all cells of a configuration, or of the one at `at`."""
     from stickslip.config.grid import build_grid
     from stickslip.config.select import cell_of, config_at
+    from stickslip.config.studies import Table
     from stickslip_sound import api as sound
 
     recipe = params.recipe_in(config)
@@ -132,12 +134,8 @@ def _levels(
     with refuses_bad_input(config), screen.progress_bar() if size > 1 else nullcontext() as move:
         ds = sound.levels(loaded, zero, max_steps=loaded.solver.max_steps, threads=threads, progress=move)
     summary = sound.summary(ds)
-    screen.echo(f"{summary['long_name']}:")
-    for name in ("cells", "without_cycle", "not_heard"):
-        screen.row(name, f"{summary[name]:,}")
-    if summary["with_level"]:
-        lowest, median, highest = (summary[name] for name in ("lowest", "median", "highest"))
-        screen.row("level", f"{lowest:.1f} to {highest:.1f} dB(A), median {median:.1f}")
+    numbers = ["-" if summary[name] is None else f"{summary[name]:.6g}" for name in _NUMBERS]
+    screen.echo(f"{summary['long_name']}:\n{Table('', (), _NUMBERS, [numbers]).text()}")
     if output is not None:
         save_result(ds, output, "levels")
         screen.echo(f"next:    stickslip plot {output}")

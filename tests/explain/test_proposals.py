@@ -7,7 +7,7 @@ from click.testing import CliRunner
 import stickslip
 from stickslip.cli import main
 from stickslip.vocabulary.flags import DECIDED, REGIMES
-from stickslip_explain.proposals import Shown, _Outcomes
+from stickslip_explain.proposals import DrawResults, _Outcomes
 
 STICK_SLIP, DAMPED = DECIDED.index("stick_slip"), DECIDED.index("damped")
 CELL = {"mass": 0.1, "a1": 0.2, "a2": 0.3, "a3": 0.2, "a4": 0.02, "normal_load": 10.0}
@@ -18,7 +18,7 @@ SCATTER = {"period": 0.03}
 
 def information(regimes, logs=None, scatter=(), mislabelled=0.01):
     logs = np.empty((1, len(regimes), 0)) if logs is None else np.asarray(logs)[None, :, None]
-    shown = Shown(np.asarray(regimes)[None], logs)
+    shown = DrawResults(np.asarray(regimes)[None], logs)
     return _Outcomes(shown, np.asarray(scatter, float), mislabelled, np.random.default_rng(5)).information(0)
 
 
