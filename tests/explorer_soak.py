@@ -68,10 +68,10 @@ def one_round(explorer: Explorer, tabs: int, clicks: int, name: str) -> tuple[fl
 
 def click(explorer: Explorer, session: Session) -> float:
     """Seconds from a click at a random place to what it shows."""
-    plot, before, began = session.page.map.plot, session._state.cell, time.perf_counter()
+    plot, before, began = session.page.map.plot, session._cell, time.perf_counter()
     tap = Tap(plot, x=random.uniform(0.02, 1.19), y=random.uniform(0.1, 3.9))
     explorer._loop.call_soon_threadsafe(plot._trigger_event, tap)
-    until(lambda: session._state.cell is not before)
+    until(lambda: session._cell is not before)
     return time.perf_counter() - began
 
 

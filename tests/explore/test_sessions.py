@@ -173,7 +173,7 @@ def test_zero_on_a_slider_is_zero_whatever_the_browser_adds_up_to(tab):
     one = tab()
     one.model("on_velocity").active = True
     one.model("slider_velocity").value = -2.842e-14
-    assert one.session._state.view.values["velocity"] == 0.0
+    assert one.session.view.values["velocity"] == 0.0
 
 
 def test_the_command_of_a_cell_goes_with_its_sides(tab):
