@@ -103,9 +103,9 @@ class _Plane(PlaneSearch):
         """The verdict on what the panel has (y and x, by name), and where the nearest changes of it are."""
         demand, home = self.demand, np.zeros(1, np.int64)
         now = demand.judged(home, {}, shares=True)
-        needed: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
+        needs: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
         if now.verdict[0] == IMPOSSIBLE or not np.isfinite([*here.values()]).all():
-            return needed
+            return needs
         far = [QUIET] if now.verdict[0] != QUIET else [VIBRATES, OPEN]
         reaches = [reach_of(side.name, demand.cells, (side.low, side.high)) for side in (self.y, self.x)]
         ways = _nearest_node(lines, reaches)
@@ -114,11 +114,11 @@ class _Plane(PlaneSearch):
             if np.isfinite(border.change).any():
                 up = int(np.nanargmin(np.abs(border.change[0])))
                 ends = border.low[0, up], border.high[0, up]
-                needed[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
+                needs[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
                 ways.append(np.eye(2)[i] * border.change[0, up])
         if (change := self._least(ways, reaches, far)) is not None:
-            needed |= {f"together_{reach.name}": reach.at(change[i], home) for i, reach in enumerate(reaches)}
-        return needed
+            needs |= {f"together_{reach.name}": reach.at(change[i], home) for i, reach in enumerate(reaches)}
+        return needs
 
     def _least(self, ways: Sequence[Floats], reaches: Sequence[Reach], far: list[int]) -> Floats | None:
         """The least change (2,) of both parameters that changes the verdict, on its quiet side, from near ones."""
