@@ -107,7 +107,7 @@ def _configuration(
             whole.setdefault(QUANTITIES[name].section, {})[name] = value
     if laws is not None:
         whole["explain"]["laws"] = laws
-        first = laws if isinstance(laws, str) else next(iter(laws))
+        first = laws if isinstance(laws, str) else next(iter(laws), "")
         whole.setdefault("friction", {})["law"] = law_of(first)[0]
     return whole | ({"uncertain": uncertain} if uncertain else {}) | ({} if predict is None else {"axes": predict})
 
