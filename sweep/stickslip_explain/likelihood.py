@@ -14,7 +14,7 @@ do, and `unsure` is by how much it would be less if they did not. Impossible cel
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ from stickslip_explain.section import POINT, Measured, Observation
 Floats = NDArray[np.float64]
 Moved = Callable[[int], None]
 
+# An observation that is no cell, as a function of draws: results, the regime among them, and which draws are possible.
+Simulated = Callable[[Parameters, StopFlag, Moved | None], tuple[Results, NDArray[np.bool_]]]
+
 RECORD = 1000  # cells that a simulated record takes about as long as
 _FAR = 4.0  # standard deviations, or what is as rare of Student's t: a result further off is not explained
 
@@ -42,13 +45,6 @@ class Terms(NamedTuple):
     log_likelihood: Floats
     unsure: Floats
     contradicts: NDArray[np.bool_]
-
-
-class Simulated(Protocol):
-    """An observation that is no cell, as a function of draws."""
-
-    def __call__(self, drawn: Parameters, stop: StopFlag, moved: Moved | None) -> tuple[Results, NDArray[np.bool_]]:
-        """Results, the regime among them, of draws, and which of them are possible. Raises StoppedError."""
 
 
 @dataclass(frozen=True)
