@@ -41,7 +41,7 @@ class Tab:
         end = time.monotonic() + WAIT
         while not until():
             assert time.monotonic() < end, self.status
-            for callback in list(self.document.session_callbacks):
+            for callback in sorted(self.document.session_callbacks, key=lambda added: int(added.id[1:])):  # a set
                 self.document.remove_next_tick_callback(callback)
                 callback.callback()
             time.sleep(0.005)
