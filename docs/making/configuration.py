@@ -8,7 +8,6 @@ from stickslip.config.schema import json_schema
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import MAP_VARIABLES
-from stickslip_explain.document import OWN_WORDS
 
 Schema = dict[str, Any]
 
@@ -55,8 +54,7 @@ def page() -> str:
     """The whole page, in Markdown."""
     properties = json_schema()["properties"]
     title = properties.pop("title")
-    for key in ("axes", *OWN_WORDS):  # said otherwise: above, and on the page about explanations
-        properties.pop(key)
+    properties.pop("axes")  # said otherwise: above
     words = f"`title` says {title['description']}; without one it is {title['default']!r}."
     first, others = ("system", "friction"), [key for key in properties if key not in ("system", "friction")]
     parts = [HEAD, words + "\n", *(_section(key, properties[key]) for key in first), AXES]

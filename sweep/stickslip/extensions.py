@@ -55,7 +55,6 @@ class Extension:
     subjects : names of variables that a map is about where it has them, and not about its regimes.
     studies : by key. resolvers : by the path of a key in a file (`friction.fit`, `*` for any name or number), places of
         functions that take the document and give it with what the key stands for, in this order.
-    schema : places of functions that give properties of the JSON Schema beside those of sections and studies.
     methods : by name in `ds.stickslip`: places of functions that take a dataset first.
     """
 
@@ -66,7 +65,6 @@ class Extension:
     results: Mapping[str, Place] = field(default_factory=dict)
     studies: Mapping[str, StudyEntry] = field(default_factory=dict)
     resolvers: Mapping[str, Place] = field(default_factory=dict)
-    schema: Sequence[Place] = ()
     subjects: Sequence[str] = ()
     methods: Mapping[str, Place] = field(default_factory=dict)
 

@@ -5,12 +5,11 @@ measurement would tell most, `stickslip goal` which friction a part should have 
 
     extension.py   what the engine is told          api.py        the Python calls
     command.py     `explain` and `next`             goal/         `goal`: section, verdicts, study, plot
-    section.py     the section `explain`            document.py   files of observations: observed, prior, predict
-    schema.py      the same for editors             draws.py      `uncertain: {explained: ...}`
+    section.py     the section `explain`            draws.py      `uncertain: {explained: ...}`
     likelihood.py  how well cells explain           smc.py        draws of any posterior, by sequential Monte Carlo
-    study.py       both together                    settings.py   its numbers, and the laws that may explain
-    summary.py     draws reduced for people         directions.py    what observations fix, and what not
-    proposals.py   the next measurement             plots.py      prior beside posterior, and where to measure
+    study.py       both together                    summary.py    draws reduced to numbers, and their tables
+    directions.py  what observations fix together   proposals.py  the next measurement
+    plots.py       prior beside posterior, and where to measure
 
 It leans on the engine alone.
 """

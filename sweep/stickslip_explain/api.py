@@ -17,12 +17,14 @@ from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
+from stickslip.vocabulary.suggest import listed, or_meant
 from stickslip_explain.goal.section import Goal
 from stickslip_explain.proposals import DRAWS, POINTS, axis_of, check_scatter, conditions_of, proposals
+from stickslip_explain.section import law_of
 
 __all__ = ["explain", "goal", "next_measurement"]
+_BESIDE = ("title", "solver", "execution")  # sections of a configuration among the settings of a call
 
 
 def explain(
@@ -42,7 +44,7 @@ def explain(
     observed : sequence of Mapping, or path
         Observations, each with the conditions it was made at (numbers in SI, or texts with units) and with what was
         seen: ``regime`` (or a list of those it may have been), results of `evaluate` with their scatter
-        (``period="54 +- 2 ms"``), or a list of repeats. Or a file of observations, which says all else itself.
+        (``period="54 +- 2 ms"``), or a list of repeats. Or a configuration with the section `explain`.
     prior : Mapping
         By quantity what was known before: a number or text where it is fixed, else a distribution as in the section
         `uncertain` of a configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation`
@@ -65,8 +67,8 @@ def explain(
     Dataset
         posterior_NAME over `draw`, all of the same weight, with interval_NAME and prior_interval_NAME over `share`,
         and posterior_law; over `law` log_evidence with its error and law_probability; over `quantity` variance_ratio,
-        correlation and r_hat; direction_ratio and direction_weight, which the attribute explained_directions says in
-        words; log_predictive and contradicted over `observation`; with `predict` also probability, of several laws
+        correlation and r_hat; over `direction`, the one that is fixed best first, direction_ratio and direction_weight;
+        log_predictive and contradicted over `observation`; with `predict` also probability, of several laws
         law_regime_probability and disagreement.
 
     Raises
@@ -76,19 +78,38 @@ def explain(
     ContradictionError
         If nothing explains the observations; it names the one that contradicts, and holds the result, `dataset`.
     """
-    if isinstance(observed, str | os.PathLike):
-        if prior is not None or laws is not None or predict is not None or settings:
-            raise TypeError("explain: a file of observations says prior, laws, predict and settings itself")
-        ds = run(observed, output, progress=progress)
+    if not isinstance(observed, str | os.PathLike):
+        ds = run(_configuration(observed, prior or {}, laws, predict, settings), output, progress=progress)
+    elif prior is not None or laws is not None or predict is not None or settings:
+        raise TypeError("explain: a configuration says what was known, laws, axes and settings itself")
     else:
-        known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
-        document = {"observed": observed, "prior": known, **settings} | (
-            {} if predict is None else {"predict": {"axes": predict}}
-        )
-        ds = run(document, output, progress=progress)
+        ds = run(observed, output, progress=progress)
     if text := ds.attrs.get("explained_contradiction"):
         raise ContradictionError(f"nothing explains this: {text}", ds)
     return ds
+
+
+def _configuration(
+    observed: Any, prior: Mapping[str, Any], laws: Any, predict: Mapping[str, Any] | None, settings: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The configuration of an explanation. Raises ArgumentError for what is no quantity."""
+    whole: dict[str, Any] = {name: settings[name] for name in _BESIDE if name in settings}
+    whole["explain"] = {"observed": observed} | {name: settings[name] for name in settings if name not in _BESIDE}
+    uncertain: dict[str, Any] = {}
+    for name, value in prior.items():
+        if name in ("correlation", "fit"):
+            uncertain[name] = value
+        elif name not in QUANTITIES:
+            raise ArgumentError("prior", f"got {name}, expected a quantity{or_meant(name, QUANTITIES)}")
+        elif isinstance(value, Mapping):
+            uncertain.setdefault("quantities", {})[name] = value
+        else:
+            whole.setdefault(QUANTITIES[name].section, {})[name] = value
+    if laws is not None:
+        whole["explain"]["laws"] = laws
+        first = laws if isinstance(laws, str) else next(iter(laws), "")
+        whole.setdefault("friction", {})["law"] = law_of(first)[0]
+    return whole | ({"uncertain": uncertain} if uncertain else {}) | ({} if predict is None else {"axes": predict})
 
 
 def next_measurement(
@@ -126,7 +147,7 @@ def next_measurement(
     Dataset
         Over the axes information (bits) and the chance of each regime; over `proposal`, the best first, proposed_NAME,
         proposed_information, wrong_before and wrong_after (the share of the plane whose most likely regime is not the
-        true one) and spread_left of each quantity; the attribute `proposals` says it in words.
+        true one) and spread_left of each quantity.
 
     Raises
     ------
@@ -142,12 +163,12 @@ def next_measurement(
     known = [name for name in conditions_of(config) if name not in names]
     if foreign := [name for name in at or {} if name not in known]:
         raise ArgumentError("at", f"got {foreign[0]}, expected what observations name: {listed(known) or 'nothing'}")
-    held = {name: in_si(PARAMETERS[name], str(value), "at", name) for name, value in (at or {}).items()}
+    conditions = {name: in_si(PARAMETERS[name], str(value), "at", name) for name, value in (at or {}).items()}
     if scatter is not None:
         check_scatter(scatter)
     axes = [axis_of(config, name, ends, points) for name, ends in names.items()]
     with watched(progress, "draws") as moved:
-        return proposals(ds, config, axes, held, scatter, draws, moved)
+        return proposals(ds, config, axes, conditions, scatter, draws, moved)
 
 
 def goal(

@@ -38,16 +38,16 @@ def explain(
 ) -> dict[str, Any]:
     """Find springs, dampers and friction that explain observations.
 
-    CONFIG holds observations, `observed` (regimes, results with their scatter), what was known before, `prior`, and
-    maybe the axes over which regimes are predicted, `predict`. The result are draws of the quantities that are not
-    known, the evidence of each law, and what the observations fix and what not; `stickslip run` computes the same.
-    Where nothing explains the observations, the command says which of them contradicts.
+    CONFIG holds observations, `explain: {observed: [...]}` (regimes, results with their scatter), what was known
+    before, `uncertain`, and maybe `axes` over which regimes are predicted. The result are draws of the quantities that
+    are not known, the evidence of each law, and what the observations fix and what not; `stickslip run` computes the
+    same. Where nothing explains the observations, the command says which of them contradicts.
     """
     from stickslip.runs.session import Request
 
     loaded = params.configuration(config)
     if loaded.study is None or loaded.study.key != "explain":
-        fail(f"{config}: no observation, expected observed: [...] and prior: {{...}}")
+        fail(f"{config}: no observation, expected explain: {{observed: [...]}}")
     configured = params.configured_targets(loaded)
     output, target, page = output or configured[0], plot or configured[1], report or configured[2]
     request = Request(loaded, output, fresh=fresh, dask=dask)
@@ -61,13 +61,8 @@ def explain(
 def _place(config: Path, number: int) -> str:
     """The place of an observation, with its line if the file has one."""
     from stickslip.config.yaml import read_yaml
-    from stickslip.errors import ConfigError
 
-    try:
-        places = read_yaml(config).values
-    except ConfigError:  # a configuration of the package, called by its name alone
-        return str(config)
-    place = places.get(("observed", number)) or places.get(("explain", "observed", number))
+    place = read_yaml(config).values.get(("explain", "observed", number)) if config.exists() else None
     return place.text(str(config)) if place else str(config)
 
 

@@ -11,7 +11,7 @@ from stickslip.config.checks import varied_paths
 from stickslip.config.yaml import Document, parse_yaml
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.suggest import listed
-from stickslip_explain.settings import law_of
+from stickslip_explain.section import law_of
 
 _MOST = 512  # rows, evenly chosen: more would say more than the explanation knows
 _DIGITS = 9
@@ -31,7 +31,7 @@ def with_draws(document: Document) -> Document:
     if not isinstance(uncertain, dict) or not isinstance(uncertain.get(_KEY), str) or not isinstance(friction, dict):
         return document
     quantities = uncertain.get("quantities") or {}
-    if not isinstance(quantities, dict) or any("drawn" in one for one in quantities.values() if isinstance(one, dict)):
+    if not isinstance(quantities, dict) or any("drawn" in row for row in quantities.values() if isinstance(row, dict)):
         return document
     file = Path(document.name).parent / uncertain[_KEY]
     law, known, rows = _draws(document, file if file.exists() else Path(uncertain[_KEY]), friction.get("law"))

@@ -17,10 +17,5 @@ EXTENSION = Extension(
         ),
         "explain": StudyEntry("stickslip_explain.study:ExplainStudy", with_uncertain=True),
     },
-    resolvers={
-        "observed": "stickslip_explain.document:with_observations",
-        "prior": "stickslip_explain.document:with_observations",
-        "uncertain.explained": "stickslip_explain.draws:with_draws",
-    },
-    schema=("stickslip_explain.schema:properties",),
-)  # fmt: skip
+    resolvers={"uncertain.explained": "stickslip_explain.draws:with_draws"},
+)

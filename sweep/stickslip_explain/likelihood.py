@@ -14,7 +14,7 @@ do, and `unsure` is by how much it would be less if they did not. Impossible cel
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ from stickslip_explain.section import POINT, Measured, Observation
 Floats = NDArray[np.float64]
 Moved = Callable[[int], None]
 
+# An observation that is no cell, as a function of draws: results, the regime among them, and which draws are possible.
+Simulated = Callable[[Parameters, StopFlag, Moved | None], tuple[Results, NDArray[np.bool_]]]
+
 RECORD = 1000  # cells that a simulated record takes about as long as
 _FAR = 4.0  # standard deviations, or what is as rare of Student's t: a result further off is not explained
 
@@ -42,13 +45,6 @@ class Terms(NamedTuple):
     log_likelihood: Floats
     unsure: Floats
     contradicts: NDArray[np.bool_]
-
-
-class Simulated(Protocol):
-    """An observation that is no cell, as a function of draws."""
-
-    def __call__(self, drawn: Parameters, stop: StopFlag, moved: Moved | None) -> tuple[Results, NDArray[np.bool_]]:
-        """Results, the regime among them, of draws, and which of them are possible. Raises StoppedError."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +66,8 @@ class Experiment:
 
     @cached_property
     def _measuring(self) -> Options:
-        return self.options.keeping(tuple({n: None for one in self.observed for n in one.metrics if n != POINT}))
+        metrics = dict.fromkeys(name for observation in self.observed for name in observation.metrics)
+        return self.options.keeping(tuple(name for name in metrics if name != POINT))
 
     @cached_property
     def _cells(self) -> list[int]:
@@ -93,13 +90,13 @@ class Experiment:
 
     def terms(self, drawn: Parameters, stop: StopFlag, moved: Moved | None = None) -> Terms:
         """How well points explain each observation. Raises StoppedError."""
-        found = self._results(drawn, stop, moved) if self._cells else {}
+        each = self._results(drawn, stop, moved) if self._cells else {}
         of_records = (lambda done: moved(RECORD * done)) if moved else None
-        found |= {i: simulate(drawn, stop, of_records) for i, simulate in self.simulated.items()}
+        each |= {i: simulate(drawn, stop, of_records) for i, simulate in self.simulated.items()}
         parts = []
-        for i, one in enumerate(self.observed):
-            results, possible = found[i]
-            terms = observation_terms(one, results, self.mislabelled)
+        for i, observation in enumerate(self.observed):
+            results, possible = each[i]
+            terms = observation_terms(observation, results, self.mislabelled)
             terms.log_likelihood[~possible] = -np.inf
             parts.append(terms)
         return Terms(*(np.stack(part, axis=1) for part in zip(*parts, strict=True)))
@@ -111,7 +108,7 @@ class Experiment:
         size, count = next(iter(drawn.values())).size, len(self._cells)
         cells, possible = self.cells(drawn)
         columns = computed_where(cells, possible, self._measuring, stop, moved)
-        if any(POINT in one.metrics for one in self.observed):
+        if any(POINT in observation.metrics for observation in self.observed):
             columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
         results = {name: values.reshape(count, size) for name, values in columns.items()}
         each = zip(self._cells, possible.reshape(count, size), strict=True)

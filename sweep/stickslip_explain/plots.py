@@ -33,35 +33,26 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
     if "probability" in ds and state not in ds["state"].values:
         raise PlotError(f"holds no probability of {state}")
     maps = [name for name in ("probability", "disagreement") if name in ds]
-    dims = list(ds["disagreement" if "disagreement" in maps else "probability"].dims) if maps else []
-    dims = [dim for dim in dims if dim != "state"]
+    dims = [dim for dim in (ds["probability"].dims if maps else ()) if dim != "state"]
     if len(dims) > 2:
         raise PlotError(f"drawn over at most two axes, and there are {len(dims)}: select values of {dims[0]}")
     rows = ceil(len(names) / _COLUMNS)
     figure = Figure(figsize=(9.6, (3.8 if maps else 0.0) + 1.9 * rows + 0.4), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=[3.8, 1.9 * rows]) if maps else [figure]
-    top = None
-    if maps:
-        panels = parts[0].subplots(1, len(maps), squeeze=False)[0]
-        for ax, name in zip(panels, maps, strict=True):
-            one = ds[name].sel(state=state) if name == "probability" else ds[name]
-            label = (
-                f"probability of {regime_label(state)}" if name == "probability" else "largest difference between laws"
-            )
-            _over_axes(ax, ds, one, dims, label)
-        top = panels[0]
+    for ax, name in zip(parts[0].subplots(1, len(maps), squeeze=False)[0] if maps else (), maps, strict=True):
+        if name == "probability":
+            _over_axes(ax, ds, ds[name].sel(state=state), dims, f"probability of {regime_label(state)}")
+        else:
+            _over_axes(ax, ds, ds[name], dims, "largest difference between laws")
     below = list(parts[-1].subplots(rows, min(_COLUMNS, len(names)), squeeze=False).flat)
     for ax, name in zip(below, names, strict=False):
         _before_and_after(ax, ds, name)
     for ax in below[len(names) :]:
         ax.remove()
-    notes = ["bars: draws given the observations; grey: 90 % of what was possible before"]
-    if dims:
-        notes += ["filled marks: observed to vibrate; open ones: observed to be quiet"] * bool([*_observed(ds, dims)])
-    annotate(figure, ["; ".join(notes)])
-    entitle(
-        figure, top or parts[-1].axes[0], str(ds.attrs.get("title", "")) if title is None else title, above_all=True
-    )
+    note = "bars: draws given the observations; grey: 90 % of what was possible before"
+    annotate(figure, [f"{note}; filled marks: observed to vibrate; open ones: quiet" if dims else note])
+    title = str(ds.attrs.get("title", "")) if title is None else title
+    entitle(figure, parts[0].axes[0], title, above_all=True)
     return figure
 
 
@@ -91,9 +82,9 @@ def _over_axes(ax: Axes, ds: xr.Dataset, values: xr.DataArray, dims: Sequence[An
 
 def _observed(ds: xr.Dataset, dims: Sequence[Any]) -> Iterator[tuple[float, float, bool]]:
     """Places of observations along two axes, and whether they vibrate; none of those that are elsewhere."""
-    for one in section_in(str(ds.attrs.get("configuration", "")), "explain").get("observed", ()):
-        if all(str(dim) in one for dim in dims) and one.get("regime"):
-            yield float(one[str(dims[0])]), float(one[str(dims[-1])]), bool({*one["regime"]} & {*VIBRATING})
+    for seen in section_in(str(ds.attrs.get("configuration", "")), "explain").get("observed", ()):
+        if all(str(dim) in seen for dim in dims) and seen.get("regime"):
+            yield float(seen[str(dims[0])]), float(seen[str(dims[-1])]), bool({*seen["regime"]} & {*VIBRATING})
 
 
 def _before_and_after(ax: Axes, ds: xr.Dataset, name: str) -> None:

@@ -21,17 +21,16 @@ from stickslip.config.options import options_of
 from stickslip.config.ranges import interval
 from stickslip.config.studies import Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
-from stickslip.dataset.display import MapAxis
 from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import DECIDED, REGIMES, flag_label
+from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed, or_meant
 from stickslip_explain.likelihood import grid_of_predictions, log_shares, results_over
-from stickslip_explain.section import METRICS, POINT, Explain
-from stickslip_explain.settings import law_of
+from stickslip_explain.section import METRICS, POINT, Explain, law_of
+from stickslip_explain.summary import table_over
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +38,6 @@ DRAWS, POINTS, BEST = 256, 16, 3
 _APART = 0.2  # of the axes: proposals lie as far from one another at least
 _SCATTER = 0.03  # of a result that nobody has measured yet: relative standard deviation
 _BEYOND = 3.0
-_WORTH_SAYING = 0.05  # of probabilities of regimes
 _TOGETHER = 64  # places whose draws are weighed together
 _PROPOSAL = ("proposal",)
 VARIABLES = table(
@@ -56,7 +54,7 @@ VARIABLES = table(
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class DrawResults:
     """What draws show at places: regimes (places, draws) as places of `DECIDED`, -1 for no verdict; logarithms of
     results (places, draws, results), NaN where there is none."""
 
@@ -82,11 +80,8 @@ def proposals(
     shared = section.shared | {name: float(value) for name, value in at.items()}
     given = {*shared, *(axis.name for axis in over)}
     if differ := [name for name in conditions_of(config) if name not in given]:
-        text = f"{listed(differ, 'and')} {'differs' if len(differ) == 1 else 'differ'} between observations: give "
-        along = (
-            f"--over {' '.join([*(axis.name for axis in over), *differ])}, or " if len(over) + len(differ) < 3 else ""
-        )
-        raise ArgumentError("over", text + along + " ".join(f"--at {name}=VALUE" for name in differ))
+        given_at = " ".join(f"--at {name}=VALUE" for name in differ)
+        raise ArgumentError("over", f"{listed(differ, 'and')} differ between observations: give {given_at}, or an axis")
     grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
     measured = dict(_scatter(section) if scatter is None else scatter)
     chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)
@@ -113,33 +108,31 @@ def proposals(
     own = {
         "proposed_information": information[best], "wrong_before": np.full(len(best), wrong),
         # what is learned does not make worse guesses, on average over all that may be seen; of few draws it may seem to
-        "wrong_after": np.array([min(one[0], wrong) for one in after]),
-        "spread_left": np.array([one[1] for one in after]).reshape(len(best), len(names)),
+        "wrong_after": np.array([min(share, wrong) for share, _ in after]),
+        "spread_left": np.array([spread for _, spread in after]).reshape(len(best), len(names)),
     }  # fmt: skip
     ds = ds.assign(study_dataset("explain", VARIABLES, {n: v[None] for n, v in own.items()}, (), (), {}, {}).data_vars)
     places = np.unravel_index(best, grid.shape)
     for axis, place in zip(over, places, strict=True):
         row = ds[axis.name]
         ds[f"proposed_{axis.name}"] = xr.Variable("proposal", row.values[place], dict(row.attrs), NO_FILL)
-    results = listed([f"{name} to {100 * value:.2g} %" for name, value in measured.items()], "and")
-    about = f"regime, mislabelled with probability {section.mislabelled:g}" + (f"; {results}" if results else "")
-    return ds.assign_attrs(proposals="; ".join(_sentences(ds)), proposals_of=f"{about}; {chosen.size} draws")
+    scatters = ", ".join(f"{name}={value:.2g}" for name, value in measured.items())
+    return ds.assign_attrs(proposal_scatter=scatters, proposal_draws=chosen.size)
 
 
 def _scatter(section: Explain) -> dict[str, float]:
     """Results that were measured, with the standard deviation of one logarithm; else the period."""
     spreads: dict[str, list[float]] = {}
-    for one in section.observed:
-        for name, measured in ((n, m) for n, m in one.metrics.items() if n != POINT):
-            count = 1 if measured.repeats is None else len(measured.repeats)
-            spreads.setdefault(name, []).append(measured.log_std * np.sqrt(count))
+    for name, measured in (row for observation in section.observed for row in observation.metrics.items()):
+        spreads.setdefault(name, []).append(measured.log_std * np.sqrt(len(measured.repeats or [0])))
+    spreads.pop(POINT, None)
     return {name: float(np.median(values)) for name, values in spreads.items()} or {"period": _SCATTER}
 
 
 def conditions_of(config: Config) -> list[str]:
     """The conditions that some observation of an explanation names."""
     assert isinstance(config.study, Explain)
-    return list(dict.fromkeys(name for one in config.study.observed for name in one.conditions))
+    return list(dict.fromkeys(name for observation in config.study.observed for name in observation.conditions))
 
 
 def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
@@ -155,7 +148,7 @@ def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
     if points < 2:
         raise ArgumentError("points", f"got {points}, expected 2 at least")
     given = next((axis for axis in config.axes if isinstance(axis, Range) and axis.name == name), None)
-    seen = [one.conditions[name] for one in section.observed if name in one.conditions]
+    seen = [made.conditions[name] for made in section.observed if name in made.conditions]
     try:
         if ends is not None:
             low, high = interval(row, list(ends))
@@ -184,28 +177,28 @@ def check_scatter(scatter: Mapping[str, float]) -> None:
 def _shown(
     grid: Cells, shared: Mapping[str, float], draws: Sequence[tuple[str, Mapping[str, float]]],
     metrics: tuple[str, ...], options: Options, moved: Callable[[int, int], None] | None,
-) -> Shown:  # fmt: skip
+) -> DrawResults:  # fmt: skip
     """What each draw, a law and quantities, shows at each place. shared : conditions that hold at all of them."""
     size, count, stop = grid.size, len(draws), stop_flag()
     regimes, logs = np.empty((size, count), np.intp), np.full((size, count, len(metrics)), np.nan)
     codes = np.full(len(REGIMES), -1)
     codes[[REGIMES.index(name) for name in DECIDED]] = range(len(DECIDED))
-    for one, (name_of_law, drawn) in enumerate(draws):
+    for draw, (name_of_law, drawn) in enumerate(draws):
         law, fixed = law_of(name_of_law)
         how = replace(options, law=law, early_stop=True).for_contact({*grid.fixed, *drawn}).keeping(metrics)
         results = results_over(grid, {**shared, **drawn, **fixed}, how, stop)
-        regimes[:, one] = codes[results["regime"]]
+        regimes[:, draw] = codes[results["regime"]]
         for i, name in enumerate(metrics):
-            logs[:, one, i] = np.log(np.where(results[name] > 0, results[name], np.nan))
+            logs[:, draw, i] = np.log(np.where(results[name] > 0, results[name], np.nan))
         if moved:
-            moved(one + 1, count)
-    return Shown(regimes, logs)
+            moved(draw + 1, count)
+    return DrawResults(regimes, logs)
 
 
 class _Outcomes:
     """What might be seen at places, simulated from each draw once, and what it says of all draws."""
 
-    def __init__(self, shown: Shown, scatter: Floats, mislabelled: float, rng: np.random.Generator) -> None:
+    def __init__(self, shown: DrawResults, scatter: Floats, mislabelled: float, rng: np.random.Generator) -> None:
         count = shown.regimes.shape[1]
         self._shown, self._scatter = shown, scatter
         self._right, self._wrong = log_shares(1, mislabelled)
@@ -243,8 +236,8 @@ class _Outcomes:
         spread = np.sqrt(np.maximum((numbers**2 @ weights - mean**2).mean(1), 0.0)) / numbers.std(1)
         wrong = []
         for first in range(0, len(self._shown.regimes), _TOGETHER):
-            some = self._shown.regimes[first : first + _TOGETHER]
-            wrong.append(_wrong(np.array([(some == code) @ weights for code in range(len(DECIDED))])).ravel())
+            regimes = self._shown.regimes[first : first + _TOGETHER]
+            wrong.append(_wrong(np.array([(regimes == code) @ weights for code in range(len(DECIDED))])).ravel())
         return float(np.concatenate(wrong).mean()), np.asarray(spread)
 
 
@@ -265,29 +258,10 @@ def _best(information: Floats) -> NDArray[np.intp]:
     return np.array(best, np.intp)
 
 
-def _sentences(ds: xr.Dataset) -> Iterator[str]:
-    """Each proposal in words: where, what may be seen, and what that would shrink."""
-    axes = [MapAxis(ds, dim, plain=True) for dim in ds["information"].dims]
-    for i in range(ds.sizes.get("proposal", 0)):
-        one = ds.isel(proposal=i)
-        at = {str(axis.dim): float(one[f"proposed_{axis.dim}"]) for axis in axes}
-        where = ", ".join(f"{axis.name} {axis.unit.text(at[str(axis.dim)], 4)}" for axis in axes)
-        chances = ds["chance"].sel(at)
-        seen = [f"{flag_label(name)} {chance:.0%}" for name, chance in zip(DECIDED, chances.values, strict=True)
-                if chance >= _WORTH_SAYING]  # fmt: skip
-        most = one["spread_left"].argmin("quantity")
-        quantity, left = str(ds["quantity"].values[int(most)]), float(one["spread_left"][int(most)])
-        yield (
-            f"{where}: {float(one['proposed_information']):.2f} bits ({', '.join(seen)}), would narrow {quantity} to "
-            f"{left:.0%} of its scatter, and the share of places whose regime is guessed wrong from "
-            f"{float(one['wrong_before']):.1%} to {float(one['wrong_after']):.1%}"
-        )
-
-
 def report(ds: xr.Dataset) -> Iterator[str | Table]:
-    """The proposals, the best first."""
-    if not (texts := str(ds.attrs["proposals"])):
-        yield "nothing here would tell anything"
-    for number, text in enumerate(filter(None, texts.split("; ")), 1):
-        yield f"{number}.        {text}"
-    yield f"measured  {ds.attrs['proposals_of']}"
+    """The proposals, the best first, with what each is to leave of the scatter of every quantity."""
+    names = [name for name in ds.data_vars if ds[name].dims == _PROPOSAL]
+    left = ds["spread_left"].to_dataset("quantity")
+    left = left.rename({name: f"{name} left" for name in left.data_vars})
+    yield table_over(ds[names].assign(left), "proposal", *names, *left)
+    yield f"measured  regime, {ds.attrs['proposal_scatter']}"

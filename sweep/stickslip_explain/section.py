@@ -1,5 +1,4 @@
-"""The section `explain`: what was observed, and how the draws that explain it are made; `document.py`
-puts the words of a file of observations into it."""
+"""The section `explain`: what was observed, which laws of friction may explain it, and how its draws are made."""
 
 import math
 import re
@@ -13,10 +12,33 @@ from stickslip.config.sections import Read, Section, StudySection, list_of, one_
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import DECIDED
-from stickslip.vocabulary.parameter import Variable
+from stickslip.vocabulary.models import WRITTEN_LAWS
+from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
-from stickslip_explain.settings import EXPLAIN, EXPLAINING_LAWS
+
+EXPLAIN: dict[str, Parameter] = table(
+    Parameter("mislabelled", "1", "probability that the regime of an observation was noted wrongly", "explain",
+              default=0.01, above=0, at_most=0.5),
+    Parameter("particles", "1", "draws of each population", "explain",
+              default=500, at_least=20, at_most=1_000_000, whole=True),
+    Parameter("repetitions", "1", "independent populations of each law, whose spread is the standard error", "explain",
+              default=4, at_least=2, at_most=1000, whole=True),
+    Parameter("draws", "1", "draws of each population that regimes over the axes are predicted from", "explain",
+              default=64, at_least=1, at_most=1_000_000, whole=True),
+    Parameter("seed", "1", "seed of the populations: the same seed, the same draws", "explain",
+              default=1, at_least=0, at_most=2**32 - 1, whole=True),
+)  # fmt: skip
+
+# Names that explanations have for laws with a certain parameter: the law, and that parameter.
+NAMED_LAWS: dict[str, tuple[str, dict[str, float]]] = {"gaussian": ("stribeck_delta", {"delta": 2.0})}
+EXPLAINING_LAWS = (*WRITTEN_LAWS, *NAMED_LAWS)
+
+
+def law_of(name: str) -> tuple[str, dict[str, float]]:
+    """The law of friction of a name, and the parameters that it has then."""
+    return NAMED_LAWS.get(name, (name, {}))
+
 
 POINT = "friction_coefficient"  # of steady sliding at the speed of the belt, as a tribometer measures it
 METRICS = {
@@ -161,8 +183,8 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
         """`belt_speed 0.02 m/s, normal_load 10 N: stick_slip, period 0.054 s`."""
         where = ", ".join(f"{name} {PARAMETERS[name].setting(value)}" for name, value in self.conditions.items())
         what = [" or ".join(self.regime or ())] + [
-            f"{name} {math.exp(one.log_mean):.4g} {units.spelled(METRICS[name].units)}".rstrip()
-            for name, one in self.metrics.items()
+            f"{name} {math.exp(measured.log_mean):.4g} {units.spelled(METRICS[name].units)}".rstrip()
+            for name, measured in self.metrics.items()
         ]
         if self.record is not None:
             motion = "stick-slip" if self.regime == ("stick_slip",) else "motion without stick-slip"
@@ -188,5 +210,5 @@ class Explain(with_rows(StudySection, EXPLAIN)):  # type: ignore[misc]
     @property
     def shared(self) -> dict[str, float]:
         """The conditions that all observations have in common, at which regimes are predicted."""
-        first, *others = (one.conditions for one in self.observed)
+        first, *others = (observation.conditions for observation in self.observed)
         return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}

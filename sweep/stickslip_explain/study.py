@@ -30,8 +30,7 @@ from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF, QUANTITIES
 from stickslip_explain import proposals, summary
 from stickslip_explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
-from stickslip_explain.section import Explain
-from stickslip_explain.settings import law_of
+from stickslip_explain.section import Explain, law_of
 from stickslip_explain.smc import tempered
 
 _DRAWS = 1000  # of the prior that are timed
@@ -55,7 +54,7 @@ class ExplainStudy(Study):
         self.dims, self.shape = ("law", "repetition"), (len(self.laws), section.repetitions)
         self.grid = grid_of_predictions(config)
         self.options = replace(options, variables=("regime",), early_stop=True)
-        observed = sum(1 if one.record is None else RECORD for one in section.observed)
+        observed = sum(1 if observation.record is None else RECORD for observation in section.observed)
         self.cells_each = _MOVES * section.particles * observed + self.predicted_draws * self.grid_size
         self.weight = 4096  # a population is a block
 
@@ -95,55 +94,60 @@ class ExplainStudy(Study):
     @classmethod
     def check(cls, section: Explain, config: Config, problems: ProblemCollector) -> None:
         """Note observations that say nothing, or not where they were made, and laws that do not fit."""
-        path = (section.key, "observed")
         if config.uncertain is None:
             problems.add((section.key,), "nothing is uncertain, expected a distribution of a quantity at least",
-                         "prior: {stiffness: {lognormal: {median: 5 N/mm, factor: 1.5}}}", at_key=True)  # fmt: skip
+                         "uncertain: {quantities: {stiffness: {uniform: [1 N/mm, 9 N/mm]}}}", at_key=True)  # fmt: skip
             return
-        prior = set(config.uncertain.names)
-        for i, one in enumerate(section.observed):
-            if one.regime is None and not one.metrics:
-                problems.add((*path, i), "nothing was observed, expected a regime, or a result with its scatter")
-            known = {*config.fixed(), *one.conditions, *prior}
-            for name, row in PARAMETERS_OF[model_of(config.friction.law)].items():
-                if row.section == "system" and name not in known and row.default is None:
-                    message = f"missing, expected the {row.long_name}: here, or in prior"
-                    problems.add((*path, i, name), message, "an observation says what it was made at")
-                elif name not in known and any(name in other.conditions for other in section.observed):
-                    problems.add((*path, i, name), f"missing, expected the {row.long_name}, as other observations have")
-            if config.axes and i == 0:
-                cls._check_predicted(section, config, known - {*one.conditions}, problems)
-            for name in prior & one.conditions.keys():
-                problems.add((*path, i, name), "given, and uncertain in prior, expected one of them")
+        uncertain = {*config.uncertain.names}
+        known = {*config.fixed(), *uncertain}
+        for i, observation in enumerate(section.observed):
+            cls._check_observation(section, config, i, known | {*observation.conditions}, problems)
+            for name in uncertain & observation.conditions.keys():
+                problems.add((section.key, "observed", i, name), "given, and uncertain, expected one of them")
+        along = {member.name for axis in config.axes for member in axis.members}
+        for name in {*section.observed[0].conditions} - known - along - section.shared.keys() if config.axes else ():
+            message = f"{name} differs between observations, so that nothing can be predicted without it"
+            problems.add(("axes",), message, f"add it to the axes, or {name} to system or uncertain")
         for i, name in enumerate(section.laws or ()):
-            law, fixed = law_of(name)
-            own, needed = PARAMETERS_OF[model_of(law)], {*model_of(law).needed} - {*fixed}
-            given = {*prior, *config.fixed()}
-            if model_of(law) is not model_of(config.friction.law):
-                first = config.friction.law
-                problems.add((section.key, "laws", i), f"got {name} beside {first}, expected laws of one model")
-            elif foreign := [quantity for quantity in prior if law not in laws_with(quantity)]:
-                problems.add((section.key, "laws", i), f"got {name}, which has no {foreign[0]}, uncertain in prior")
-            elif twice := [quantity for quantity in prior if quantity in fixed]:
-                problems.add((section.key, "laws", i), f"got {name}, whose {twice[0]} is uncertain in prior")
-            elif lacking := [one for one in needed - given if one in own and not model_of(law).measured]:
-                problems.add((section.key, "laws", i), f"got {name}, for which {lacking[0]} is missing in prior")
+            if wrong := cls._wrong_law(name, config, uncertain, known):
+                problems.add((section.key, "laws", i), f"got {name}{wrong}")
 
     @classmethod
-    def _check_predicted(cls, section: Explain, config: Config, known: set[str], problems: ProblemCollector) -> None:
-        """Note what cells of the axes lack, since observations differ in it."""
-        along = {member.name for axis in config.axes for member in axis.members}
-        for name in {*section.observed[0].conditions} - known - along - section.shared.keys():
-            message = f"{name} differs between observations, so that nothing can be predicted without it"
-            problems.add(
-                ("axes",), message, f"add it to the axes of predict, or its value there to prior: {{{name}: ...}}"
-            )
+    def _check_observation(
+        cls, section: Explain, config: Config, number: int, known: set[str], problems: ProblemCollector
+    ) -> None:
+        """Note an observation that says nothing, or not where it was made."""
+        observation, path = section.observed[number], (section.key, "observed", number)
+        if observation.regime is None and not observation.metrics:
+            problems.add(path, "nothing was observed, expected a regime, or a result with its scatter")
+        elsewhere = {name for other in section.observed for name in other.conditions}
+        for name, row in PARAMETERS_OF[model_of(config.friction.law)].items():
+            if name not in known and row.section == "system" and row.default is None:
+                message = f"missing, expected the {row.long_name}: here, in system or in uncertain"
+                problems.add((*path, name), message, "an observation says what it was made at")
+            elif name not in known and name in elsewhere:
+                problems.add((*path, name), f"missing, expected the {row.long_name}, as other observations have")
+
+    @classmethod
+    def _wrong_law(cls, name: str, config: Config, uncertain: set[str], known: set[str]) -> str | None:
+        """Why a law cannot explain with these quantities."""
+        law, fixed = law_of(name)
+        model = model_of(law)
+        if model is not model_of(config.friction.law):
+            return f" beside {config.friction.law}, expected laws of one model"
+        if foreign := [quantity for quantity in uncertain if law not in laws_with(quantity)]:
+            return f", which has no {foreign[0]}, which is uncertain"
+        if twice := uncertain & {*fixed}:
+            return f", whose {min(twice)} is uncertain"
+        needed = {*model.needed} - {*fixed} - known
+        lacking = [] if model.measured else [quantity for quantity in PARAMETERS_OF[model] if quantity in needed]
+        return f", for which {lacking[0]} is missing" if lacking else None
 
     @classmethod
     def explain(cls, section: Explain, config: Config) -> Iterator[tuple[str, str, str]]:
         """The observations, and the settings."""
-        for i, one in enumerate(section.observed):
-            yield f"observed {i + 1}", "", one.words
+        for i, observation in enumerate(section.observed):
+            yield f"observed {i + 1}", "", observation.words
         if section.laws:
             yield "laws", ", ".join(section.laws), "alternatives of the same probability"
         for name, row in section.rows.items():
@@ -187,15 +191,14 @@ class ExplainStudy(Study):
         options = replace(self.options, law=law).for_contact({*self.prior.names, *base.fixed})
         observed, e = self.request.observed, float(self.request.mislabelled)
         friction = self.config.friction.model_copy(update={"law": law, **fixed})
-        simulated = {i: extensions.call("rig", "stickslip").SimulatedRecords(one.drive, one.known, friction)
-                     for i, one in enumerate(observed) if one.record is not None}  # fmt: skip
+        simulated = {i: extensions.call("rig", "stickslip").SimulatedRecords(record.drive, record.known, friction)
+                     for i, record in enumerate(observed) if record.record is not None}  # fmt: skip
         return Experiment(observed, base, options.law, fixed, e, options, simulated)
 
     def sample(self, count: int) -> Cells:
         """Cells of draws from the prior, to time what an explanation takes."""
-        points = np.random.default_rng(int(self.request.seed)).standard_normal(
-            (min(count, _DRAWS), len(self.prior.names))
-        )
+        rng = np.random.default_rng(int(self.request.seed))
+        points = rng.standard_normal((min(count, _DRAWS), len(self.prior.names)))
         cells = replace(self._law(self.laws[0]), simulated={})  # a simulated record counts as so many of them
         return Cells.of(taken(*cells.cells(self.prior.values(points))))
 
@@ -235,8 +238,8 @@ class ExplainStudy(Study):
         chosen = np.linspace(0, len(points) - 1, draws).astype(int)
         drawn = self.prior.values(points[chosen])
         codes = [REGIMES.index(name) for name in DECIDED]
-        for one in range(draws):
-            known = {name: value[one] for name, value in drawn.items()} | self.request.shared | {**experiment.fixed}
+        for draw in range(draws):
+            known = {name: value[draw] for name, value in drawn.items()} | self.request.shared | {**experiment.fixed}
             results = results_over(self.grid, known, experiment.options, stop, moved)
             shares += results["regime"][:, None] == codes
         return shares / draws

@@ -1,6 +1,6 @@
 """Populations of draws reduced to what people read: laws, intervals, directions, predictions, contradictions."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,7 +57,8 @@ VARIABLES = table(
     Variable("direction_ratio", "1", "variance along a direction after the observations over that before",
              dims=("direction",)),
     Variable("direction_weight", "1", "exponent, or coefficient, of a quantity in a direction",
-             dims=("direction", "quantity")),
+             dims=("direction", "quantity"),
+             comment="exponents of what is always positive: stiffness 1 and mass -1 are the ratio of both"),
     Variable("log_predictive", "1", "log-probability of an observation given all others", dims=_OBSERVED,
              comment="leave-one-out; densities of results are per e-fold"),
     Variable("contradicted", "1", "share of the draws that contradict an observation", dims=_OBSERVED,
@@ -104,7 +105,7 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
     rng = np.random.default_rng(int(context.request.seed))
     posterior = context.prior.values(draws["score"])
     prior = context.prior.values(rng.standard_normal((_PRIOR_DRAWS, len(context.prior.names))))
-    fixed, sentences = directions(prior, posterior)
+    fixed = directions(prior, posterior)
     values = _evidence(columns) | {
         "law_probability": laws.value, "law_probability_error": laws.error, "posterior_law": law,
         "variance_ratio": deviates.var(0), "correlation": np.atleast_2d(np.corrcoef(deviates.T)),
@@ -122,14 +123,10 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
             DRAWN + name: posterior[name], INTERVAL + name: np.quantile(posterior[name], SHARES),
             PRIOR + name: np.quantile(prior[name], SHARES),
         }  # fmt: skip
-    undecided = float(np.mean(draws["unsure"] != 0.0))
     attributes = dict(attributes) | {
-        "explained_method": _method(context, columns), "explained_directions": "; ".join(sentences),
-        "explained_undecided": f"{100 * undecided:.3g} % of the draws have cells without a verdict",
-    }  # fmt: skip
-    if contradiction := _contradiction(context, draws):
-        number, text = contradiction
-        attributes |= {"explained_contradicting": number, "explained_contradiction": text}
+        "explained_cells": int(columns["evaluations"].sum()) * len(context.request.observed),
+        "explained_undecided": float(np.mean(draws["unsure"] != 0.0)),
+    } | _contradiction(context, draws)  # fmt: skip
     whole = {name: np.asarray(array)[None] for name, array in values.items()}
     ds = study_dataset("explain", rows, whole, (), (), _coordinates(context), attributes)
     meanings = attributes_of(VARIABLES["posterior_law"], tuple(context.laws))
@@ -144,8 +141,8 @@ def _coordinates(context: Context) -> dict[str, xr.Variable]:
     about = {"units": "1", "long_name": "share of the draws below the quantile"}
     observed = context.request.observed
     predicted = {*context.grid.fixed, *context.grid.along} if context.grid.dims else set()
-    conditions = dict.fromkeys(name for one in observed for name in one.conditions if name not in predicted)
-    values = {name: [one.conditions.get(name, np.nan) for one in observed] for name in conditions}
+    conditions = dict.fromkeys(name for made in observed for name in made.conditions if name not in predicted)
+    values = {name: [made.conditions.get(name, np.nan) for made in observed] for name in conditions}
     return {
         name: shown_in(parameter_variable(name, _OBSERVED, made_at), context.written_in.get(name))
         for name, made_at in values.items()
@@ -153,7 +150,7 @@ def _coordinates(context: Context) -> dict[str, xr.Variable]:
         "law": text_index("law", context.laws, "law of friction"),
         "quantity": text_index("quantity", context.prior.names, "uncertain quantity"),
         "other": text_index("other", context.prior.names, "uncertain quantity"),
-        "observation": text_index("observation", [one.words for one in observed], "observation"),
+        "observation": text_index("observation", [observation.words for observation in observed], "observation"),
         "share": xr.Variable("share", np.array(SHARES), about, NO_FILL),
     }  # fmt: skip
 
@@ -205,34 +202,27 @@ def _leave_one_out(log_likelihood: Floats) -> Floats:
     return np.asarray(least - np.log(np.mean(np.exp(least - log_likelihood), axis=0)))
 
 
-def _contradiction(context: Context, draws: Results) -> tuple[int, str] | None:
-    """Which observation contradicts, and why nothing explains them; None where something does."""
+def _contradiction(context: Context, draws: Results) -> dict[str, Any]:
+    """The attributes that name the observation that contradicts all else; none where something explains them all."""
     observed, contradicts = context.request.observed, draws["contradicts"]
     if not np.isfinite(draws["log_likelihood"]).all():
-        return 0, "no draw of the prior is a possible oscillator"
+        return _contradicting(0, "no draw of the prior is a possible oscillator")
     wrong = int(np.quantile(contradicts.sum(1), _RARE))
-    regimes = sum(one.regime is not None for one in observed)
+    regimes = sum(observation.regime is not None for observation in observed)
     farthest = stats.chi2.isf(_BEYOND, len(context.prior.names))
     out_of_reach = float(np.quantile(np.sum(draws["score"] ** 2, 1), _RARE)) > farthest
     if not out_of_reach and (not wrong or stats.binom.sf(wrong - 1, regimes, context.request.mislabelled) >= _RARE):
-        return None
+        return {}
     best = draws["log_likelihood"].max(0) if not wrong else np.zeros(len(observed))
     surprise = best - _leave_one_out(draws["log_likelihood"])
     guilty = np.where(contradicts.mean(0) >= _RARE, surprise, -np.inf) if wrong else surprise
-    first = int(np.argmax(guilty))
-    reason = "contradicts the others" if len(observed) > 1 else "is beyond the prior"
-    if out_of_reach and not wrong:
-        reason = "takes quantities that the prior all but rules out"
-    return first, f"observation {first + 1} ({observed[first].words}) {reason}"
+    number = int(np.argmax(guilty))
+    against = "the others" if len(observed) > 1 and wrong else "the prior"
+    return _contradicting(number, f"observation {number + 1} ({observed[number].words}) contradicts {against}")
 
 
-def _method(context: Context, columns: Results) -> str:
-    request, count = context.request, int(columns["evaluations"].sum()) * len(context.request.observed)
-    and_records = " and records" if any(one.record is not None for one in request.observed) else ""
-    return (
-        f"tempered sequential Monte Carlo: {request.repetitions} populations of {request.particles} draws of each law, "
-        f"{count:,} cells{and_records}, seed {request.seed}"
-    )
+def _contradicting(number: int, text: str) -> dict[str, Any]:
+    return {"explained_contradicting": number, "explained_contradiction": text}
 
 
 def _predictions(context: Context, predicted: Floats, share: Floats, probability: Floats) -> dict[str, xr.DataArray]:
@@ -264,29 +254,26 @@ def report(ds: xr.Dataset) -> Iterator[str | Table]:
         return
     if text := ds.attrs.get("explained_contradiction"):
         yield f"nothing explains this: {text}"
-    if ds.sizes["law"] > 1:
-        names = ("log_evidence", "log_evidence_error", "law_probability")
-        columns = [[f"{value:.3g}" for value in ds[name].values] for name in names]
-        rows = list(zip(map(str, ds["law"].values), *columns, strict=True))
-        yield Table("", ("law",), ("log evidence", "standard error", "probability"), rows)
-    else:
-        yield f"evidence  {float(ds['log_evidence'][0]):.4g} +- {float(ds['log_evidence_error'][0]):.2g} (logarithm)"
-    yield Table("", ("quantity",), ("before: 5 %", "95 %", "after: 5 %", "50 %", "95 %", "variance left"),
+    yield table_over(ds, "law", "log_evidence", "log_evidence_error", "log_evidence_low", "law_probability")
+    yield Table("", ("quantity",), ("before: 5 %", "95 %", "after: 5 %", "50 %", "95 %", "variance left", "R-hat"),
                 [_row(ds, str(name)) for name in ds["quantity"].values])  # fmt: skip
-    for sentence in filter(None, str(ds.attrs["explained_directions"]).split("; ")):
-        yield f"fixed     {sentence}"
-    for words, share in zip(ds["observation"].values, ds["contradicted"].values, strict=True):
-        if share >= _RARE:
-            yield f"doubtful  {share:.0%} of the draws contradict {words}"
-    if (ds["log_evidence"] - ds["log_evidence_low"]).max() > 0:
-        yield f"bounds    {ds.attrs['explained_undecided']}: log_evidence_low takes that they are not what was seen"
-    if float(ds["r_hat"].max()) > 1.1:
-        yield f"caution   populations disagree (R-hat {float(ds['r_hat'].max()):.3g}): take more particles"
-    yield f"method    {ds.attrs['explained_method']}"
+    weights = ds["direction_weight"].to_dataset("quantity")
+    yield table_over(weights.assign(direction_ratio=ds["direction_ratio"]), "direction", "direction_ratio", *weights)
+    yield table_over(ds, "observation", "log_predictive", "contradicted")
+    undecided = f"{ds.attrs['explained_undecided']:.1%} of the draws have cells without a verdict"
+    yield f"cells     {ds.attrs['explained_cells']:,}; {undecided}"
+
+
+def table_over(ds: xr.Dataset, dim: str, *names: Hashable) -> Table:
+    """Variables over a dimension, by their names, in the units in which they are shown."""
+    labels = ds[dim].values if dim in ds.coords else range(1, ds.sizes[dim] + 1)
+    columns = [[unit_of(ds[name]).text(float(value), 3) for value in ds[name].values] for name in names]
+    headings = [str(name).replace("_", " ") for name in names]
+    return Table("", (dim,), headings, list(zip(map(str, labels), *columns, strict=True)))
 
 
 def _row(ds: xr.Dataset, name: str) -> list[str]:
-    unit, row = unit_of(ds[DRAWN + name]), []
-    for array in (ds[PRIOR + name].values[[0, 2]], ds[INTERVAL + name].values):
-        row += [unit.text(float(value), 4) for value in array]
-    return [name, *row, f"{float(ds['variance_ratio'].sel(quantity=name)):.2f}"]
+    unit, of_quantity = unit_of(ds[DRAWN + name]), ds.sel(quantity=name)
+    values = (*ds[PRIOR + name].values[[0, 2]], *ds[INTERVAL + name].values)
+    texts = [unit.text(float(value), 4) for value in values]
+    return [name, *texts, f"{float(of_quantity['variance_ratio']):.2f}", f"{float(of_quantity['r_hat']):.2f}"]

@@ -1,8 +1,7 @@
-"""The widgets beside the map (sides, variable, sliders) and below it (pins, sound, files, what reproduces it)."""
+"""The widgets beside the map (sides, variable, sliders) and below it (pins, sound, what reproduces it)."""
 
 import base64
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from math import isnan
 from typing import Any
@@ -28,7 +27,6 @@ _PACES = (
     ("100", "100 times slower (slow 100)"),
 )
 _SECONDS = 2.0
-_LOUDEST = 0.9  # of full scale, where a sound is made as loud as may be
 _WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", "stylesheets": [WIDGETS]}
 
 
@@ -61,8 +59,8 @@ class Controls:
             for name, axis in source.axes.items() if is_listed(axis) and name not in view.plane
         ]  # fmt: skip
         ranges = list(sliders_of(source, view.plane))
-        common = [self._slider(one, view) for one in ranges if not one.rare]
-        rare = Column(children=[self._slider(one, view) for one in ranges if one.rare], visible=False,
+        common = [self._slider(limits, view) for limits in ranges if not limits.rare]
+        rare = Column(children=[self._slider(limits, view) for limits in ranges if limits.rare], visible=False,
                       sizing_mode="stretch_width", spacing=2)  # fmt: skip
         more = Checkbox(label="ageing and start", name="more", stylesheets=[WIDGETS])
         more.on_change("active", lambda _a, _o, new: setattr(rare, "visible", new))
@@ -122,20 +120,16 @@ def _select(
 class Actions:
     """The widgets, and the places for words, below the map.
 
-    Calls `pin` with "A" or "B", `unpin`, `hear` with "cell", "A" or "B"; `texts` gives the content of a file by name.
+    Calls `pin` with "A" or "B", `unpin`, `hear` with "cell", "A" or "B".
     """
 
     def __init__(
-        self, page: Page, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None],
-        texts: Callable[[str], str],
+        self, page: Page, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None]
     ) -> None:  # fmt: skip
-        self._page, self._texts = page, texts
-        self._outbox = ColumnDataSource({"name": [], "text": []}, name="outbox")
-        self._outbox.js_on_change("data", calling("download", box=self._outbox))
+        self._page = page
         self._wave = ColumnDataSource({"wav": []}, name="sound")
         self._wave.js_on_change("data", calling("play", wave=self._wave))
         self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
-        self._loud = Checkbox(label="as loud as may be", name="loud", stylesheets=[WIDGETS], margin=(10, 5, 5, 5))
         self._heard = words("heard")
         self._heard.visible = False
         pins = [_button(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
@@ -143,30 +137,18 @@ class Actions:
             _button(f"▶ {label}", f"hear_{name}", partial(hear, name))
             for label, name in (("Hear the cell", "cell"), ("A", "A"), ("B", "B"))
         ]
-        files = [
-            _button(label, f"file_{name}", partial(self._send, name))
-            for label, name in (("Map as CSV", "map.csv"), ("Motions as CSV", "motions.csv"), ("YAML", "view.yaml"))
-        ]
-        hearing = _row(*sounds, self._pace, self._loud)
-        copies = [self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml")]
-        rows = [
-            _row(*pins, _button("Unpin", "unpin", unpin)), hearing, self._heard,
-            _row(*files, *copies), page.reproduce,
-        ]  # fmt: skip
+        hearing = _row(*sounds, self._pace)
+        copies = _row(self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml"))
+        rows = [_row(*pins, _button("Unpin", "unpin", unpin)), hearing, self._heard, copies, page.reproduce]
         if "sound" not in extensions.brought("calls"):
             rows = [row for row in rows if row not in (hearing, self._heard)]
         self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
-        self.column.tags = [self._outbox, self._wave]  # what no widget shows is a part of the document all the same
+        self.column.tags = [self._wave]  # what no widget shows is a part of the document all the same
 
     @property
     def pace(self) -> float:
         """Factor by which sounds are slower than motions."""
         return float(self._pace.value)
-
-    @property
-    def is_loud(self) -> bool:
-        """True if each sound is as loud as may be; else all are of one scale."""
-        return bool(self._loud.active)
 
     def play(self, name: str, heard: Any) -> None:
         """Have the browser play a sound, and say what to know of it."""
@@ -174,22 +156,15 @@ class Actions:
         self._heard.visible = True
         self._heard.text = part("sound", name, heard.described(), heard.remarks())
 
-    def _send(self, name: str) -> None:
-        if text := self._texts(name):
-            self._outbox.data = {"name": [name], "text": [text]}
-
     def _copying(self, label: str, which: str) -> Button:
         button = Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
         button.js_on_click(calling("copy", texts=self._page.texts, which=which, button=button, label=label))
         return button
 
 
-def sound_of(motions: CellMotions, pace: float, loud: bool) -> Any:
+def sound_of(motions: CellMotions, pace: float) -> Any:
     """The sound of a cell, from its start, by `stickslip.sound`. Raises NotReachedError."""
-    heard = extensions.call("sound", "stickslip").of(motions.cell, _SECONDS, law=motions.law, slow=pace)
-    if loud and heard.peak > 0.0:
-        return replace(heard, full_scale=heard.peak / _LOUDEST)
-    return heard
+    return extensions.call("sound", "stickslip").of(motions.cell, _SECONDS, law=motions.law, slow=pace)
 
 
 def _button(label: str, name: str, call: Callable[[], None]) -> Button:

@@ -1,27 +1,21 @@
-"""Words of the page: legend, numbers of a cell, the command that reproduces them, and tables to download."""
+"""Words of the page: legend, numbers of a cell, and the command that reproduces them."""
 
 import shlex
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from math import isfinite, isnan, nan
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
-import xarray as xr
 from jinja2 import Environment, PackageLoader
 
-from stickslip.dataset.build import variable_of
-from stickslip.dataset.export import write_table
 from stickslip.errors import ConfigError
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, GREEN, ORANGE, PURPLE
 from stickslip.vocabulary.display_units import Unit, number, quantity, spoken, unit_for
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
-from stickslip_explore.maps import Picture
+from stickslip.vocabulary.results import VARIABLES
+from stickslip_explore.maps import MapPicture
 from stickslip_explore.motions import CellMotions, Motion, regime_of
 from stickslip_explore.source import Source
 from stickslip_explore.view import At, View, cell_of_view, settings
@@ -52,12 +46,12 @@ def part(name: str, *arguments: Any) -> str:
 STYLE = part("style", LINES, FLAG_COLOURS["regime"])  # of all words
 
 
-def legend_html(shown: Picture) -> str:
+def legend_html(shown: MapPicture) -> str:
     """The legend: meanings of the colours of a map."""
     return part("legend", shown, ", ".join(shown.palette[::16]))
 
 
-def place_words(shown: Picture, at: At) -> str:
+def place_words(shown: MapPicture, at: At) -> str:
     """The place of a cell: `stiffness 50 N/m, belt speed 0.4 m/s`."""
     return ", ".join(f"{spoken(side.name)} {side.text(at[side.name])}" for side in (shown.y, shown.x))
 
@@ -115,34 +109,3 @@ def simulate_command(source: Source, view: View, at: At, motions: CellMotions) -
     if isfinite(away) and isnan(motions.cell["velocity"]):
         duration += away
     return shlex.join(["stickslip", "simulate", source.name, *given, "-t", f"{duration:.4g}", "--plot", "cell.png"])
-
-
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
-def map_csv(shown: Picture) -> str:
-    """The cells behind a picture as comma-separated values, in SI, as `stickslip export` writes them."""
-    return _csv(shown.cells)
-
-
-def motions_csv(motions: Iterable[Motion]) -> str:
-    """Samples of motions as comma-separated values: which motion, time since break-away, all that is known."""
-    drawn = [motion for motion in motions if motion.samples]
-    about = {"units": "s", "long_name": "time since the first break-away, or since the start"}
-    variables = {
-        name: variable_of(row, ("sample",), np.concatenate([motion.samples[name] for motion in drawn]))
-        for name, row in TRACE_VARIABLES.items()
-        if all(name in motion.samples for motion in drawn)
-    }
-    along = {
-        "motion": ("sample", np.concatenate([np.full(motion.time.size, motion.label) for motion in drawn])),
-        "time": ("sample", np.concatenate([motion.time for motion in drawn]), about),
-    }
-    return _csv(xr.Dataset(variables, along))
-
-
-def _csv(ds: xr.Dataset) -> str:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "table.csv"
-        write_table(ds, path)
-        return path.read_text(encoding="utf-8")

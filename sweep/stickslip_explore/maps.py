@@ -1,7 +1,6 @@
 """The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
 
 from collections.abc import Hashable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import prod
 
@@ -17,7 +16,7 @@ from stickslip.config.studies import Study, section_of_call
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis, unit_of
-from stickslip.engine import Results, StopFlag, blocks, spread, warm_up
+from stickslip.engine import StopFlag, blocks, in_order, warm_up
 from stickslip.errors import StoppedError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.work import MapStudy
@@ -41,7 +40,7 @@ _PLACES, _SHAPE, _WIDE = 40, 3.0, 0.09  # places along a side where names may st
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class MapSide:
     """One side of a map in the coordinates of the page: values in a unit, their logarithm, or positions 0, 1, 2 ...
 
     ends : edges of the first and the last pixel. centres : of the pixels. values : there, in SI, or positions. labels :
@@ -82,7 +81,7 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class PixelColumn:
     """One variable over the pixels, in a unit; codes of flags as they are, with their names. NaN: no value."""
 
     name: str
@@ -93,7 +92,7 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class MapPicture:
     """A map as it is drawn.
 
     shades : (rows, columns), numbers of colours in `palette`, which has `SHADES`. legend : names and colours of flags.
@@ -101,8 +100,8 @@ class Picture:
     one cell. cells : the dataset behind it. regions : names of flags, and where they are written: x and y.
     """
 
-    y: Side
-    x: Side
+    y: MapSide
+    x: MapSide
     variable: str
     title: str
     shades: NDArray[np.uint8]
@@ -110,7 +109,7 @@ class Picture:
     legend: tuple[tuple[str, tuple[str, ...]], ...]
     ticks: tuple[tuple[float, str], ...]
     note: str
-    columns: tuple[Column, ...]
+    columns: tuple[PixelColumn, ...]
     cells: xr.Dataset
     regions: tuple[tuple[str, float, float], ...] = ()
 
@@ -125,20 +124,12 @@ def computed(config: Config, stop: StopFlag) -> xr.Dataset | None:
     study = MapStudy(config, options_of(config))
     for kernel in study.kernels:
         warm_up(kernel)
-    parts = [*blocks(prod(study.shape), study.options)]
-    finished: dict[int, Results] = {}
-
-    def compute(cells: range) -> None:
-        with suppress(StoppedError):
-            finished[cells.start] = study.compute(cells, stop)
-
-    if len(parts) == 1:
-        compute(parts[0])
-    else:
-        spread(compute, parts, study.options.threads, stop, lambda _: None)
-    if stop[0]:
+    parts = blocks(prod(study.shape), study.options)
+    try:
+        columns = [*in_order(lambda cells: study.compute(cells, stop), parts, study.options.threads)]
+    except StoppedError:
         return None
-    return study.dataset([finished[start] for start in sorted(finished)], {"title": config.title})
+    return study.dataset(columns, {"title": config.title})
 
 
 def read(source: Source, view: View) -> xr.Dataset:
@@ -163,7 +154,7 @@ def variables(ds: xr.Dataset) -> list[tuple[str, str]]:
     return [(name, _label(ds[name])) for name in ordered]
 
 
-def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
+def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> MapPicture:
     """The map in a dataset over (y, x), reduced where it has more cells than the page has pixels, `most`."""
     y_dim, x_dim = ds["regime"].dims
     if unsorted := [dim for dim in (y_dim, x_dim) if MapAxis(ds, dim).is_numeric and (np.diff(ds[dim]) < 0).any()]:
@@ -178,13 +169,13 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> Picture:
     names = dict.fromkeys((*(name for name in hover if name in ds), variable))
     columns = tuple(_column(ds[name], pixel) for name in names)
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
-    return Picture(
+    return MapPicture(
         y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit),
         coarse.pixel_note(pixel, is_flag), columns, ds, regions(variable, shades, y, x) if is_flag else (),
     )  # fmt: skip
 
 
-def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[tuple[str, float, float], ...]:
+def regions(variable: str, codes: NDArray[np.uint8], y: MapSide, x: MapSide) -> tuple[tuple[str, float, float], ...]:
     """Places for the names of flags, so that colours are not needed to tell them apart: in the middle of each.
 
     The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
@@ -202,21 +193,21 @@ def regions(variable: str, codes: NDArray[np.uint8], y: Side, x: Side) -> tuple[
     return tuple(named)
 
 
-def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> Side:
+def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> MapSide:
     """A dimension of a map as a side of its picture, in pixels of `step` cells."""
     axis = MapAxis(ds, dim, plain=True)
     evenly = axis.is_numeric and _is_even(axis)
     if not evenly:
         places = np.arange(axis.length, dtype=np.float64)
         labels = tuple(axis.text(i) for i in range(axis.length))
-        return Side(name, axis.title, "listed", Unit(), (-0.5, axis.length - 0.5), places, places, labels)
+        return MapSide(name, axis.title, "listed", Unit(), (-0.5, axis.length - 0.5), places, places, labels)
     values, edges = axis.unit.to_si(axis.pixel_points(step)), axis.unit.to_si(axis.edges)
     unit = unit_shown(ds[dim], np.sqrt(values[0] * values[-1]) if axis.is_log else values)
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
-    scale = Side(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
+    scale = MapSide(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
     ends, centres = scale.places(np.array([edges[0], edges[-1]])), scale.places(values)
-    return Side(name, title, scale.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
+    return MapSide(name, title, scale.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
 
 
 def _is_even(axis: MapAxis) -> bool:
@@ -265,15 +256,15 @@ def _ticks(painted: Paint, unit: Unit) -> tuple[tuple[float, str], ...]:
     return tuple((float(place), number(float(value))) for place, value in zip(places, at, strict=True))
 
 
-def _column(array: xr.DataArray, pixel: Pixel) -> Column:
+def _column(array: xr.DataArray, pixel: Pixel) -> PixelColumn:
     name = str(array.name)
     if name in FLAGS:
         labels = tuple(map(regime_label, FLAGS[name]))
         codes = np.ma.filled(coarse.flags(array, pixel).values.astype(np.float32), np.nan)
-        return Column(name, name, Unit(), codes, labels)
+        return PixelColumn(name, name, Unit(), codes, labels)
     values = coarse.numbers(array, pixel).values
     unit = unit_shown(array, _usual(values))
-    return Column(name, name.replace("_", " "), unit, (values / unit.size).astype(np.float32))
+    return PixelColumn(name, name.replace("_", " "), unit, (values / unit.size).astype(np.float32))
 
 
 def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
@@ -304,7 +295,7 @@ _BORDER_POINTS, _STEPS = 128, 10_000
 _LIMITS = {"scan": 64, "tolerance": 1e-5}
 
 
-def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] | None:
+def border_lines(config: Config, shown: MapPicture, stop: StopFlag) -> list[Line] | None:
     """The exact borders in the map of a configuration: x and y of each line; None if the flag was raised.
 
     In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
@@ -334,7 +325,7 @@ def border_lines(config: Config, shown: Picture, stop: StopFlag) -> list[Line] |
     return [(x, y) for x, y in zip(*(np.split(column, ends) for column in columns), strict=True) if x.size]
 
 
-def _strokes(ds: xr.Dataset, shown: Picture, along_x: bool) -> list[Line]:
+def _strokes(ds: xr.Dataset, shown: MapPicture, along_x: bool) -> list[Line]:
     """The crossings of lines side by side, each as a stroke as wide as its pixel."""
     (across,) = (dim for dim in ds["border"].dims if dim != "crossing")
     if MapAxis(ds, across).is_numeric:

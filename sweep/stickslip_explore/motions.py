@@ -89,18 +89,18 @@ def motions_by_line(current: CellMotions | None, pinned: Mapping[str, CellMotion
 def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     """Both motions of a cell (parameters in SI by name). Raises TypeError or ValueError for what is no cell."""
     options = replace(options, early_stop=True, threads=1)
-    one = as_cells(cell, options.law)
-    sticking, results = isnan(one["velocity"][0]), _results(one, options)
-    stick = _motion("from stick" if sticking else "from the start", one, results, options, sticking)
-    steady = steady_state(one, options)
+    arrays = as_cells(cell, options.law)
+    sticking, results = isnan(arrays["velocity"][0]), _results(arrays, options)
+    stick = _motion("from stick" if sticking else "from the start", arrays, results, options, sticking)
+    steady = steady_state(arrays, options)
     beside = float(stick.time[-1]) if stick.time.size else inf
     slid = None
     if isfinite(steady[0]):
-        near = one | {"displacement": steady, "velocity": one["belt_speed"] * DISTURBANCE}
+        near = arrays | {"displacement": steady, "velocity": arrays["belt_speed"] * DISTURBANCE}
         slid = _motion("from near sliding", near, _results(near, options), options, False, beside)
-    cycle = unstable_cycle(one, int(results["regime"]), options) if sticking else None
-    curve = _curve(one, [stick] if slid is None else [stick, slid], options)
-    parameters = {name: float(values[0]) for name, values in one.items()}
+    cycle = unstable_cycle(arrays, int(results["regime"]), options) if sticking else None
+    curve = _curve(arrays, [stick] if slid is None else [stick, slid], options)
+    parameters = {name: float(values[0]) for name, values in arrays.items()}
     return CellMotions(parameters, options.law, stick, slid, float(steady[0]), curve, cycle)
 
 
@@ -109,46 +109,51 @@ def regime_of(cell: Mapping[str, float], options: Options) -> str:
     return REGIMES[int(_results(as_cells(cell, options.law), replace(options, early_stop=True, threads=1))["regime"])]
 
 
-def _results(one: Parameters, options: Options) -> dict[str, float]:
-    results = compute(Cells.of(one), options).results
+def _results(cell: Parameters, options: Options) -> dict[str, float]:
+    results = compute(Cells.of(cell), options).results
     return {name: float(values[0]) for name, values in results.items()}
 
 
 def _motion(
-    label: str, one: Parameters, results: Mapping[str, float], options: Options, sticking: bool, beside: float = inf
+    label: str, cell: Parameters, results: Mapping[str, float], options: Options, sticking: bool, beside: float = inf
 ) -> Motion:
     """The samples that show what happens; a long first stick phase is left out, and slow growth.
 
     beside : how long the motion is that it is shown with (s): what settles is not shown longer.
     """
-    natural = 2.0 * pi * float(Scales(one).time[0])
+    natural = 2.0 * pi * float(Scales(cell).time[0])
     if "growth_rate" in results and isfinite(results["period"]):  # no break-away; it cannot be begun later either
-        far, belt = results["spring_force_max"] / one["stiffness"][0], float(one["belt_speed"][0])
+        far, belt = results["spring_force_max"] / cell["stiffness"][0], float(cell["belt_speed"][0])
         away = min(time_to_cycle(far, belt, results["growth_rate"]), _LONGEST * natural)
         begin, end = _window({**results, "breakaway_time": away}, natural, True, beside)
         sticking = False
     else:
         begin, end = _window(results, natural, sticking, beside)
-    if _is_slow(results) and one["ageing_rate"][0] != 0:
+    if _is_slow(results) and cell["ageing_rate"][0] != 0:
         end = min(end, results["breakaway_time"] + _ALONE * results["period"])
     first = begin if sticking else 0.0  # what sticks can be begun anywhere
     origin = results["breakaway_time"] if isfinite(results["breakaway_time"]) else 0.0
     if first > 0.0:
-        one = one | {
-            "displacement": one["displacement"] + one["belt_speed"] * first,
-            "contact_time": one["contact_time"] + first,
-        }
+        cell = _carried(cell, first)
     count = int(np.clip((end - first) / natural * _PER_PERIOD, _FEWEST, _MOST))
     times = np.linspace(0.0, end - first, count)
-    samples = {name: values[0] for name, values in flows(one, times[-1:], count, options).items()}
+    samples = {name: values[0] for name, values in flows(cell, times[-1:], count, options).items()}
     known = int(np.isfinite(samples["displacement"]).sum())  # none behind where the integration ended
     why = "" if known == count else _why(results, times[max(known - 1, 0)] + first)
     shown = _essential(samples["mode"][:known], times[:known] + first >= begin) if known > 1 else np.zeros(0, np.intp)
     drawn = {name: values[shown] for name, values in samples.items()} if shown.size else {}
     times = times[shown] + first - origin
     if sticking and _is_slow(results):
-        times, drawn = _with_slips(times, drawn, one, origin - first, results, options)
+        times, drawn = _with_slips(times, drawn, cell, origin - first, results, options)
     return Motion(label, results, times, drawn, why, late=begin > first)
+
+
+def _carried(cell: Parameters, seconds: float) -> Parameters:
+    """A cell that sticks, started so much later: the mass moves with the belt."""
+    return cell | {
+        "displacement": cell["displacement"] + cell["belt_speed"] * seconds,
+        "contact_time": cell["contact_time"] + seconds,
+    }
 
 
 def _is_slow(results: Mapping[str, float]) -> bool:
@@ -157,24 +162,18 @@ def _is_slow(results: Mapping[str, float]) -> bool:
 
 
 def _with_slips(
-    times: Floats,
-    drawn: Mapping[str, Floats],
-    one: Parameters,
-    away: float,
-    results: Mapping[str, float],
+    times: Floats, drawn: Mapping[str, Floats], cell: Parameters, away: float, results: Mapping[str, float],
     options: Options,
-) -> tuple[Floats, dict[str, Floats]]:
+) -> tuple[Floats, dict[str, Floats]]:  # fmt: skip
     """A motion that sticks most of its time, its slips sampled for themselves.
 
     All of them begin in the same state. On an ageing contact they do not, and what is shown ends before the second.
-    away : from the state of `one` to the first break-away (s).
+    away : from the state of `cell` to the first break-away (s).
     """
     slip = results["restick_time"] - results["breakaway_time"]
-    begun = one | {
-        "displacement": one["displacement"] + one["belt_speed"] * away,
-        "contact_time": one["contact_time"] + away,
+    dense = {
+        name: values[0] for name, values in flows(_carried(cell, away), np.array([slip]), _OF_SLIP, options).items()
     }
-    dense = {name: values[0] for name, values in flows(begun, np.array([slip]), _OF_SLIP, options).items()}
     sticks = drawn["mode"] == MODES.index("stick")
     slips = [start for start in (0.0, results["period"]) if start < times[-1]]
     at = np.concatenate([times[sticks], *(np.linspace(start, start + slip, _OF_SLIP) for start in slips)])
@@ -233,13 +232,13 @@ def _essential(mode: Floats, visible: NDArray[np.bool_]) -> NDArray[np.intp]:
     return places if places.size > 1 else np.flatnonzero(visible)[:: max(1, mode.size // _DRAWN)]
 
 
-def _curve(one: Parameters, shown: list[Motion], options: Options) -> tuple[Floats, Floats]:
+def _curve(cell: Parameters, shown: list[Motion], options: Options) -> tuple[Floats, Floats]:
     """The friction curve over the slip speeds that occur, dense where it is steep."""
     fastest = [np.abs(motion.samples["relative_speed"]).max() for motion in shown if motion.samples]
     curve = model_of(options.law).curve
-    decay = one[curve.decay][0] if curve else 0.0
-    reach = 1.05 * max([*fastest, 2.0 * abs(one["belt_speed"][0]), 3.0 * decay])
+    decay = cell[curve.decay][0] if curve else 0.0
+    reach = 1.05 * max([*fastest, 2.0 * abs(cell["belt_speed"][0]), 3.0 * decay])
     least = 0.0 if curve else 1e-6 * reach  # other friction need not be finite at rest
     w = np.unique(np.concatenate([np.linspace(least, reach, _CURVE), np.geomspace(1e-6 * reach, reach, _CURVE)]))
-    cells = {name: np.full(w.size, values[0]) for name, values in one.items()} | {"belt_speed": w}
+    cells = {name: np.full(w.size, values[0]) for name, values in cell.items()} | {"belt_speed": w}
     return w, friction_at_belt_speed(cells, options)

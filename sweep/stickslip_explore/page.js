@@ -88,17 +88,6 @@ const stickslip = (() => {
 
   // --- buttons ---------------------------------------------------------------------------------------------------------
 
-  // A text that the server has put together, as a file of the person who asked for it.
-  function download({box}) {
-    const [name] = box.data.name, [text] = box.data.text
-    if (name == null) return
-    const link = document.createElement("a")
-    link.href = URL.createObjectURL(new Blob([text], {type: "text/plain;charset=utf-8"}))
-    link.download = name
-    link.click()
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000)
-  }
-
   // One sound at a time.
   function play({wave}) {
     const [wav] = wave.data.wav
@@ -161,6 +150,6 @@ const stickslip = (() => {
   }
 
   return {
-    log_ticks, log_minor_ticks, log_label, place_label, read_out, hide_readout, download, play, copy, paint, click, turn,
+    log_ticks, log_minor_ticks, log_label, place_label, read_out, hide_readout, play, copy, paint, click, turn,
   }
 })()

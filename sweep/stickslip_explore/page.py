@@ -16,7 +16,7 @@ from bokeh.plotting import figure
 from stickslip.plots.palette import BLACK, GREEN, GREY, PURPLE, VERMILLION
 from stickslip.vocabulary.display_units import Unit, spoken, unit_for
 from stickslip_explore.html import LINES, STYLE, legend_html, numbers_html, part
-from stickslip_explore.maps import SHADES, Line, Picture, Side
+from stickslip_explore.maps import SHADES, Line, MapPicture, MapSide
 from stickslip_explore.motions import CellMotions, Motion, motions_by_line
 from stickslip_explore.source import Source
 
@@ -95,7 +95,7 @@ class MapFigure:
         plot.js_on_event(MouseLeave, calling("hide_readout"))
         self._sides: tuple[Any, ...] = ()
 
-    def show(self, shown: Picture) -> None:
+    def show(self, shown: MapPicture) -> None:
         """Draw a picture. What is in sight stays so as long as the sides are the same."""
         described = (shown.x.name, shown.x.kind, shown.x.unit, shown.y.name, shown.y.kind, shown.y.unit)
         if described != self._sides:
@@ -135,17 +135,17 @@ def lines_of(lines: Sequence[Line]) -> dict[str, Any]:
     return {"xs": [x for x, _ in lines], "ys": [y for _, y in lines]}
 
 
-def regions_of(shown: Picture) -> dict[str, Any]:
+def regions_of(shown: MapPicture) -> dict[str, Any]:
     """The names of flags in a picture as columns of a source."""
     return {key: [region[i] for region in shown.regions] for i, key in enumerate(("name", "x", "y"))}
 
 
-def columns_of(shown: Picture) -> dict[str, Any]:
+def columns_of(shown: MapPicture) -> dict[str, Any]:
     """The numbers of all pixels as columns of a source."""
     return {column.name: column.values.ravel() for column in shown.columns}
 
 
-def meta_of(shown: Picture) -> dict[str, Any]:
+def meta_of(shown: MapPicture) -> dict[str, Any]:
     """Meaning of the columns of a picture, for the words under the pointer."""
     sides = {
         which: {
@@ -155,12 +155,13 @@ def meta_of(shown: Picture) -> dict[str, Any]:
         for which, side in (("x", shown.x), ("y", shown.y))
     }  # fmt: skip
     columns = [
-        {"name": one.name, "label": one.label, "unit": one.unit.name, "names": list(one.names)} for one in shown.columns
+        {"name": column.name, "label": column.label, "unit": column.unit.name, "names": list(column.names)}
+        for column in shown.columns
     ]
     return {**sides, "columns": columns}
 
 
-def _lay_out(plot: models.Plot, side: Side, which: str) -> None:
+def _lay_out(plot: models.Plot, side: MapSide, which: str) -> None:
     """Give a side of a map its title and ticks; `which` is "x" or "y"."""
     (axis,) = plot.below if which == "x" else plot.left
     assert isinstance(axis, Axis)
@@ -212,15 +213,16 @@ class CellFigures:
 
     def show(self, current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> None:
         """Draw the motions of the cell that was clicked, and over them those from stick of the pinned ones."""
-        drawn = cell_data(current, motions_by_line(current, pinned))
+        self.draw(cell_data(current, motions_by_line(current, pinned)), current is not None)
+
+    def draw(self, drawn: Mapping[str, Any], has_belt: bool = True) -> None:
+        """Draw what `cell_data` made."""
         for name, plot in self.plots.items():
             plot.xaxis.axis_label, plot.yaxis.axis_label = drawn["titles"][name]
         for name, data in drawn["data"].items():
-            if name != "blank" or data != self.sources[name].data:
-                self.sources[name].data = data
+            self.sources[name].data = data
         for line in self.belt:
-            line.visible = current is not None
-            line.location = drawn["belt"]
+            line.location, line.visible = drawn["belt"], has_belt
 
 
 def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dict[str, Any]:
@@ -242,7 +244,8 @@ def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dic
         data["blank"] = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
     if current is not None:
         (w, mu), belt = current.curve, current.cell["belt_speed"]
-        if belt < 0 or any((one.samples["relative_speed"] < 0).any() for one in current.motions if one.samples):
+        slips = [motion.samples["relative_speed"] for motion in current.motions if motion.samples]
+        if belt < 0 or any((slip < 0).any() for slip in slips):
             w, mu = np.concatenate([-w[::-1], [np.nan], w]), np.concatenate([-mu[::-1], [np.nan], mu])
         data["curve"] = scaled(w=w, mu=mu)
         if (loop := current.cycle) is not None:
@@ -290,7 +293,7 @@ class Page:
         """The models that are embedded in the template, by their names."""
         return [self.map.plot, *self.cell.plots.values(), self.legend, self.status, self.cell_words, self.numbers]
 
-    def show_map(self, shown: Picture) -> None:
+    def show_map(self, shown: MapPicture) -> None:
         """Draw a picture, with its legend and the numbers under the pointer."""
         self.map.show(shown)
         self.legend.text = legend_html(shown)

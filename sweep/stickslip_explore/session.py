@@ -1,27 +1,25 @@
 """One tab of the browser: its events, the work they ask for beside the loop of the server, and what comes of it."""
 
 import logging
-import shlex
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import prod
-from time import perf_counter, sleep
+from time import perf_counter
 from typing import Any, Generic, TypeVar
 
 import xarray as xr
 from bokeh.document import Document
 from bokeh.events import Tap
 
-from stickslip.config.model import Config
 from stickslip.engine import StopFlag, stop_flag
 from stickslip.errors import ConfigError, NotReachedError, StoreError
 from stickslip_explore import maps
 from stickslip_explore.controls import Actions, Controls, sound_of
-from stickslip_explore.html import cell_html, map_csv, motions_csv, part, place_words, simulate_command
-from stickslip_explore.maps import Line, Picture, border_lines
-from stickslip_explore.motions import CellMotions, motions_by_line, motions_of
+from stickslip_explore.html import cell_html, part, place_words, simulate_command
+from stickslip_explore.maps import Line, MapPicture, border_lines
+from stickslip_explore.motions import CellMotions, motions_of
 from stickslip_explore.page import Page
 from stickslip_explore.source import Source
 from stickslip_explore.view import COARSE, FULL, At, View, cell_of_view, config_of, first_view, with_plane
@@ -52,16 +50,7 @@ class LatestOnly(Generic[Job]):
         self._thread.shutdown(cancel_futures=True)
 
 
-def pause(seconds: float, stop: StopFlag) -> None:
-    """Wait, no longer than until a flag is raised."""
-    end = perf_counter() + seconds
-    while not stop[0] and perf_counter() < end:
-        sleep(_A_LITTLE)
-
-
 _LOG = logging.getLogger(__name__)
-_BREATH = 0.05  # s, in which the browser draws the coarse map, and a slider that still moves asks for the next
-_A_LITTLE = 0.005  # s
 _COMING = "exact borders ..."
 
 
@@ -75,51 +64,36 @@ class SelectedCell:
     command: str
 
 
-@dataclass(eq=False)
-class State:
-    """The view, the cells and the pins of a tab; only the loop of the server touches it.
+class Session:
+    """A document with everything that happens in it; only the loop of the server touches what it remembers.
 
-    bordered : the view whose borders are drawn, whatever its colours show.
+    view : what is seen, or will be once it is computed. yaml and figures are in `page`.
     """
 
-    view: View
-    shown: Picture | None = None
-    at: At | None = None
-    cell: SelectedCell | None = None
-    pins: dict[str, SelectedCell] = field(default_factory=dict)
-    bordered: View | None = None
-    timings: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def motions(self) -> tuple[CellMotions | None, dict[str, CellMotions]]:
-        """Those of the cell that was clicked, and of the pinned ones."""
-        current = None if self.cell is None else self.cell.motions
-        return current, {name: cell.motions for name, cell in self.pins.items()}
-
-
-class Session:
-    """A document with everything that happens in it."""
-
     def __init__(self, document: Document, source: Source) -> None:
-        self._document, self._source = document, source
-        self._state = State(first_view(source))
+        self._document, self._source, self.view = document, source, first_view(source)
+        self._shown: MapPicture | None = None
+        self._cell: SelectedCell | None = None
+        self._pins: dict[str, SelectedCell] = {}
+        self._bordered: View | None = None  # whose borders are drawn, whatever its colours show
+        self._timings: dict[str, str] = {}
         self.page = Page(source)
         self.controls = Controls(
             source,
-            sided=lambda y, x: self._see_other_sides(with_plane(self._state.view, y, x)),
-            reset=lambda: self._see_other_sides(replace(first_view(source), variable=self._state.view.variable)),
-            changed=lambda name, value: self._see(values={**self._state.view.values, name: value}),
-            picked=lambda name, point: self._see(points={**self._state.view.points, name: int(point)}),
+            sided=lambda y, x: self._see_other_sides(with_plane(self.view, y, x)),
+            reset=lambda: self._see_other_sides(replace(first_view(source), variable=self.view.variable)),
+            changed=lambda name, value: self._see(values={**self.view.values, name: value}),
+            picked=lambda name, point: self._see(points={**self.view.points, name: int(point)}),
             varied=lambda variable: self._see(variable=variable),
         )  # fmt: skip
-        self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear, texts=self._text)
+        self.actions = Actions(self.page, pin=self._pin, unpin=self._unpin, hear=self._hear)
         self.page.map.plot.on_event(Tap, self._clicked)
         self._maps: LatestOnly[View] = LatestOnly(self._compute_map, "map")
-        self._cells: LatestOnly[tuple[View, At, Picture]] = LatestOnly(self._compute_cell, "cell")
-        self._sounds: LatestOnly[tuple[str, SelectedCell, float, bool]] = LatestOnly(self._compute_sound, "sound")
-        self.controls.show(self._state.view)
+        self._cells: LatestOnly[tuple[View, At, MapPicture]] = LatestOnly(self._compute_cell, "cell")
+        self._sounds: LatestOnly[tuple[str, SelectedCell, float]] = LatestOnly(self._compute_sound, "sound")
+        self.controls.show(self.view)
         self.page.fill(document, [self.controls.column, *self.page.roots, self.actions.column], source.notes)
-        self._maps.ask(self._state.view)
+        self._maps.ask(self.view)
 
     def close(self) -> None:
         """End the threads."""
@@ -130,15 +104,14 @@ class Session:
 
     def _see(self, **changed: Any) -> None:
         """Have the view drawn that is so changed, and the cell that was clicked computed with its values."""
-        state = self._state
-        state.view = replace(state.view, **changed)
-        self._maps.ask(state.view)
-        if state.at is not None and state.shown is not None:
-            self._cells.ask((state.view, state.at, state.shown))
+        self.view = replace(self.view, **changed)
+        self._maps.ask(self.view)
+        if self._cell is not None and self._shown is not None:
+            self._cells.ask((self.view, self._cell.at, self._shown))
 
     def _see_other_sides(self, view: View) -> None:
         """Have a view drawn on whose map the cells that were seen have no place; pinned motions stay."""
-        self._state.at = self._state.cell = None
+        self._cell = None
         self._draw_borders([], None)
         self._show_cell()
         self.page.show_texts(command="")
@@ -146,87 +119,71 @@ class Session:
         self.controls.show(view)
 
     def _clicked(self, event: Tap) -> None:
-        shown = self._state.shown
+        shown = self._shown
         if shown is None or event.x is None or event.y is None:
             return
         places = ((shown.y, event.y), (shown.x, event.x))
         if all(side.ends[0] <= place <= side.ends[1] for side, place in places):
             at = {side.name: side.at(side.nearest(place)) for side, place in places}
-            self._cells.ask((self._state.view, at, shown))
+            self._cells.ask((self.view, at, shown))
 
     def _pin(self, name: str) -> None:
-        if self._state.cell is not None:
-            self._state.pins = dict(sorted({**self._state.pins, name: self._state.cell}.items()))
+        if self._cell is not None:
+            self._pins = dict(sorted({**self._pins, name: self._cell}.items()))
             self._show_cell()
 
     def _unpin(self) -> None:
-        self._state.pins = {}
+        self._pins = {}
         self._show_cell()
 
     def _hear(self, name: str) -> None:
-        cell = self._state.cell if name == "cell" else self._state.pins.get(name)
+        cell = self._cell if name == "cell" else self._pins.get(name)
         if cell is not None:
-            self._sounds.ask((name, cell, self.actions.pace, self.actions.is_loud))
-
-    def _text(self, name: str) -> str:
-        """The content of a file to download; nothing where there is none yet."""
-        if name == "view.yaml":
-            return self.page.yaml
-        shown = self._state.shown
-        if name == "map.csv" and shown is not None and shown.cells["regime"].size > prod(FULL):
-            file = shlex.quote(self._source.name)
-            self.show_error(f"the map is too large for a browser; this writes it: stickslip export {file} -o map.csv")
-            return ""
-        if name == "map.csv":
-            return "" if shown is None else map_csv(shown)
-        motions = motions_by_line(*self._state.motions)
-        return motions_csv(motions.values()) if motions else ""
+            self._sounds.ask((name, cell, self.actions.pace))
 
     # --- work beside the loop -----------------------------------------------------------------------------------------
 
     def _compute_map(self, view: View, stop: StopFlag) -> None:
         """Coarse, then full, then its borders; each shown when it is there."""
         with self._reporting_errors(stop):
-            as_opened = not view.values and {*view.plane} <= {*self._source.axes}
-            if self._source.computed is not None and as_opened:
-                shown = self._show_dataset(view, stop, lambda: maps.read(self._source, view), "read")
-            else:
-                small, full = config_of(self._source, view, COARSE), config_of(self._source, view, FULL)
-                if _size(small) < _size(full):
-                    self._show_dataset(view, stop, lambda: maps.computed(small, stop), f"{_size(small):,} cells")
-                    pause(_BREATH, stop)
-                shown = self._show_dataset(view, stop, lambda: maps.computed(full, stop), f"{_size(full):,} cells")
-            if shown is not None:
-                config, began = config_of(self._source, view, FULL), perf_counter()
-                lines = border_lines(config, shown, stop)
-                if lines is not None:
-                    text = f"exact borders in {_ms(began)}"
-                    self._schedule(stop, self._show_borders, view, lines, text, config.to_yaml())
+            shown, began = None, perf_counter()
+            for what, dataset in self._datasets(view, stop):
+                if dataset is None:
+                    return
+                shown = maps.picture(dataset, view)
+                text = f"{what} in {_ms(began)}"
+                self._schedule(stop, self._show_map, view, shown, maps.variables(dataset), text)
+                began = perf_counter()
+            config = config_of(self._source, view, FULL)
+            lines = border_lines(config, shown, stop) if shown else None
+            if lines is not None:
+                self._schedule(
+                    stop, self._show_borders, view, lines, f"exact borders in {_ms(began)}", config.to_yaml()
+                )
 
-    def _show_dataset(
-        self, view: View, stop: StopFlag, dataset_of: Callable[[], xr.Dataset | None], what: str
-    ) -> Picture | None:  # fmt: skip
-        """The picture of a dataset once it is there, which is shown; None if the flag was raised on the way."""
-        began = perf_counter()
-        dataset = dataset_of()
-        if dataset is None:
-            return None
-        shown = maps.picture(dataset, view)
-        self._schedule(stop, self._show_map, view, shown, maps.variables(dataset), f"{what} in {_ms(began)}")
-        return shown
+    def _datasets(self, view: View, stop: StopFlag) -> Iterator[tuple[str, xr.Dataset | None]]:
+        """The map of a view, in one step or two, with how many cells were computed; None if the flag was raised."""
+        source = self._source
+        if source.computed is not None and not view.values and {*view.plane} <= {*source.axes}:
+            yield "read", maps.read(source, view)
+            return
+        steps = {prod(axis.size for axis in config.axes): config
+                 for config in (config_of(source, view, most) for most in (COARSE, FULL))}  # fmt: skip
+        for size, config in steps.items():
+            yield f"{size:,} cells", maps.computed(config, stop)
 
-    def _compute_cell(self, job: tuple[View, At, Picture], stop: StopFlag) -> None:
+    def _compute_cell(self, job: tuple[View, At, MapPicture], stop: StopFlag) -> None:
         view, at, shown = job
         with self._reporting_errors(stop):
             motions = motions_of(cell_of_view(self._source, view, at), self._source.options)
             command = simulate_command(self._source, view, at, motions)
             self._schedule(stop, self._show_selected, SelectedCell(at, place_words(shown, at), motions, command))
 
-    def _compute_sound(self, job: tuple[str, SelectedCell, float, bool], stop: StopFlag) -> None:
-        name, cell, pace, loud = job
+    def _compute_sound(self, job: tuple[str, SelectedCell, float], stop: StopFlag) -> None:
+        name, cell, pace = job
         with self._reporting_errors(stop):
             heading = cell.words if name == "cell" else name
-            self._schedule(stop, self.actions.play, heading, sound_of(cell.motions, pace, loud))
+            self._schedule(stop, self.actions.play, heading, sound_of(cell.motions, pace))
 
     @contextmanager
     def _reporting_errors(self, stop: StopFlag) -> Iterator[None]:
@@ -250,11 +207,10 @@ class Session:
 
     # --- what is shown ------------------------------------------------------------------------------------------------
 
-    def _show_map(self, view: View, shown: Picture, variables: list[tuple[str, str]], text: str) -> None:
-        state = self._state
-        if state.bordered is not None and state.bordered != replace(view, variable="regime"):
+    def _show_map(self, view: View, shown: MapPicture, variables: list[tuple[str, str]], text: str) -> None:
+        if self._bordered is not None and self._bordered != replace(view, variable="regime"):
             self._draw_borders([], None)  # with the cells they belong to, not when their successors are there
-        state.shown, state.timings = shown, {"map": text, "borders": _COMING}
+        self._shown, self._timings = shown, {"map": text, "borders": _COMING}
         self.page.show_map(shown)
         self.controls.variable.options = variables
         self._mark()
@@ -262,46 +218,42 @@ class Session:
 
     def _draw_borders(self, lines: list[Line], view: View | None) -> None:
         self.page.map.draw_borders(lines)
-        self._state.bordered = view and replace(view, variable="regime")  # colours have no part in where borders are
+        self._bordered = view and replace(view, variable="regime")  # colours have no part in where borders are
 
     def _show_borders(self, view: View, lines: list[Line], text: str, yaml: str) -> None:
         self._draw_borders(lines, view)
-        self._state.timings["borders"] = text
+        self._timings["borders"] = text
         self._show_timings()
         self.page.show_texts(yaml=yaml)
 
     def _show_selected(self, cell: SelectedCell) -> None:
-        self._state.at, self._state.cell = cell.at, cell
+        self._cell = cell
         self._show_cell()
         self.page.show_texts(command=cell.command)
 
     def _show_cell(self) -> None:
-        state = self._state
-        text = "" if state.cell is None else cell_html(state.cell.motions, state.cell.words, state.cell.at)
-        text += part("pins", [(name, cell.words) for name, cell in state.pins.items()])
-        self.page.show_cell(*state.motions, text, {} if state.shown is None else state.shown.units)
+        cell, pins = self._cell, {name: cell.motions for name, cell in self._pins.items()}
+        text = "" if cell is None else cell_html(cell.motions, cell.words, cell.at)
+        text += part("pins", [(name, cell.words) for name, cell in self._pins.items()])
+        units = {} if self._shown is None else self._shown.units
+        self.page.show_cell(None if cell is None else cell.motions, pins, text, units)
         self._mark()
 
     def _mark(self) -> None:
-        shown = self._state.shown
-        if shown is None:
+        if (shown := self._shown) is None:
             return
-        cells = {"cell": self._state.at} | {name: cell.at for name, cell in self._state.pins.items()}
-        on_map = {name: at for name, at in cells.items() if at is not None and set(at) == {shown.x.name, shown.y.name}}
+        cells = ({} if self._cell is None else {"cell": self._cell}) | self._pins
         self.page.map.mark({
-            name: (shown.x.place(at[shown.x.name]), shown.y.place(at[shown.y.name])) for name, at in on_map.items()
+            name: (shown.x.place(cell.at[shown.x.name]), shown.y.place(cell.at[shown.y.name]))
+            for name, cell in cells.items() if set(cell.at) == {shown.x.name, shown.y.name}
         })  # fmt: skip
 
     def _show_timings(self) -> None:
-        self.page.status.text = part("note", " · ".join(self._state.timings.values()))
+        self.page.status.text = part("note", " · ".join(self._timings.values()))
 
     def show_error(self, text: str) -> None:
         """Say what went wrong where everybody looks."""
         self.page.status.text = part("error", text)
-
-
-def _size(config: Config) -> int:
-    return prod(axis.size for axis in config.axes)
 
 
 def _ms(began: float) -> str:

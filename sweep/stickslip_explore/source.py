@@ -65,7 +65,7 @@ class Source:
     @cached_property
     def typical(self) -> dict[str, float]:
         """Values of all quantities, in SI: what does not vary, and the middles of the axes, of lists without words."""
-        numbers = {one.name: one.points()[~np.isnan(one.points())] for axis in self.config.axes for one in axis.members}
+        numbers = {row.name: row.points()[~np.isnan(row.points())] for axis in self.config.axes for row in axis.members}
         return self.fixed | {name: float(v[v.size // 2]) if v.size else np.nan for name, v in numbers.items()}
 
     @cached_property

@@ -23,7 +23,7 @@ from stickslip.engine import stop_flag
 from stickslip.vocabulary.display_units import spoken
 from stickslip_explore import maps, page
 from stickslip_explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
-from stickslip_explore.maps import Picture, border_lines
+from stickslip_explore.maps import MapPicture, border_lines
 from stickslip_explore.motions import Motion, motions_by_line, motions_of
 from stickslip_explore.source import Source
 from stickslip_explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
@@ -69,7 +69,7 @@ def page_html(source: Source) -> str:
     )  # fmt: skip
 
 
-def _from_middle(shown: Picture, cell: Mapping[str, Any]) -> float:
+def _from_middle(shown: MapPicture, cell: Mapping[str, Any]) -> float:
     """How far a cell lies from the middle of a map, in sides of it."""
     ends = ((cell["x"], shown.x.ends), (cell["y"], shown.y.ends))
     return hypot(*((at - (low + high) / 2) / (high - low) for at, (low, high) in ends))
@@ -77,12 +77,7 @@ def _from_middle(shown: Picture, cell: Mapping[str, Any]) -> float:
 
 def _show_cell(whole: page.Page, cell: Mapping[str, Any]) -> None:
     """Show a cell as the page does itself once one clicks (`draw_nearest` of `page.js`)."""
-    for name in _SOURCES:
-        whole.cell.sources[name].data = cell["data"][name]
-    for name, plot in whole.cell.plots.items():
-        plot.xaxis.axis_label, plot.yaxis.axis_label = cell["titles"][name]
-    for line in whole.cell.belt:
-        line.location, line.visible = cell["belt"], True
+    whole.cell.draw(cell)
     whole.map.marks.data = {"x": [cell["x"]], "y": [cell["y"]], "name": [""], "colour": ["white"]}
     whole.cell_words.text, whole.numbers.text = cell["words"], cell["numbers"]
 
@@ -102,7 +97,7 @@ def _offered(source: Source) -> list[Axis]:
     """The axes that are no sides and of which the page has all points: as many as fit, the innermost first."""
     plane, offered = first_view(source).plane, list[Axis]()
     for axis in reversed(tuple(source.axes.values())):
-        if axis.name not in plane and axis.size > 1 and axis.size * prod(one.size for one in offered) <= SHEETS:
+        if axis.name not in plane and axis.size > 1 and axis.size * prod(other.size for other in offered) <= SHEETS:
             offered.insert(0, axis)
     return offered
 
@@ -125,7 +120,7 @@ def _points(source: Source) -> tuple[str, list[tuple[str, View]]]:
     return ", ".join(spoken(axis.name) for axis in offered), points
 
 
-def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, Picture], dict[str, Any]]:
+def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, MapPicture], dict[str, Any]]:
     """The map of a view, one of `count`: its pictures by variable, and with its borders and cells, for `page.js`.
 
     With many maps each has fewer pixels and fewer motions.
@@ -140,9 +135,9 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, Picture], 
     first = pictures["regime"]
     return pictures, {
         "pictures": {
-            name: {"shades": one.shades, "legend": legend_html(one), "palette": one.palette,
-                   "regions": page.regions_of(one)}
-            for name, one in pictures.items()
+            name: {"shades": shown.shades, "legend": legend_html(shown), "palette": shown.palette,
+                   "regions": page.regions_of(shown)}
+            for name, shown in pictures.items()
         },
         "columns": page.columns_of(first), "meta": page.meta_of(first),
         "lines": page.lines_of(border_lines(config, first, stop_flag()) or []),
@@ -156,7 +151,7 @@ def _share(sides: Sides, share: float) -> Sides:
     return rows, columns
 
 
-def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
+def _places(shown: MapPicture, cells: Sides) -> list[tuple[int, int]]:
     """The pixels whose motions are in the page: spread evenly; of listed points all, where they are not too many."""
     rows, columns = (
         np.unique(((np.arange(n := min(most, length)) + 0.5) * length / n).astype(int))
@@ -165,7 +160,7 @@ def _places(shown: Picture, cells: Sides) -> list[tuple[int, int]]:
     return [(int(i), int(j)) for i in rows for j in columns]
 
 
-def _cell(source: Source, view: View, shown: Picture, i: int, j: int) -> dict[str, Any]:
+def _cell(source: Source, view: View, shown: MapPicture, i: int, j: int) -> dict[str, Any]:
     """The words and curves of the cell of a pixel, for `page.js`."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
     motions = motions_of(cell_of_view(source, view, at), source.options)
@@ -219,11 +214,11 @@ def _worst(lines: NDArray[np.float64], first: int, last: int) -> tuple[float, in
 
 
 def _controls(
-    whole: page.Page, title: str, labels: list[str], pictures: dict[str, Picture], sheets: list[dict[str, Any]]
+    whole: page.Page, title: str, labels: list[str], pictures: dict[str, MapPicture], sheets: list[dict[str, Any]]
 ) -> Column:
     """The choice of the variable, and of the point; and the clicks, which draw the nearest cell that has a motion."""
     wide: dict[str, Any] = {"stylesheets": [page.WIDGETS], "sizing_mode": "stretch_width"}
-    variable = Select(title="colours show", options=[(name, one.title) for name, one in pictures.items()],
+    variable = Select(title="colours show", options=[(name, shown.title) for name, shown in pictures.items()],
                       value="regime", name="variable", **wide)  # fmt: skip
     point = Select(title=title, options=[(str(i), label) for i, label in enumerate(labels)], value="0", name="point",
                    visible=len(labels) > 1, **wide)  # fmt: skip

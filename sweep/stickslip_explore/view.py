@@ -63,7 +63,7 @@ def first_view(source: Source) -> View:
 def sides(source: Source) -> list[str]:
     """The possible sides of the map: the axes, and what has a slider with a range of its own."""
     axes = [name for name, axis in source.axes.items() if axis.size > 1]
-    others = [one.name for one in sliders_of(source) if not isnan(one.start) and not one.rare]
+    others = [slider.name for slider in sliders_of(source) if not isnan(slider.start) and not slider.rare]
     return [*axes, *(name for name in others if name not in axes)]
 
 
@@ -87,10 +87,10 @@ def config_of(source: Source, view: View, most: Sides = FULL) -> Config:
     )
     if broken := [*broken_rules(config, {})]:
         plain: Any = config.resolved()
-        got = [one.got or reduce(getitem, one.path, plain) for one in broken]
+        got = [rule.got or reduce(getitem, rule.path, plain) for rule in broken]
         raise ConfigError("this view", [
-            Problem(one.path, f"got {value}, expected {one.expected}", hint=one.hint)
-            for one, value in zip(broken, got, strict=True)
+            Problem(rule.path, f"got {value}, expected {rule.expected}", hint=rule.hint)
+            for rule, value in zip(broken, got, strict=True)
         ])  # fmt: skip
     return config.shown_in(source.written_in)
 
@@ -148,7 +148,7 @@ def _side(source: Source, name: str, most: int) -> Axis:
     """The axis along a side, of at most so many points."""
     axis = source.axes.get(name)
     if axis is None:
-        slider = {one.name: one for one in sliders_of(source)}[name]
+        slider = {slider.name: slider for slider in sliders_of(source)}[name]
         spacing, num = "log" if slider.is_log else "linear", min(_POINTS, most)
         return Range(name=name, spacing=spacing, start=slider.low, stop=slider.high, num=num)
     if isinstance(axis, Range):

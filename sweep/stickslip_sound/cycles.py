@@ -30,7 +30,7 @@ _CLOSER = 3  # looks, each at what slipped in the one before
 
 
 @dataclass(frozen=True)
-class Cycles:
+class StartedCycles:
     """Cells that have a cycle, started on it.
 
     which : their numbers among those asked for. cells : they, with start states on the cycle. period : s.
@@ -45,7 +45,7 @@ class Cycles:
     begin: Floats
 
 
-def cycles_of(cells: Parameters, results: Results, options: Options, lead: float = LEAD) -> Cycles:
+def cycles_of(cells: Parameters, results: Results, options: Options, lead: float = LEAD) -> StartedCycles:
     """The cycles of cells whose results are known; lead : s of sticking before the break-away, at most."""
     which = np.flatnonzero(np.isin(results["regime"], _PERIODIC) & (results["period"] > 0.0))
     own, results = taken(cells, which), taken(results, which)
@@ -63,18 +63,19 @@ def cycles_of(cells: Parameters, results: Results, options: Options, lead: float
         "velocity": np.where(sticks, np.nan, 0.0),
         "contact_time": np.where(sticks, sticking - ahead, 0.0),
     }
-    return Cycles(which, own | start, period, np.where(sticks, ahead + period - sticking, period), np.zeros(which.size))
+    moving = np.where(sticks, ahead + period - sticking, period)
+    return StartedCycles(which, own | start, period, moving, np.zeros(which.size))
 
 
-def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, options: Options) -> Cycles:
+def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, options: Options) -> StartedCycles:
     """Cycles that are followed until a period repeats; those that never do are left out."""
     period, begin, moving = results["period"], np.full(which.size, np.nan), np.array(results["period"])
     waiting, wait = np.arange(which.size), _FIRST
     for _ in range(_DOUBLINGS):
         if not waiting.size:
             break
-        some, counts = taken(cells, waiting), np.full(waiting.size, _PLACES + 1)
-        motions, ends, status = sampled(some, period[waiting] / _PLACES, counts, options, wait * period[waiting])
+        periods, counts = period[waiting], np.full(waiting.size, _PLACES + 1)
+        motions, ends, status = sampled(taken(cells, waiting), periods / _PLACES, counts, options, wait * periods)
         apart = np.array([abs(x[-1] - x[0]) / np.ptp(x) for x in motions])
         apart = np.maximum(apart, np.abs(ends[:, 1] - ends[:, 0]) / (2.0 * results["velocity_amplitude"][waiting]))
         repeats = (status == _REACHED) & (apart < _ALIKE)
@@ -83,7 +84,7 @@ def _followed(which: NDArray[np.intp], cells: Parameters, results: Results, opti
     known = np.flatnonzero(np.isfinite(begin))
     for i in known:
         begin[i], moving[i] = _slip(taken(cells, slice(i, i + 1)), begin[i], period[i], options)
-    return Cycles(which[known], taken(cells, known), period[known], moving[known], begin[known])
+    return StartedCycles(which[known], taken(cells, known), period[known], moving[known], begin[known])
 
 
 def _slip(cell: Parameters, begin: float, window: float, options: Options) -> tuple[float, float]:

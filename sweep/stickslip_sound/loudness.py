@@ -8,7 +8,7 @@ A-weighting, how much less the ear hears of low and very high tones, is the anal
 Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and 0 dB at 1 kHz.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any, Unpack, cast
 
@@ -19,21 +19,31 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
-from stickslip.config.select import recipe_of
-from stickslip.config.studies import Moved, Study
+from stickslip.config.select import recipe_of, shared_by
 from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
 from stickslip.dataset.provenance import provenance
-from stickslip.engine import Options, Results, Scales, SolverKeywords, StopFlag, sampled, solve, stop_flag, warm_up
+from stickslip.engine import (
+    Options,
+    Results,
+    Scales,
+    SolverKeywords,
+    StopFlag,
+    in_order,
+    sampled,
+    solve,
+    stop_flag,
+    warm_up,
+)
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
-from stickslip.runs.memory import CellsOrConfig, compute_study
+from stickslip.runs.memory import CellsOrConfig
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip_sound.cycles import RTOL, Cycles, cycles_of
-from stickslip_sound.series import HIGHEST, samples_for, series_of
+from stickslip_sound.cycles import RTOL, cycles_of
+from stickslip_sound.series import HIGHEST, Series, samples_for, series_of
 from stickslip_sound.variables import LEVEL, LEVEL_VARIABLES
 
 Floats = NDArray[np.float64]
@@ -43,7 +53,7 @@ OVERSAMPLING = 2  # folds a little onto the highest harmonics: less than 0.01 dB
 FORGOTTEN = 0.25  # s after which the weighting, whose slowest poles lie at 20.6 Hz, has fallen by exp(-32)
 MOST_HARMONICS = 2**17  # of a slip: one that takes longer than 6.5 s is summed up to less than 20 kHz
 CLEAR = 100.0  # what is less than so many times the rounding of the samples, in its square, is none
-_MOST_SAMPLES = 2**20  # at once
+_TOGETHER = 2**20  # samples, about
 _REACHED = STATUSES.index("horizon_reached")
 _BLOCK = 256  # cells
 
@@ -81,46 +91,30 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
     intervals = samples_for(windows, HIGHEST, Scales(cycles.cells).natural_frequency, OVERSAMPLING)
-    for some in _together(intervals):
+    ends_of_parts = np.flatnonzero(np.diff(np.cumsum(intervals) // _TOGETHER)) + 1
+    for part in np.split(np.arange(intervals.size), ends_of_parts) if intervals.size else ():
         if stop[0]:
             raise StoppedError
-        level[cycles.which[some]] = _sampled_levels(cycles, some, windows, harmonics, intervals, options)
+        own, count, window = taken(cycles.cells, part), intervals[part], windows[part]
+        motions, ends, status = sampled(own, window / count, count + 1, options, cycles.begin[part])
+        squares = np.full(part.size, np.nan)
+        for i in np.flatnonzero(status == _REACHED).tolist():
+            series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[part][i]))
+            squares[i] = _heard(series, float(np.abs(motions[i]).max()), int(count[i]))
+        level[cycles.which[part]] = decibels(np.sqrt(squares * window / cycles.period[part]) / REFERENCE)
     return results, level
 
 
-def _together(intervals: NDArray[np.int64]) -> Iterator[slice]:
-    """Neighbours that are sampled at once."""
-    first, total = 0, 0
-    for i, number in enumerate(intervals.tolist()):
-        if total and total + number > _MOST_SAMPLES:
-            yield slice(first, i)
-            first, total = i, 0
-        total += number
-    if total:
-        yield slice(first, intervals.size)
+def _heard(series: Series, largest: float, count: int) -> float:
+    """The weighted mean square of a series (m/s2)^2; 0 where that is lost in the rounding of its samples.
 
-
-def _sampled_levels(
-    cycles: Cycles,
-    some: slice,
-    windows: Floats,
-    harmonics: NDArray[np.int64],
-    intervals: NDArray[np.int64],
-    options: Options,
-) -> Floats:
-    """The levels of the cycles in a slice, dB."""
-    own = taken(cycles.cells, some)
-    window, count = windows[some], intervals[some]
-    motions, ends, status = sampled(own, window / count, count + 1, options, cycles.begin[some])
-    squares = np.full(window.size, np.nan)
-    for i in np.flatnonzero(status == _REACHED).tolist():
-        series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[some][i]))
-        weights = a_weighting(series.frequencies) ** 2
-        rounding = np.finfo(float).eps * np.abs(motions[i]).max() * (2.0 * np.pi * series.frequencies) ** 2
-        noise = 2.0 * (weights * rounding**2).sum() / count[i]
-        heard = (series.mean_squares * weights).sum()
-        squares[i] = heard if heard > CLEAR * noise else 0.0
-    return decibels(np.sqrt(squares * window / cycles.period[some]) / REFERENCE)
+    largest, count : of the displacements that it was made of.
+    """
+    weights = a_weighting(series.frequencies) ** 2
+    rounding = np.finfo(float).eps * largest * (2.0 * np.pi * series.frequencies) ** 2
+    noise = 2.0 * (weights * rounding**2).sum() / count
+    heard = float((series.mean_squares * weights).sum())
+    return heard if heard > CLEAR * noise else 0.0
 
 
 # --- of whatever has cells --------------------------------------------------------------------------------------------
@@ -163,12 +157,26 @@ def levels(
     solver = SolverKeywords(**{"rtol": RTOL, **solver})
     cells, law, text, title = _cells(cells_or_config, solver)
     options = Options.of(SolverKeywords(**{**solver, "law": law}))
-    study = LevelStudy(cells, options, _level_of(reference, options))
+    zero = 0.0 if reference is None else _level_of(reference, options)
+    warm_up(law)
     warm_up(law, signals=True)
+    starts = range(0, max(cells.size, 1), _BLOCK)
+    parts = (cells[start : min(start + _BLOCK, cells.size)] for start in starts)
+    columns = []
+    with watched(progress, "cells", law) as moved:
+        for part, start in zip(
+            in_order(lambda part: _columns(part, options), parts, options.threads), starts, strict=True
+        ):
+            columns.append(part)
+            if moved:
+                moved(min(start + _BLOCK, cells.size), cells.size)
+    whole = joined(columns)
+    variables = {name: variable_of(row, cells.dims, whole[name].reshape(cells.shape))
+                 for name, row in LEVEL_VARIABLES.items()}  # fmt: skip
     attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
-    with watched(progress, study.counted, law) as moved:
-        dataset = study.dataset(compute_study(study, moved), attributes)
+    dataset = xr.Dataset(variables, grid_coordinates(cells), attributes)
     if reference is not None:
+        dataset[LEVEL.name][...] -= zero
         dataset[LEVEL.name].attrs |= {
             "long_name": "time-average A-weighted level of the acceleration, dB re a reference cell",
             "reference_cell": ", ".join(f"{name} = {value:g}" for name, value in reference.items()),
@@ -188,43 +196,16 @@ def summary(ds: xr.Dataset) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class LevelStudy(Study):
-    """Levels of cells (dB), its items, over that of a reference."""
-
-    name, counted, weight = "levels", "cells", 4096 // _BLOCK
-    columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(LEVEL_VARIABLES, np.dtype(np.float64))
-
-    def __init__(self, cells: Cells, options: Options, reference: float) -> None:
-        self._cells, self._reference = cells, reference
-        self.dims, self.shape, self.options = cells.dims, cells.shape, options
-
-    def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
-        """The levels of a range of cells."""
-        parts = [self.blank(range(0))]
-        for start in range(items.start, items.stop, _BLOCK):
-            part = self._cells[start : min(start + _BLOCK, items.stop)]
-            cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, self.options.law)
-            results, level = levels_of(cells, self.options, stop)
-            results[LEVEL.name] = level - self._reference
-            parts.append({name: results[name].astype(np.float64) for name in self.columns})
-            if moved:
-                moved(level.size)
-        return joined(parts)
-
-    def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The levels with the dimensions of the cells."""
-        whole = joined(parts)
-        variables = {
-            name: variable_of(declared, self.dims, whole[name].reshape(self.shape))
-            for name, declared in LEVEL_VARIABLES.items()
-        }
-        return xr.Dataset(variables, grid_coordinates(self._cells), dict(attributes))
+def _columns(part: Parameters, options: Options) -> Results:
+    """The variables of some cells."""
+    cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, options.law)
+    results, level = levels_of(cells, options, stop_flag())
+    results[LEVEL.name] = level
+    return {name: results[name].astype(np.float64) for name in LEVEL_VARIABLES}
 
 
-def _level_of(reference: Mapping[str, float] | None, options: Options) -> float:
-    """The level of the reference (dB), 0 without one. Raises ValueError."""
-    if reference is None:
-        return 0.0
+def _level_of(reference: Mapping[str, float], options: Options) -> float:
+    """The level of a reference (dB). Raises ValueError."""
     cell = as_cells(reference, options.law)
     if cell["mass"].size != 1:
         raise ValueError("reference: expected one cell, every parameter one number")
@@ -243,25 +224,22 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
         config = config.plain_map()
         return build_grid(config), config.friction.law, config.to_yaml(), f"Levels: {config.title}"
     if isinstance(given, xr.Dataset):
-        cells, law = _of_result(given)
         title = f"Levels: {given.attrs.get('title', 'a map')}"
-        return cells, law, str(given.attrs.get("configuration", "")), title
+        return _of_result(given), shared_by(given)["law"], str(given.attrs["configuration"]), title
     options = Options.of(solver).for_contact(cast(Mapping[str, Any], given))
     return given_cells(cast(Mapping[str, Any], given), options), options.law, "", "Levels of cells"
 
 
-def _of_result(ds: xr.Dataset) -> tuple[Cells, str]:
-    """The cells of a result, or of a part of one, from its coordinates; and their friction law."""
-    recipe, regime = recipe_of(ds, "the dataset"), ds["regime"].variable
-    if isinstance(recipe, Config):
-        shared, law = recipe.fixed(), recipe.friction.law
-    else:
-        shared, law = {}, str(recipe["friction"]["law"])
-    known = {name: xr.Variable((), value) for name, value in shared.items()}
-    known |= {quantity_of(str(name)): values.variable for name, values in ds.coords.items()}
-    known = {name: values for name, values in known.items() if name in QUANTITIES}
-    listed = {name: np.ravel(xr.broadcast(xr.DataArray(values), ds["regime"])[0].transpose(*regime.dims).values)
-              for name, values in known.items() if values.ndim}  # fmt: skip
-    fixed = {name: float(values) for name, values in known.items() if not values.ndim}
+def _of_result(ds: xr.Dataset) -> Cells:
+    """The cells of a result, or of a part of one, from its coordinates and what its configuration fixes."""
+    recipe, regime = recipe_of(ds, "the dataset"), ds["regime"]
     coordinates = {str(name): values.variable for name, values in ds.coords.items()}
-    return Cells(tuple(map(str, regime.dims)), regime.shape, fixed, listed=listed, labelled=lambda: coordinates), law
+    known = {quantity_of(str(name)): values for name, values in ds.coords.items() if values.dtype.kind in "fiu"}
+    listed = {
+        name: values.broadcast_like(regime).transpose(*regime.dims).values.ravel()
+        for name, values in known.items()
+        if name in QUANTITIES
+    }
+    fixed = recipe.fixed() if isinstance(recipe, Config) else {}
+    fixed = {name: value for name, value in fixed.items() if name not in listed}
+    return Cells(tuple(map(str, regime.dims)), regime.shape, fixed, listed=listed, labelled=lambda: coordinates)

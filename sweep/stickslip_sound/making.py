@@ -32,6 +32,7 @@ RATE = 44_100  # samples a second
 OVERSAMPLING = 8
 _LEAD = 0.02  # s before a first break-away
 _FADE = 0.005  # s, at both ends
+_FINEST = 1000  # denominator of the ratio of two rates
 _SETTLED = 2.0  # settling times after which a decay is far below what 16 bits hold
 _REACHED = STATUSES.index("horizon_reached")
 
@@ -95,13 +96,12 @@ def of(
         acceleration = np.zeros(count)
     elif not repeats:
         acceleration = _transient(full, results, motion, count)
-    elif cycles.period[0] <= count / motion.rate:
-        cycle = replace(
-            motion.series(cycles.cells, float(cycles.period[0]), cycles.begin), mean=0.0
-        )  # what is left of it is rounding
-        acceleration = cycle.values(motion.rate, count)
-    else:
-        acceleration = motion.stretch(cycles.cells, count, cycles.begin)
+    else:  # of a cycle longer than the sound a stretch
+        duration = min(float(cycles.period[0]), count / motion.rate)
+        series = motion.series(cycles.cells, duration, cycles.begin)
+        if duration == cycles.period[0]:
+            series = replace(series, mean=0.0)  # what is left of it is rounding
+        acceleration = series.values(motion.rate, count)
     acceleration *= fades(count, rate)
     return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
 
@@ -126,10 +126,6 @@ class _Motion:
             raise NotReachedError(f"the motion is not known to {duration:g} s, {name}: {STATUS_MESSAGES[name]}")
         return series_of(motions[0], ends[0], duration, harmonics)
 
-    def stretch(self, cell: Parameters, count: int, begin: Floats | float = 0.0) -> Floats:
-        """The first `count` values of the acceleration, from `begin` (s) on."""
-        return self.series(cell, count / self.rate, begin).values(self.rate, count)
-
 
 def _transient(cell: Parameters, results: Results, motion: _Motion, count: int) -> Floats:
     """The motion from its first break-away on, or from the start where it slips at once, after a little silence."""
@@ -144,7 +140,8 @@ def _transient(cell: Parameters, results: Results, motion: _Motion, count: int) 
     left = count - silent
     if (settled := _SETTLED * float(results["settling_time"][0])) > 0.0:
         left = max(min(left, int((first - passed + settled) * motion.rate)), 2)
-    return np.concatenate([np.zeros(silent), motion.stretch(cell | later, left), np.zeros(count - silent - left)])
+    values = motion.series(cell | later, left / motion.rate).values(motion.rate, left)
+    return np.concatenate([np.zeros(silent), values, np.zeros(count - silent - left)])
 
 
 def _sticks_at_first(cell: Parameters) -> bool:
@@ -183,18 +180,10 @@ def checked(**numbers: float) -> None:
         raise ValueError(f"rate: got {numbers['rate']!r}, expected a whole number of samples a second")
 
 
-_FINEST = 1000  # denominator of the ratio of two rates
-
-
 def of_record(
-    acceleration: Floats,
-    record_rate: float,
-    *,
-    rate: int = RATE,
-    slow: float = 1.0,
-    full_scale: float = FULL_SCALE,
+    acceleration: Floats, record_rate: float, *, rate: int = RATE, slow: float = 1.0, full_scale: float = FULL_SCALE,
     title: str = "",
-) -> Sound:
+) -> Sound:  # fmt: skip
     """The sound of an evenly sampled acceleration (m/s2).
 
     record_rate : samples a second of the record; tones up to half of it are in the sound. rate, slow, full_scale : as

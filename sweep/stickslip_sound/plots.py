@@ -1,7 +1,5 @@
 """The picture of a sound: its acceleration over time, and its spectrogram."""
 
-import math
-
 import numpy as np
 from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
@@ -14,8 +12,7 @@ Floats = NDArray[np.float64]
 _WINDOW = 0.09  # s: tones 20 Hz apart are told from each other
 _OVERLAP = 0.875  # of a window, with the next one
 _REFERENCE = 1e-6  # m/s2, ISO 1683
-_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared; more where a sound has more
-_LEAST_SHOWN = 40.0  # dB below the largest line, of faint sounds
+_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared
 _LOWEST, _HIGHEST = 20.0, 20e3  # Hz that are heard
 
 
@@ -34,25 +31,16 @@ def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: floa
     upper.plot(np.arange(acceleration.size) / rate, acceleration, color=BLUE, linewidth=0.6, rasterized=True)
     upper.set_ylabel("acceleration (m/s²)")
     upper.margins(x=0)
-    if not np.isfinite(level).any():
-        lower.text(0.5, 0.5, "silence", transform=lower.transAxes, ha="center", va="center")
-    else:
-        loudest = float(np.nanmax(level))
-        low, high = min(_SHOWN[0], _in_tens(loudest - _LEAST_SHOWN)), max(_SHOWN[1], _in_tens(loudest + 10.0))
-        image = lower.pcolormesh(
-            times, frequencies, level, cmap="viridis", vmin=low, vmax=high, shading="nearest", rasterized=True
-        )
-        figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="min")
+    image = lower.pcolormesh(
+        times, frequencies, level, cmap="viridis", vmin=_SHOWN[0], vmax=_SHOWN[1], shading="nearest", rasterized=True
+    )
+    figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="both")
     as_heard = "" if slow == 1.0 else f", {slow:g} times slower than the motion"
     lower.set(yscale="log", ylim=(_LOWEST, min(_HIGHEST, 0.5 * rate)), ylabel="frequency (Hz)")
     lower.yaxis.set_major_formatter(ScalarFormatter())
     lower.set(xlim=(0.0, seconds), xlabel=f"time (s){as_heard}")
     entitle(figure, upper, title, above_all=True)
     return figure
-
-
-def _in_tens(level: float) -> float:
-    return 10.0 * math.floor(level / 10.0)
 
 
 def _levels(acceleration: Floats, rate: float, length: int) -> tuple[Floats, Floats, Floats]:

@@ -81,9 +81,8 @@ def test_of_a_coulomb_cycle_only_the_drop_of_friction_and_the_stiffness_are_know
     drop = found["posterior_mu_static"] - found["posterior_a1"]
     assert float(drop.mean()) == pytest.approx(0.1, abs=4 * float(drop.std()))
     assert float(drop.std()) < 0.01 < 0.05 < float(found["posterior_a1"].std())
-    said = found.attrs["explained_directions"]
-    assert "fix mu_static - a1 to" in said and "nothing here fixes a1" in said
-    assert float(found["variance_ratio"].sel(quantity="stiffness")) < 0.1
+    left = found["variance_ratio"]
+    assert float(left.sel(quantity="stiffness")) < 0.1 < 0.2 < float(left.sel(quantity="a1"))
 
 
 def test_without_forces_only_groups_are_known():
@@ -102,8 +101,6 @@ def test_without_forces_only_groups_are_known():
     assert float(found["direction_ratio"][-1]) == pytest.approx(1.0, abs=0.3)
     weights = found["direction_weight"][-1].values
     np.testing.assert_allclose(weights, 1.0, atol=0.35)  # m, k and N together
-    _, _, free = found.attrs["explained_directions"].partition("nothing here fixes ")
-    assert all(name in free for name in scattered)
 
 
 @pytest.mark.slow
@@ -160,11 +157,16 @@ CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.1, "d
         "a3": 0.3, "a4": 0.1}  # fmt: skip
 
 
-def ranks(name, count, seed=1, particles=100, kept=19):
+def ranks(name, count, seed=1, particles=100, chosen=19):
     """Ranks of true quantities among draws, by data sets that the likelihood itself made; (count, quantities)."""
     prior, design, mislabelled = PRIORS[name]
     known = {name: value for name, value in CELL.items() if name not in prior}
-    config = make_config({"prior": known | prior, "observed": [{"regime": "damped"}]})
+    friction = {name: known.pop(name) for name in [*known] if name[0] == "a"}
+    correlation = {name: prior[name] for name in prior if name == "correlation"}
+    quantities = {name: value for name, value in prior.items() if name not in correlation}
+    config = make_config({"explain": {"observed": [{"regime": "damped"}]}, "system": known, "friction": friction,
+                          "uncertain": {"quantities": quantities} | correlation})  # fmt: skip
+    known |= friction
     uncertain, options = config.uncertain, Options(variables=("regime",))
     base, rng = build_grid(config), np.random.default_rng(seed)
     found = np.empty((count, len(uncertain.names)), int)
@@ -177,7 +179,7 @@ def ranks(name, count, seed=1, particles=100, kept=19):
         experiment = Experiment(seen, base, "stribeck", {}, mislabelled, options)
         draws = tempered(lambda u, e=experiment: e.terms(uncertain.values(u), stop_flag()).log_likelihood.sum(1),
                          len(uncertain.names), particles, np.random.default_rng([seed, i]))  # fmt: skip
-        found[i] = (draws.points[rng.choice(particles, kept, replace=False)] < truth).sum(0)
+        found[i] = (draws.points[rng.choice(particles, chosen, replace=False)] < truth).sum(0)
     return found
 
 

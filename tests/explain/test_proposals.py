@@ -7,7 +7,7 @@ from click.testing import CliRunner
 import stickslip
 from stickslip.cli import main
 from stickslip.vocabulary.flags import DECIDED, REGIMES
-from stickslip_explain.proposals import Shown, _Outcomes
+from stickslip_explain.proposals import DrawResults, _Outcomes
 
 STICK_SLIP, DAMPED = DECIDED.index("stick_slip"), DECIDED.index("damped")
 CELL = {"mass": 0.1, "a1": 0.2, "a2": 0.3, "a3": 0.2, "a4": 0.02, "normal_load": 10.0}
@@ -18,7 +18,7 @@ SCATTER = {"period": 0.03}
 
 def information(regimes, logs=None, scatter=(), mislabelled=0.01):
     logs = np.empty((1, len(regimes), 0)) if logs is None else np.asarray(logs)[None, :, None]
-    shown = Shown(np.asarray(regimes)[None], logs)
+    shown = DrawResults(np.asarray(regimes)[None], logs)
     return _Outcomes(shown, np.asarray(scatter, float), mislabelled, np.random.default_rng(5)).information(0)
 
 
@@ -94,11 +94,7 @@ def test_the_command_proposes_places_and_says_what_they_narrow(tmp_path):
            "--draws", "40", "-o", str(tmp_path / "next.nc"), "--plot", str(tmp_path / "next.png")]  # fmt: skip
     done = CliRunner().invoke(main, run)
     assert done.exit_code == 0, done.output
-    assert (
-        done.output.count(" mm/s") == done.output.count(" bits (") == 3
-        and "would narrow" in done.output
-        and "period to 33 %" in done.output
-    )
+    assert done.output.count(" mm/s") == 3 and "period=0.33" in done.output
     found = stickslip.open(tmp_path / "next.nc")
     assert found["information"].dims == ("belt_speed", "normal_load")
     assert float(found["proposed_information"][0]) == float(found["information"].max())
@@ -128,9 +124,7 @@ def test_what_differs_between_observations_is_an_axis_or_has_a_value(kernels):
     found = stickslip.explain(observed, prior, particles=20, repetitions=2, progress=False)
     how = {"draws": 10, "points": 3, "progress": False}
     speeds = {"belt_speed": (0.005, 0.3)}
-    with pytest.raises(
-        ValueError, match="normal_load differs between observations: give --over belt_speed normal_load"
-    ):
+    with pytest.raises(ValueError, match="normal_load differ between observations: give --at normal_load=VALUE"):
         stickslip.next_measurement(found, speeds, **how)
     with pytest.raises(ValueError, match="at: got mass, expected what observations name: normal_load"):
         stickslip.next_measurement(found, speeds, at={"mass": 1.0}, **how)

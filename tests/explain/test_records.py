@@ -25,8 +25,14 @@ RIG = {
     "drive": {"strokes": 6, "stroke": 0.01},
     "sensor": {"rate": 2000.0, "force_noise": 0.02, "acceleration_noise": 0.1},
 }
-PRIOR = {"stiffness": {"lognormal": {"median": 5e3, "factor": 1.3}}, "a1": 0.25, "a2": 0.4, "a4": 0.02,
-         "a3": {"uniform": [0.05, 0.3]}}  # fmt: skip
+CURVE = {"a1": 0.25, "a2": 0.4, "a4": 0.02}
+DRAWN = {"stiffness": {"lognormal": {"median": 5e3, "factor": 1.3}}, "a3": {"uniform": [0.05, 0.3]}}
+PRIOR = CURVE | DRAWN
+
+
+def explaining(*seen):
+    """The configuration that explains observations."""
+    return {"explain": {"observed": list(seen)}, "friction": CURVE, "uncertain": {"quantities": DRAWN}}
 
 
 def recorded(number, law="stribeck", **truth):
@@ -62,7 +68,7 @@ def felt():
 
 def errors_at(said, truth):
     """By feature, how far the simulated rig is off what a record says, in units of Student's t."""
-    config = make_config({"observed": [said], "prior": PRIOR})
+    config = make_config(explaining(said))
     (seen,) = config.study.observed
     friction = config.friction.model_copy(update={"a3": truth["a3"]})
     simulate = SimulatedRecords(seen.drive, seen.known, friction)
@@ -83,7 +89,7 @@ def test_a_record_in_a_configuration_is_what_it_says_once_it_is_resolved(tmp_pat
     write_record(felt(), tmp_path / "felt.csv")
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(RIG))
     path = tmp_path / "explain.yaml"
-    path.write_text(yaml.safe_dump({"observed": [{"record": "felt.csv", "drive": "rig.yaml"}], "prior": PRIOR}))
+    path.write_text(yaml.safe_dump(explaining({"record": "felt.csv", "drive": "rig.yaml"})))
     config = load_config(path)
     (seen,) = config.study.observed
     assert seen.words == "record felt.csv: stick-slip, 6 features" and seen.conditions["belt_speed"] == 0.01
@@ -117,7 +123,7 @@ def test_a_record_in_a_configuration_is_what_it_says_once_it_is_resolved(tmp_pat
 )
 def test_records_that_cannot_be_are_refused_at_their_place(seen, words):
     with pytest.raises(ConfigError) as raised:
-        make_config({"observed": [seen], "prior": PRIOR})
+        make_config(explaining(seen))
     assert words in str(raised.value)
 
 
@@ -165,7 +171,7 @@ def test_ranks_of_the_truth_among_draws_of_records_are_uniform():
     """A dozen records with hum, whose spring and drop of friction are drawn from the prior."""
     places = []
     for number, truth, seen in usable(16):
-        config = make_config({"observed": [seen], "prior": PRIOR})
+        config = make_config(explaining(seen))
         study = ExplainStudy.of(config, config.study, options_of(config))
         experiment, prior = study._law("stribeck"), study.prior
         draws = prior.values(tempered(

@@ -1,9 +1,6 @@
 """What a click computes: motions that obey the equation of motion, the unstable cycle, and what is said of them."""
 
-import csv
 import shlex
-import time
-from io import StringIO
 
 import numpy as np
 import pytest
@@ -17,11 +14,11 @@ from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.models import CURVE_LAWS
 from stickslip_explore import maps
-from stickslip_explore.html import cell_html, map_csv, motions_csv, numbers_html, place_words, simulate_command
+from stickslip_explore.html import cell_html, numbers_html, place_words, simulate_command
 from stickslip_explore.motions import motions_of
 from stickslip_explore.source import open_source
 from stickslip_explore.static import essential
-from stickslip_explore.view import COARSE, View, cell_of_view, config_of, first_view
+from stickslip_explore.view import View, cell_of_view, config_of
 
 PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))
@@ -156,39 +153,7 @@ def test_no_unstable_cycle_is_drawn_where_none_is_known(cell):
     assert of(cell).cycle is None
 
 
-# --- cost -------------------------------------------------------------------------------------------------------------
-
-
-def least(work, times=5):
-    """CPU time of this process in ms, the least of some: the machine may be busy."""
-    taken = []
-    for _ in range(times):
-        began = time.process_time()
-        work()
-        taken.append(1e3 * (time.process_time() - began))
-    return min(taken)
-
-
-def test_a_click_and_a_coarse_map_leave_most_of_their_time_to_the_browser():
-    """200 ms from click to drawing, 150 ms from slider to coarse map: the server takes a part of it."""
-    source = open_source("configs/quickstart.yaml")
-    view = first_view(source)
-
-    def click(at):
-        return motions_of(cell_of_view(source, view, at), source.options)
-
-    def coarse():
-        return maps.picture(maps.computed(config_of(source, view, COARSE), stop_flag()), view)
-
-    click({"stiffness": 100.0, "belt_speed": 0.2})
-    places = ((100.0, 0.2), (100.0, 0.45), (1000.0, 1.0), (1.0, 0.8), (3.0, 0.05))
-    clicks = [least(lambda at={"stiffness": k, "belt_speed": v}: click(at)) for k, v in places]
-    first = least(coarse)
-    print(f"\nms of CPU time: clicks {[round(one, 1) for one in clicks]}, coarse map {first:.1f}")
-    assert max(clicks) < 80.0 and first < 60.0
-
-
-# --- words and files --------------------------------------------------------------------------------------------------
+# --- words --------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -232,23 +197,6 @@ def test_the_numbers_are_those_of_evaluate(quickstart):
 def test_what_a_user_wrote_is_no_html(quickstart):
     _, _, _, _, motions = quickstart
     assert "<script" not in cell_html(motions, "<script>alert(1)</script>")
-
-
-def test_tables_to_download_have_units_in_their_headings(quickstart):
-    _, _, shown, _, motions = quickstart
-    rows = list(csv.DictReader(StringIO(map_csv(shown).removeprefix("\ufeff"))))
-    assert len(rows) == 7 * 9
-    row = rows[4 * 9 + 2]
-    assert float(row["stiffness [N/m]"]) == pytest.approx(shown.y.values[4], rel=5e-6) and float(
-        row["belt_speed [m/s]"]
-    ) == pytest.approx(shown.x.values[2], rel=5e-6)
-    assert float(row["spring_force_max [N]"]) == pytest.approx(motions.stick.results["spring_force_max"], rel=5e-6)
-    assert row["regime"] == "stick_slip"
-    text = motions_csv([motions.stick])
-    samples = list(csv.DictReader(StringIO(text.removeprefix("\ufeff"))))
-    assert len(samples) == motions.stick.time.size and samples[4]["motion"] == "from stick"
-    assert float(samples[4]["displacement [m]"]) == pytest.approx(motions.stick.samples["displacement"][4], rel=5e-6)
-    assert float(samples[4]["time [s]"]) == pytest.approx(motions.stick.time[4], rel=5e-6)
 
 
 def test_thinned_lines_look_the_same():

@@ -168,10 +168,10 @@ def test_the_page_is_one_file_that_asks_the_network_for_nothing(page):
 
 
 def test_the_page_has_the_map_in_every_variable_and_the_motions_of_a_grid_of_cells(page):
-    document = json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
-    text = json.dumps(document)
+    text = json.dumps(json.loads(text_of(page)))
     for name in ("regime", "frequency", "damping_ratio", "acceleration_max"):
         assert f'["{name}",' in text
+    assert "configs/hysteresis" not in page  # it is to be sent
     shown = 5 * 4 + 1  # the one that is seen first stands where it is seen, too
     assert text.count("the nearest cell whose motion") == shown
     assert text.count("stickslip simulate hysteresis.yaml") == shown
@@ -195,13 +195,12 @@ def test_the_page_opens_with_the_motion_of_the_cell_nearest_to_the_middle(page):
         assert abs(places.index(shown[side]) - (len(places) - 1) / 2) <= 0.5
 
 
-def test_the_page_does_not_say_where_its_file_lies(page, monkeypatch):
-    assert "hysteresis.yaml" in page and "configs/hysteresis" not in page
-
-
 def document_of(page):
-    found = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
-    return json.loads(unescape(found))
+    return json.loads(unescape(text_of(page)))
+
+
+def text_of(page):
+    return re.search(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
 
 
 def inside(data):
@@ -216,20 +215,12 @@ def test_the_page_takes_what_a_file_says_as_text(tmp_path, monkeypatch):
     path = tmp_path / "<img src=x onerror=a>.yaml"
     path.write_text(HOSTILE)
     text = page_html(open_source(path))
-    found = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1]
-    document = json.loads(unescape(found))
-    words = [one for one in strings(document) if one.startswith(("<b>", "<div", "<p", "<table"))]  # of Div, of scripts
+    found = text_of(text)
+    words = [one for one in inside(document_of(text))
+             if isinstance(one, str) and one.startswith(("<b>", "<div", "<p", "<table"))]  # fmt: skip
     assert sum("javascript:" in one for one in words) > 3 and not {"a", "img", "script"} & tags(*words)
     assert "window.hit=2</script>" not in text and "tex2svg" not in text.split("<body")[0]
     assert unescape(found).count('"disable_math":true') == unescape(found).count('"name":"Div"') > 0
-
-
-def strings(data):
-    """All strings in data of JSON."""
-    if isinstance(data, str):
-        return [data]
-    inside = data.values() if isinstance(data, dict) else data if isinstance(data, list) else []
-    return [text for one in inside for text in strings(one)]
 
 
 @pytest.mark.slow
@@ -243,9 +234,7 @@ def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_
     )
     ds = stickslip.run(text, tmp_path / "map.nc")
     source = open_source(tmp_path / "map.nc")
-    document = json.loads(
-        re.search(r'<script type="application/json"[^>]*>(.*?)</script>', html := page_html(source), re.DOTALL)[1]
-    )
+    document = json.loads(text_of(html := page_html(source)))
     assert '[["0","none"],["1","0.7"]]' in json.dumps(document, separators=(",", ":"))
     (note,) = static.left_out(source)
     assert note.startswith("damping is held at 0.2") and "8 points are not" in note and note in html
@@ -253,9 +242,8 @@ def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_
     assert title == "mu stop" or title == "mu_stop"
     for i, (_, view) in enumerate(points):
         pictures, _ = static._sheet(source, view, len(points))
-        assert (
-            next(c for c in pictures["regime"].columns if c.name == "regime").values == ds["regime"].values[4, i]
-        ).all()
+        (column,) = (column for column in pictures["regime"].columns if column.name == "regime")
+        assert (column.values == ds["regime"].values[4, i]).all()
 
 
 @pytest.mark.slow

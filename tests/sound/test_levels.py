@@ -9,10 +9,8 @@ from helpers.cycles import (
     COULOMB,
     OTHERS,
     PAIR,
-    STICKING,
     SUSTAINED,
     UNIT,
-    common_first,
     coulomb_harmonics,
     faster,
     hard_cells,
@@ -69,15 +67,6 @@ def test_the_level_is_that_of_the_sound():
         2.0 * np.square(np.abs(np.fft.rfft(middle * window)) * weights).sum() / middle.size / np.square(window).sum()
     )
     assert level(SQUEAL) == pytest.approx(10.0 * np.log10(power / 1e-12), abs=0.01)
-
-
-@pytest.mark.parametrize("name", common_first(STICKING | SUSTAINED))
-def test_more_samples_change_nothing(name, monkeypatch):
-    law, cell = (STICKING | SUSTAINED)[name]
-    cell = cell if name == "two_way_slip_cycle" else faster(cell)
-    once = level(cell, law)
-    monkeypatch.setattr("stickslip_sound.loudness.OVERSAMPLING", 16)
-    assert level(cell, law) == pytest.approx(once, abs=0.01) and np.isfinite(once)
 
 
 @OTHERS

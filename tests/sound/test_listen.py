@@ -1,7 +1,6 @@
 """`listen`, `simulate` and `rig --sound`: what they say, and what they write."""
 
 import json
-import re
 from io import BytesIO
 
 import numpy as np
@@ -48,16 +47,6 @@ def call(*words, code=0):
 # --- simulate ---------------------------------------------------------------------------------------------------------
 
 
-def test_simulate_says_regime_frequency_force_and_share_of_sticking_without_files(config, tmp_path):
-    said = call("simulate", config, *STICKS)
-    found = stickslip.evaluate(cell(belt_speed=0.1))
-    assert re.search(r"^regime +stick_slip: a limit cycle with a stick phase$", said, re.M)
-    assert re.search(rf"^frequency +{float(found['frequency'][0]):.4g} Hz$", said, re.M)
-    assert re.search(r"^period +9\.94\d s$", said, re.M) and re.search(r"^sticking +56\.\d% of the period$", said, re.M)
-    assert re.search(rf"^peak spring force +{float(found['spring_force_max'][0]):.4g} N$", said, re.M)
-    assert "amplitude" in said and "--plot" in said and sorted(p.name for p in tmp_path.iterdir()) == ["small.yaml"]
-
-
 def cell(**more):
     return {"mass": 1, "normal_load": 1, "a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1, "stiffness": 1} | more
 
@@ -72,12 +61,6 @@ def test_simulate_speaks_json_alone_with_the_names_of_evaluate(config):
     said = json.loads(call("simulate", config, *STICKS, "--json", "-o", "trace.nc"))
     with xr.open_dataset("trace.nc") as ds:
         assert said["output"] == "trace.nc" and said["duration"] == float(ds["time"][-1])
-
-
-def test_a_decay_is_told_with_its_frequency_and_where_it_ends(config):
-    said = call("simulate", config, *SETTLES)
-    assert "vibrates at" in said and "settling time" in said and "settles at" in said
-    assert "sticking" not in said.partition("\n")[2] and "amplitude" not in said
 
 
 @pytest.mark.parametrize("at", [STICKS, SETTLES])
@@ -150,7 +133,7 @@ def test_a_result_is_listened_to_as_its_configuration_is(config, tmp_path):
 def test_silence_clipping_and_nothing_written_are_said(config):
     assert "silence: the cell is stuck" in call("listen", config, "--at", "stiffness=1", "--at", "belt_speed=0")
     said = call("listen", config, *STICKS, "--full-scale", "0.01 m/s2", "--slow", "0.001")
-    assert "clips: peaks of" in said and "would not" in said and "nothing was written" in said
+    assert "clips: peaks of" in said and "nothing was written" in said
 
 
 @pytest.mark.parametrize(
@@ -158,7 +141,7 @@ def test_silence_clipping_and_nothing_written_are_said(config):
     [
         (("-o", "squeak.mp3"), "squeak.mp3: sounds end in .wav"),
         (("-o", "nowhere/squeak.wav"), "no folder nowhere"),
-        (("--slow", "0"), "--slow: got 0"),
+        (("--slow", "0"), "0.0 is not in the range"),
         (("--full-scale", "3 kg"), "--full-scale: got '3 kg', expected an acceleration"),
         (("--full-scale", "-1"), "--full-scale: got '-1'"),
         (("--seconds", "3 m"), "--seconds: got '3 m', expected a time"),
@@ -186,7 +169,7 @@ def test_what_is_not_heard_is_written_as_minus_infinity(tmp_path, monkeypatch):
         "friction: {a1: 0.5, a2: 0, a3: 0, a4: 1 m/s}\nstart: {velocity: 0.5 m/s}\n"
         "axes: {stiffness: [1 N/mm, 1e8 N/m]}\n"
     )
-    assert "1 cell has a cycle of which nothing is heard" in call("listen", "free.yaml", "--level", "-o", "levels.nc")
+    assert json.loads(call("listen", "free.yaml", "--level", "-o", "levels.nc", "--json"))["not_heard"] == 1
     with xr.open_dataset("levels.nc") as ds:
         assert np.isneginf(ds["acceleration_level_a"].values).tolist() == [False, True]
     call("plot", "levels.nc", "--variable", "acceleration_level_a", "-o", "levels.png")
@@ -199,22 +182,20 @@ def test_levels_of_a_map_are_written_said_and_drawn(tmp_path, monkeypatch):
     said = call("listen", "pads.yaml", "--level", "-o", "levels.nc")
     with xr.open_dataset("levels.nc") as ds:
         level = ds["acceleration_level_a"]
-        assert level.shape == (3, 4) and f"{int(np.isfinite(level).sum())} of 12 cells" in said
+        assert level.shape == (3, 4) and f"{float(level.max()):.6g}" in said
         np.testing.assert_array_equal(level, sound.levels(config)["acceleration_level_a"])
-    assert re.search(r"\d cells? ha(s|ve) no cycle", said)
     call("plot", "levels.nc", "--variable", "acceleration_level_a", "-o", "levels.png")
     said = json.loads(call("listen", "pads.yaml", "--level", "--json"))
     assert said["cells"] == 12 == said["with_level"] + said["without_cycle"] + said["not_heard"]
 
 
 def test_the_level_of_a_cell_can_be_told_relative_to_another(config):
-    said = call("listen", config, *STICKS, "--level", "--reference", "normal_load=1", "--reference", "mass=1")
-    assert "0.0 dB(A) re the reference" in said
-    assert said == call("listen", config, *STICKS, "--level", "--reference", "normal_load=1, mass=1")
-    assert "as loud as the reference: normal_load=1, mass=1" in said
-    assert "dB louder than the reference: normal_load=0.5" in call(
-        "listen", config, *STICKS, "--level", "--reference", "normal_load=0.5"
-    )
+    def relative(*reference):
+        return json.loads(call("listen", config, *STICKS, "--level", "--json", *reference))["median"]
+
+    same = ("--reference", "normal_load=1", "--reference", "mass=1")
+    assert relative(*same) == relative("--reference", "normal_load=1, mass=1") == 0.0
+    assert relative("--reference", "normal_load=0.5") > 0.0
     assert "--reference: " in call("listen", config, *STICKS, "--level", "--reference", "normal_lod=1", code=2)
     said = call("listen", config, *STICKS, "--level", "--reference", "belt_speed=0.9", code=2)
     assert "no cycle" in said

@@ -45,12 +45,6 @@ def json_schema() -> Schema:
                 for key, place in entry.beside.items()
             },
             "uncertain": uncertain_schema(),
-            **{
-                name: schema
-                for extension in extensions.installed()
-                for place in extension.schema
-                for name, schema in extensions.imported(place)().items()
-            },
         },
     }
 

@@ -1,6 +1,6 @@
 """Plots of goals: the region that is quiet, its borders, and what panels have and would need."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -8,15 +8,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withTickedStroke
 
 from stickslip.dataset.display import unit_of
-from stickslip.dataset.polylines import Polyline, plane_names, polylines
+from stickslip.dataset.polylines import plane_names
 from stickslip.dataset.selection import selected
-from stickslip.plots.layout import Figure, labelled, legend
+from stickslip.plots.layout import Figure, legend
 from stickslip.plots.maps import plot_map
 from stickslip.plots.options import PLAIN, Look
-from stickslip.vocabulary.display_units import Unit
 from stickslip.vocabulary.flags import VERDICTS
 
 _MAP = "quiet_probability"
@@ -39,17 +37,10 @@ def plot_goal(ds: xr.Dataset, select: Mapping[str, Any], *, title: str | None = 
     panels = np.ndindex(*(part.sizes[dim] for dim in outer))
     for ax, place in zip(figure.axes, panels, strict=False):
         panel = part.isel(dict(zip(outer, place, strict=True)))
-        own = np.ones(lines.sizes["line"], np.bool_)
-        for dim in (dim for dim in ds["verdict"].dims if dim in lines.coords and dim in panel.coords):
-            own &= lines[dim].values == panel[dim].values
-        _ticks(ax, polylines(lines, own), (unit_of(panel[x]), unit_of(panel[y])))
         _marks(ax, panel, y, x)
     if not figure.legends:
         return figure
     handles, notes = figure.entries
-    for handle in labelled(*figure.axes):
-        if handle.get_label().startswith("border"):
-            handle.set_label(f"{handle.get_label()}; ticks on its quiet side")
     if part[f"here_{x}"].notnull().any() and part[f"here_{y}"].notnull().any():
         marked = ("as it is", _RING), ("nearest change", _END)
         handles = [*handles, *(Line2D([], [], label=label, **look) for label, look in marked)]
@@ -61,9 +52,9 @@ def _lines(ds: xr.Dataset) -> xr.Dataset:
     """The borders of what is quiet as those of a map with the dimensions of the panels: without those of what cells
     cannot be."""
     impossible = VERDICTS.index("impossible")
-    kept = (ds["verdict_left"].values != impossible) & (ds["verdict_right"].values != impossible)
-    nodes = np.repeat(kept, ds["node_count"].values)
-    lines = ds.drop_dims([dim for dim in ds.dims if dim not in ("line", "node")]).isel(line=kept, node=nodes)
+    possible = (ds["verdict_left"].values != impossible) & (ds["verdict_right"].values != impossible)
+    nodes = np.repeat(possible, ds["node_count"].values)
+    lines = ds.drop_dims([dim for dim in ds.dims if dim not in ("line", "node")]).isel(line=possible, node=nodes)
     dims = [str(dim) for dim in ds["verdict"].dims]
     places = np.unravel_index(lines["panel"].values, ds["verdict"].shape) if dims else ()
     beside = {
@@ -73,22 +64,6 @@ def _lines(ds: xr.Dataset) -> xr.Dataset:
     lines = lines.rename(names).assign_coords(beside)
     lines["geometry"].attrs["node_coordinates"] = " ".join(names.values())
     return lines
-
-
-def _ticks(ax: Axes, lines: Iterable[Polyline], units: tuple[Unit, Unit]) -> None:
-    """Ticks along the borders, on the side that is quiet: a region may be narrower than the cells of the map."""
-    quiet = VERDICTS.index("quiet")
-    for line in lines:
-        if quiet in (line.left, line.right):
-            x, y = (unit.of(values) for unit, values in zip(units, (line.x, line.y), strict=True))
-            ax.plot(x, y, **_ticked(90.0 if line.left == quiet else -90.0))
-
-
-def _ticked(angle: float) -> dict[str, Any]:
-    """The look of a line with ticks, on its left at 90 degrees."""
-    ticks = [withTickedStroke(angle=angle, spacing=9.0, length=0.8, linewidth=width, foreground=color)
-             for width, color in ((2.6, "black"), (1.0, "white"))]  # fmt: skip
-    return {"color": "white", "linewidth": 1.0, "zorder": 4, "path_effects": ticks}
 
 
 def _marks(ax: Axes, panel: xr.Dataset, y: str, x: str) -> None:
@@ -103,5 +78,5 @@ def _marks(ax: Axes, panel: xr.Dataset, y: str, x: str) -> None:
             way = [unit.of(np.array(pair)) for unit, pair in zip(units, zip(here, end, strict=True), strict=True)]
             ax.plot(*way, color="black", linewidth=2.2, zorder=4)
             ax.plot(*way, color="white", linewidth=1.0, zorder=4)
-            ax.plot(*(one[1:] for one in way), **_END)
+            ax.plot(*(pair[1:] for pair in way), **_END)
     ax.plot(*(unit.of(value) for unit, value in zip(units, here, strict=True)), **_RING)

@@ -17,10 +17,11 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import Moved, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, shown_in, study_dataset
+from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders import ContourStudy, fine_enough
-from stickslip.studies.borders.contours import VARIABLES, attributes_of_lines, lines_dataset
+from stickslip.studies.borders.contours import VARIABLES, lines_dataset
 from stickslip.studies.borders.lines import CellsOrConfig, Lines
 from stickslip.studies.borders.plane import OPEN, PlaneSearch
 from stickslip.studies.borders.search import Floats, Integers, Labels
@@ -28,6 +29,7 @@ from stickslip.studies.borders.walk import scanned
 from stickslip.studies.margins.joint import Space, refined
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.single import nearest
+from stickslip.studies.report import axes_over, parts_over
 from stickslip.studies.study import joined
 from stickslip.studies.uncertainty.design import Design
 from stickslip.vocabulary.cells import taken
@@ -36,9 +38,8 @@ from stickslip.vocabulary.flags import VERDICTS
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip_explain.goal import words
 from stickslip_explain.goal.section import PROBABILITY, Goal, goal_plane
-from stickslip_explain.goal.verdict import IMPOSSIBLE, QUIET, ROUNDS, VIBRATES, Demand
+from stickslip_explain.goal.verdict import IMPOSSIBLE, QUIET, VIBRATES, Demand
 
 
 def _of_verdicts(text: str) -> str:
@@ -84,27 +85,27 @@ class _Plane(PlaneSearch):
 
     def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Verdicts, and the guide to where they change."""
-        found = self.demand.judged(panel, {self.x.name: x, self.y.name: y})
-        return found.verdict, found.guide
+        judged = self.demand.judged(panel, {self.x.name: x, self.y.name: y})
+        return judged.verdict, judged.guide
 
     def columns(self) -> Results:
         """The map at the points that are looked at first, and the lines."""
         places = (scanned(side.points, self.scan) for side in (self.y, self.x))
         row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
         at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
-        found = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
-        self.points.known[0, row, column] = found.verdict
-        maps = dict(zip(_MAPS, (found.quiet, found.error, found.undecided), strict=True))
-        maps = {name: np.where(found.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
+        judged = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
+        self.points.known[0, row, column] = judged.verdict
+        maps = dict(zip(_MAPS, (judged.quiet, judged.error, judged.undecided), strict=True))
+        maps = {name: np.where(judged.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
         return maps | {_of_verdicts(name): values for name, values in super().columns().items()}
 
     def needs(self, lines: Results, here: Mapping[str, float]) -> Results:
         """The verdict on what the panel has (y and x, by name), and where the nearest changes of it are."""
         demand, home = self.demand, np.zeros(1, np.int64)
         now = demand.judged(home, {}, shares=True)
-        found: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
+        needs: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
         if now.verdict[0] == IMPOSSIBLE or not np.isfinite([*here.values()]).all():
-            return found
+            return needs
         far = [QUIET] if now.verdict[0] != QUIET else [VIBRATES, OPEN]
         reaches = [reach_of(side.name, demand.cells, (side.low, side.high)) for side in (self.y, self.x)]
         ways = _nearest_node(lines, reaches)
@@ -113,11 +114,11 @@ class _Plane(PlaneSearch):
             if np.isfinite(border.change).any():
                 up = int(np.nanargmin(np.abs(border.change[0])))
                 ends = border.low[0, up], border.high[0, up]
-                found[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
+                needs[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
                 ways.append(np.eye(2)[i] * border.change[0, up])
         if (change := self._least(ways, reaches, far)) is not None:
-            found |= {f"together_{one.name}": one.at(change[i], home) for i, one in enumerate(reaches)}
-        return found
+            needs |= {f"together_{reach.name}": reach.at(change[i], home) for i, reach in enumerate(reaches)}
+        return needs
 
     def _least(self, ways: Sequence[Floats], reaches: Sequence[Reach], far: list[int]) -> Floats | None:
         """The least change (2,) of both parameters that changes the verdict, on its quiet side, from near ones."""
@@ -137,7 +138,7 @@ def _nearest_node(lines: Results, reaches: Sequence[Reach]) -> list[Floats]:
     line = np.repeat(np.arange(lines["node_count"].size), lines["node_count"])
     sides = np.stack([lines["verdict_left"], lines["verdict_right"]])
     ours = (sides == QUIET).any(axis=0) & ~(sides == IMPOSSIBLE).any(axis=0)
-    changes = np.stack([one.change(lines[axis]) for one, axis in zip(reaches, _PLANE, strict=True)], axis=1)
+    changes = np.stack([reach.change(lines[axis]) for reach, axis in zip(reaches, _PLANE, strict=True)], axis=1)
     changes = changes[ours[line] & np.isfinite(changes).all(axis=1)]
     return [changes[np.argmin((changes**2).sum(axis=1))]] if len(changes) else []
 
@@ -203,13 +204,29 @@ class GoalStudy(ContourStudy):
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
-        """What each panel would need."""
-        return words.report(ds)
+        """The goal, what each panel would need, and how much of the plane is quiet."""
+        yield f"goal     {ds.attrs['goal']}"
+        if bool((ds["verdict"] != 0).any()):
+            yield cls.table(ds)
+        quiet = ds["quiet_probability"].values[ds["quiet_probability"].notnull()]
+        share = float(np.mean(quiet >= ds.attrs["goal_probability"])) if quiet.size else 0.0
+        yield f"quiet    {share:.3g} of the points of the plane that a cell can have"
 
     @classmethod
     def table(cls, ds: xr.Dataset) -> Table:
-        """The same."""
-        return words.needs(ds)
+        """A row for each panel: verdict and probability, and the nearest changes along either parameter and in both."""
+        dims = [*ds["verdict"].dims]
+        names = ["quiet_share", *(f"{what}_{name}" for what in ("alone", "together")
+                                  for name in ds["quiet_probability"].dims[-2:])]  # fmt: skip
+        axes, rows = axes_over(ds, dims), []
+        for place, part in parts_over(ds, dims):
+            values = [float(part[name]) for name in names]
+            texts = [unit_of(part[name]).text(value, 4) if np.isfinite(value) else "-"
+                     for name, value in zip(names, values, strict=True)]  # fmt: skip
+            where = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
+            rows.append([*where, VERDICTS[int(part["verdict"])], *texts])
+        headings = [name.replace("_", " ") for name in names]
+        return Table("Nearest changes of the verdict", [*(axis.name for axis in axes), "verdict"], headings, rows)
 
     @classmethod
     def figure(
@@ -232,12 +249,12 @@ class GoalStudy(ContourStudy):
             taken(goal.as_they_are, slice(panel, panel + 1)), self.options, stop, (), moved, goal.measured,
             goal.ranges, self._drawn, self._scramblings, self._probability,
         )  # fmt: skip
-        found, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in goal.here.items()}
-        found |= {f"here_{name}": np.array([value]) for name, value in here.items()}
-        found |= {} if goal.is_plane else search.needs(found, here)
-        undecided = {name: found[name] == OPEN for name in ("verdict", "verdict_left", "verdict_right")}
-        found |= {name: np.where(those, VERDICTS.index("undecided"), found[name]) for name, those in undecided.items()}
-        return found | {"computed": np.array(search.demand.computed)}
+        columns, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in goal.here.items()}
+        columns |= {f"here_{name}": np.array([value]) for name, value in here.items()}
+        columns |= {} if goal.is_plane else search.needs(columns, here)
+        for name in ("verdict", "verdict_left", "verdict_right"):
+            columns[name] = np.where(columns[name] == OPEN, VERDICTS.index("undecided"), columns[name])
+        return columns | {"computed": np.array(search.demand.computed)}
 
     def blank(self, items: range) -> Results:
         """Panels of which nothing is known."""
@@ -264,29 +281,22 @@ class GoalStudy(ContourStudy):
         """Those of the panels, without what varies in them, and those of the map."""
         goal, follows = self._goal, model_of(self.options.law).replaced if self._goal.measured else ()
         varied = {side.name for side in (goal.y, goal.x, *goal.ranges)} | self._drawn.keys()
-        found = {name: v for name, v in grid_coordinates(self._cells).items()
+        coordinates = {name: v for name, v in grid_coordinates(self._cells).items()
                  if quantity_of(name) not in varied and (v.dims or name not in follows)}  # fmt: skip
         for side, places in zip((goal.y, goal.x), self._maps, strict=True):
             row = SEARCHABLE[side.name]
             about = {"units": row.units, "long_name": row.long_name, "axis_spacing": side.spacing}
-            found[side.name] = xr.Variable(side.name, side.places[places], about, NO_FILL)
-            shown_in(found[side.name], side.written_in)
-        return found
+            coordinates[side.name] = xr.Variable(side.name, side.places[places], about, NO_FILL)
+            shown_in(coordinates[side.name], side.written_in)
+        return coordinates
 
     def _attributes(self, whole: Results) -> dict[str, Any]:
-        """The goal, how it was looked for, and what can be missed."""
-        goal, lines = self._goal, {name.replace("verdict", "regime"): values for name, values in whole.items()}
-        of_lines = attributes_of_lines(lines, goal.y, goal.x, self._section, self.options)
-        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in goal.ranges]
+        """The goal, and what it took."""
+        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in self._goal.ranges]
         texts = (f"{spoken(row.name)} {customary(row.units, *ends) or row.range_text(ends)}" for row, ends in rows)
         chance = f" with a probability of {100 * self._probability:g} %" if self._draws else ""
         return {
-            **{
-                name.replace("contour", "goal"): _of_verdicts(v) if isinstance(v, str) else v
-                for name, v in of_lines.items()
-            },
-            "goal": f"quiet over {' and '.join(texts)}{chance}",
-            "goal_probability": self._probability,
-            "goal_samples": f"{self._section.samples} values of each range, and 1/{2**ROUNDS} of their distance about "
-            "the one closest to re-sticking: a vibration between others is missed",
-        } | ({"goal_draws": f"{self._draws} of {', '.join(self._drawn)}, the same everywhere"} if self._draws else {})
+            "goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability,
+            "goal_draws": self._draws, "goal_cells": int(whole["computed"].sum()),
+            "goal_tolerance": self._section.tolerance, "goal_rtol": self.options.rtol,
+        }  # fmt: skip
