@@ -9,7 +9,7 @@ measurement would tell most, `stickslip goal` which friction a part should have 
     likelihood.py  how well cells explain           smc.py        draws of any posterior, by sequential Monte Carlo
     study.py       both together                    summary.py    draws reduced to numbers, and their tables
     directions.py  what observations fix together   proposals.py  the next measurement
-    plots.py       prior beside posterior, and where to measure
+    plots.py       prior beside posterior           document.py   `observed` and `prior`, the short form of a file
 
 It leans on the engine alone.
 """

@@ -17,14 +17,12 @@ from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs.memory import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.suggest import listed
 from stickslip_explain.goal.section import Goal
 from stickslip_explain.proposals import DRAWS, POINTS, axis_of, check_scatter, conditions_of, proposals
-from stickslip_explain.section import law_of
 
 __all__ = ["explain", "goal", "next_measurement"]
-_BESIDE = ("title", "solver", "execution")  # sections of a configuration among the settings of a call
 
 
 def explain(
@@ -44,7 +42,7 @@ def explain(
     observed : sequence of Mapping, or path
         Observations, each with the conditions it was made at (numbers in SI, or texts with units) and with what was
         seen: ``regime`` (or a list of those it may have been), results of `evaluate` with their scatter
-        (``period="54 +- 2 ms"``), or a list of repeats. Or a configuration with the section `explain`.
+        (``period="54 +- 2 ms"``), or a list of repeats. Or a file of observations, which says all else itself.
     prior : Mapping
         By quantity what was known before: a number or text where it is fixed, else a distribution as in the section
         `uncertain` of a configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation`
@@ -78,38 +76,19 @@ def explain(
     ContradictionError
         If nothing explains the observations; it names the one that contradicts, and holds the result, `dataset`.
     """
-    if not isinstance(observed, str | os.PathLike):
-        ds = run(_configuration(observed, prior or {}, laws, predict, settings), output, progress=progress)
-    elif prior is not None or laws is not None or predict is not None or settings:
-        raise TypeError("explain: a configuration says what was known, laws, axes and settings itself")
-    else:
+    if isinstance(observed, str | os.PathLike):
+        if prior is not None or laws is not None or predict is not None or settings:
+            raise TypeError("explain: a file of observations says prior, laws, predict and settings itself")
         ds = run(observed, output, progress=progress)
+    else:
+        known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
+        document = {"observed": observed, "prior": known, **settings} | (
+            {} if predict is None else {"predict": {"axes": predict}}
+        )
+        ds = run(document, output, progress=progress)
     if text := ds.attrs.get("explained_contradiction"):
         raise ContradictionError(f"nothing explains this: {text}", ds)
     return ds
-
-
-def _configuration(
-    observed: Any, prior: Mapping[str, Any], laws: Any, predict: Mapping[str, Any] | None, settings: Mapping[str, Any]
-) -> dict[str, Any]:
-    """The configuration of an explanation. Raises ArgumentError for what is no quantity."""
-    whole: dict[str, Any] = {name: settings[name] for name in _BESIDE if name in settings}
-    whole["explain"] = {"observed": observed} | {name: settings[name] for name in settings if name not in _BESIDE}
-    uncertain: dict[str, Any] = {}
-    for name, value in prior.items():
-        if name in ("correlation", "fit"):
-            uncertain[name] = value
-        elif name not in QUANTITIES:
-            raise ArgumentError("prior", f"got {name}, expected a quantity{or_meant(name, QUANTITIES)}")
-        elif isinstance(value, Mapping):
-            uncertain.setdefault("quantities", {})[name] = value
-        else:
-            whole.setdefault(QUANTITIES[name].section, {})[name] = value
-    if laws is not None:
-        whole["explain"]["laws"] = laws
-        first = laws if isinstance(laws, str) else next(iter(laws), "")
-        whole.setdefault("friction", {})["law"] = law_of(first)[0]
-    return whole | ({"uncertain": uncertain} if uncertain else {}) | ({} if predict is None else {"axes": predict})
 
 
 def next_measurement(

@@ -17,5 +17,9 @@ EXTENSION = Extension(
         ),
         "explain": StudyEntry("stickslip_explain.study:ExplainStudy", with_uncertain=True),
     },
-    resolvers={"uncertain.explained": "stickslip_explain.draws:with_draws"},
+    resolvers={
+        "observed": "stickslip_explain.document:with_observations",
+        "prior": "stickslip_explain.document:with_observations",
+        "uncertain.explained": "stickslip_explain.draws:with_draws",
+    },
 )

@@ -183,8 +183,8 @@ uncertain:
     [
         ({"delta": {"uniform": [1, 2]}}, ["stribeck_delta", "stribeck"], "got stribeck, which has no delta"),
         ({"delta": {"uniform": [1, 2]}}, ["stribeck_delta", "gaussian"], "got gaussian, whose delta is uncertain"),
-        ({"weight": 2}, None, "got weight, expected a quantity"),
-        ({"stiffness": {"uniform": [1, 2]}, "a1": "1 N"}, None, "friction.a1: got '1 N'"),
+        ({"weight": 2}, None, "prior.weight: unknown key"),
+        ({"stiffness": {"uniform": [1, 2]}, "a1": "1 N"}, None, "prior.a1: got '1 N'"),
         ({}, None, "nothing is uncertain"),
     ],
 )
@@ -193,3 +193,47 @@ def test_calls_refuse_what_cannot_be_a_prior(uncertain, laws, words):
     with pytest.raises(ValueError) as raised:
         stickslip.explain([{"belt_speed": 1, "regime": "damped"}], prior, laws=laws)
     assert words in str(raised.value)
+
+
+SHORT = """\
+observed:
+  - {belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip, spring_force_max: 4.5 +- 0.1 N}
+  - {belt_speed: 150 mm/s, normal_load: 10 N, regime: [damped, creep]}
+prior:
+  mass: 100 g
+  a1: {uniform: [0.05, 0.6]}
+  stiffness: 5 N/mm
+  a2: 0.1
+  a3: 0.2
+  a4: 20 mm/s
+  laws: [gaussian, stribeck]
+predict: {axes: {belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}}, draws: 8}
+particles: 60
+mislabelled: 0.02
+"""
+
+
+def test_observations_and_a_prior_alone_are_a_configuration_in_other_words():
+    config = parse_config(SHORT)
+    plain = config.resolved()
+    assert plain["system"]["mass"] == 0.1 and list(plain["uncertain"]["quantities"]) == ["a1"]
+    assert config.friction.law == "stribeck_delta" and config.study.laws == ("gaussian", "stribeck")
+    assert plain["explain"]["draws"] == 8 and list(plain["axes"]) == ["belt_speed"]
+    assert parse_config(config.to_yaml()) == config == make_config(plain)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "line", "words"),
+    [
+        ("regime: stick_slip", "regime: squeak", ":2:", " observed[0].regime: got"),
+        ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":6:", " prior.a1.uniform: got"),
+        ("  mass: 100 g", "  weight: 2", ":5:", "prior.weight: unknown key"),
+        ("num: 5}", "num: 0}", ":12:", " predict.axes.belt_speed.num: "),
+        ("mislabelled: 0.02", "mislabelled: 2", ":14:", "at most 0.5"),
+        ("prior:\n", "uncertain: {}\nprior:\n", ":4:", "expected one of them"),
+    ],
+)
+def test_errors_in_them_name_places_and_keys_as_they_are_written(right, wrong, line, words):
+    with pytest.raises(ConfigError) as raised:
+        parse_config(SHORT.replace(right, wrong))
+    assert line in str(raised.value) and words in str(raised.value)

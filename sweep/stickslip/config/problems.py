@@ -32,7 +32,7 @@ class ProblemCollector:
     def add(self, path: Path, message: str, hint: str | None = None, at_key: bool = False) -> None:
         """Note a problem with the value at `path`, or with its key."""
         path = self._written(path)
-        self.problems.append(Problem(path, message, self._place(path, at_key), hint))
+        self.problems.append(Problem(self.document.in_file(path), message, self._place(path, at_key), hint))
         if len(self.problems) >= MOST_PROBLEMS:
             self.raise_any()
 

@@ -44,6 +44,7 @@ class Document:
     keys, values : place of each key and of each value, by path.
     texts : spelling of each scalar, by path, so that messages can show it as it was written ("1e400", not inf).
     problems : what is wrong but does not keep the rest from being read: repeated keys and keys that are not words.
+    moved : where parts stand in the file that stand elsewhere in `data` (`document.py`).
     """
 
     name: str
@@ -52,10 +53,18 @@ class Document:
     values: dict[Path, Place] = field(default_factory=dict)
     texts: dict[Path, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    moved: dict[Path, Path] = field(default_factory=dict)
+
+    def in_file(self, path: Path) -> Path:
+        """The path as it is in the file."""
+        for length in range(len(path), 0, -1):
+            if path[:length] in self.moved:
+                return (*self.moved[path[:length]], *path[length:])
+        return path
 
     def refused(self, path: Path, message: str, hint: str | None = None) -> ConfigError:
         """The error about the value at a path."""
-        return ConfigError.of(self.name, message, hint, place=self.values.get(path), path=path)
+        return ConfigError.of(self.name, message, hint, place=self.values.get(path), path=self.in_file(path))
 
 
 def read_yaml(path: FilePath) -> Document:
