@@ -25,7 +25,7 @@ from stickslip.studies.borders.lines import CellsOrConfig, Lines
 from stickslip.studies.borders.plane import OPEN, PlaneSearch
 from stickslip.studies.borders.search import Floats, Integers, Labels
 from stickslip.studies.borders.walk import scanned
-from stickslip.studies.margins.joint import Space, refined
+from stickslip.studies.margins.joint import Space, turned_in
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.single import nearest
 from stickslip.studies.study import joined
@@ -38,7 +38,7 @@ from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip_explain.goal import words
 from stickslip_explain.goal.section import PROBABILITY, Goal, goal_plane
-from stickslip_explain.goal.verdict import IMPOSSIBLE, QUIET, ROUNDS, VIBRATES, Demand
+from stickslip_explain.goal.verdict import IMPOSSIBLE, QUIET, VIBRATES, Demand
 
 
 def _of_verdicts(text: str) -> str:
@@ -124,9 +124,9 @@ class _Plane(PlaneSearch):
         costs = np.linalg.norm(ways, axis=1) if ways else np.zeros(1)
         if not costs.all():
             return None
-        space = Space.of(self.demand, reaches, np.ones(2), far, np.full(1, np.inf))
+        space = Space.of(self.demand, reaches, np.ones(2), far, np.inf)
         start = np.zeros(len(ways), np.int64), np.array(ways) / costs[:, np.newaxis], _ROUGHLY * costs
-        costs, directions = refined(space, *start, self.tolerance)
+        directions, costs = turned_in(space, *start, self.tolerance)
         best = int(np.argmin(costs))
         within = 1.0 if far == [QUIET] else 1.0 - 2.0 * self.tolerance
         return directions[best] * costs[best] * within if np.isfinite(costs[best]) else None
@@ -274,19 +274,11 @@ class GoalStudy(ContourStudy):
         return found
 
     def _attributes(self, whole: Results) -> dict[str, Any]:
-        """The goal, how it was looked for, and what can be missed."""
-        goal, lines = self._goal, {name.replace("verdict", "regime"): values for name, values in whole.items()}
-        of_lines = attributes_of_lines(lines, goal.y, goal.x, self._section, self.options)
-        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in goal.ranges]
+        """The goal, and how it was looked for."""
+        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in self._goal.ranges]
         texts = (f"{spoken(row.name)} {customary(row.units, *ends) or row.range_text(ends)}" for row, ends in rows)
         chance = f" with a probability of {100 * self._probability:g} %" if self._draws else ""
-        return {
-            **{
-                name.replace("contour", "goal"): _of_verdicts(v) if isinstance(v, str) else v
-                for name, v in of_lines.items()
-            },
-            "goal": f"quiet over {' and '.join(texts)}{chance}",
-            "goal_probability": self._probability,
-            "goal_samples": f"{self._section.samples} values of each range, and 1/{2**ROUNDS} of their distance about "
-            "the one closest to re-sticking: a vibration between others is missed",
-        } | ({"goal_draws": f"{self._draws} of {', '.join(self._drawn)}, the same everywhere"} if self._draws else {})
+        return attributes_of_lines(whole, self._section, self.options) | {
+            "goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability,
+            "goal_samples": self._section.samples, "goal_draws": self._draws,
+        }  # fmt: skip

@@ -7,7 +7,8 @@ import xarray as xr
 
 from stickslip.config.studies import Table
 from stickslip.dataset.display import unit_of
-from stickslip.studies.report import attributes, axes_over, parts_over
+from stickslip.studies.borders.contours import line_counts
+from stickslip.studies.report import axis_names, parts_over, search_settings
 from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.flags import VERDICTS
 
@@ -23,20 +24,20 @@ def report(ds: xr.Dataset) -> Iterator[str | Table]:
     exists = ds["quiet_probability"].notnull()
     share = float((ds["quiet_probability"] >= ds.attrs["goal_probability"]).sum()) / max(int(exists.sum()), 1)
     yield f"quiet    {100 * share:.3g} % of the points of the plane that a cell can have"
-    yield from attributes(ds, lines="goal_found", samples="goal_samples", scan="goal_scan", looked="goal_looked_at")
+    yield line_counts(ds, "goal")
+    yield search_settings(ds, "goal")
 
 
 def needs(ds: xr.Dataset) -> Table:
     """A row for each panel: verdict and probability, and the nearest changes along either parameter and in both."""
     dims, (y, x) = list(map(str, ds["verdict"].dims)), map(str, ds["quiet_probability"].dims[-2:])
-    axes, rows = axes_over(ds, dims), []
-    for place, part in parts_over(ds, dims):
-        where = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
+    rows = []
+    for where, part in parts_over(ds, dims):
         both = " and ".join(filter(None, (_change(part, "together", name) for name in (x, y))))
         changes = [*(_change(part, "alone", name) for name in (x, y)), "" if _is_hardly_both(part, x, y) else both]
         row = [*where, VERDICTS[int(part["verdict"])], f"{float(part['quiet_share']):.3g}"]
         rows.append([*row, *(change or "-" for change in changes)])
-    words = [*(axis.name for axis in axes), "now"]
+    words = [*axis_names(ds, dims), "now"]
     return Table(
         "What each needs to be quiet, or has in reserve", words, ["P(quiet)", "one", "or the other", "or both"], rows
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, stop_flag
 from stickslip.studies.attractors import plain
-from stickslip.studies.attractors.area import Orbits, area_in_box, velocities_at_rest_point
+from stickslip.studies.attractors.area import Orbits, area_in_box, largest, velocities_at_rest_point
 from stickslip.studies.attractors.cycle import SAMPLES, find_cycles, sampled_motion
 from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import Regimes, Work, settled
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 MOST_SAMPLES = 2**15 + 1  # of an unstable cycle
-AREA_ERROR = 1e-9  # of the area, as half as many samples show it
+AREA_ERROR, _LEAST = 1e-6, 1e-3  # of the area, or of this share of the box, as half as many samples show it
 _CYCLES = [REGIMES.index(name) for name in ("stick_slip", "sustained")]
 _DISTURBANCES = [f"critical_{kind}_{way}" for kind in ("shock", "shift") for way in ("along", "against")]
 _MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", *_DISTURBANCES)
@@ -82,7 +82,7 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
         ends = _mirrored_box(taken(cells, left), box)
         every_other = Orbits(orbits.x[:, ::2], orbits.v[:, ::2], orbits.a[:, ::2], orbits.period)
         area, coarse = area_in_box(orbits, *ends), area_in_box(every_other, *ends)
-        done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, box.area * AREA_ERROR)
+        done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, _LEAST * box.area)
         measures = _measures(orbits, area / box.area)
         known = done & np.isfinite(list(measures.values())).all(axis=0)
         known &= area <= 4.0 * measures["unstable_amplitude"] * measures["unstable_velocity_amplitude"]
@@ -107,8 +107,7 @@ def _mirrored_box(cells: Parameters, box: Attractors) -> tuple[Floats, Floats, F
 def _measures(orbits: Orbits, share: Floats) -> Results:
     """Return what is read off cycles that run backwards in time, where displacements have the other sign."""
     above, below = velocities_at_rest_point(orbits)
-    right, left = orbits.extremes(orbits.x, orbits.v)
-    fastest, slowest = orbits.extremes(orbits.v, orbits.a)
+    right, left, fastest, slowest = largest(orbits.x), -largest(-orbits.x), largest(orbits.v), -largest(-orbits.v)
     return {
         "settling_share": share,
         "unstable_period": orbits.period,

@@ -14,9 +14,9 @@ from pydantic import BeforeValidator, Field
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, StudySection, of_row
-from stickslip.config.studies import Moved, Study, Table
+from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
-from stickslip.dataset.display import displayed
+from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.attractors.exact import exact_results
@@ -24,7 +24,7 @@ from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
 from stickslip.studies.borders.lines import PARAMETER, CellsOrConfig, Side, check_line, lines_along, range_along
-from stickslip.studies.report import MOST_ROWS, cells_over
+from stickslip.studies.report import axis_names, parts_over, shown
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
@@ -127,14 +127,9 @@ class RampStudy(Study):
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """Report the changes of regime on the way up, and on the way down."""
         *dims, _, along = ds["regime"].dims
-        values, unit = displayed(ds[along])
-        for number, (where, line) in enumerate(cells_over(ds, dims)):
-            if number == MOST_ROWS:
-                yield "... and more lines; --output FILE.nc keeps them all"
-                return
-            for direction, step in (("up", 1), ("down", -1)):
-                codes = line["regime"].sel(direction=direction).values[::step]
-                yield f"{where}{direction:4} {'; '.join(_changes(codes, values[::step], unit))}"
+        words = [*axis_names(ds, dims), "way", "regime", "then"]
+        rows = [[*where, *row] for where, line in parts_over(ds, dims) for row in _changes(line, str(along))]
+        yield from shown(Table("", words, ["from", "to"], rows))
 
     @classmethod
     def figure(
@@ -189,7 +184,7 @@ class RampStudy(Study):
         """
         values = self._values
         shape = (lines.size, 2, values.size)
-        found: Results = {name: np.full(shape, np.nan) for name in (*_BRANCHES, _VIBRATION_END)}
+        columns: Results = {name: np.full(shape, np.nan) for name in (*_BRANCHES, _VIBRATION_END)}
         state = None
         for direction, order in enumerate((range(values.size), range(values.size)[::-1])):
             vibrated, before = np.zeros(lines.size, np.bool_), order[0]
@@ -198,15 +193,15 @@ class RampStudy(Study):
                 state = unloaded(cells) if state is None else state
                 results = work.results(cells, *state)
                 for name in _BRANCHES:
-                    found[name][:, direction, i] = results[name]
+                    columns[name][:, direction, i] = results[name]
                 ended = np.flatnonzero(vibrated & settled(results["regime"]))
                 if ended.size:
                     between, last = (values[before], values[i]), (state[0][ended], state[1][ended])
-                    found[_VIBRATION_END][ended, direction, before] = self._end(lines[ended], between, last, work)
+                    columns[_VIBRATION_END][ended, direction, before] = self._end(lines[ended], between, last, work)
                 state = _passed_on(cells, results, state)
                 vibrated, before = np.isin(results["regime"], (_STICK_SLIP, _SUSTAINED)), i
                 moved(lines.size)
-        return found
+        return columns
 
     def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Work) -> Floats:
         """The value at which vibration ends on lines that vibrate at the first of two, not at the other; NaN where a
@@ -234,21 +229,25 @@ class RampStudy(Study):
         cells = self._at(np.tile(values, lines.size), np.repeat(lines, values.size))
         parts = []
         for first in range(0, lines.size * values.size, _TOGETHER):
-            some = taken(cells, slice(first, first + _TOGETHER))
-            start = work.results(some, *unloaded(some))
-            _, known = exact_results(some, start["regime"], _ANY, work)
+            part = taken(cells, slice(first, first + _TOGETHER))
+            start = work.results(part, *unloaded(part))
+            _, known = exact_results(part, start["regime"], _ANY, work)
             parts.append(known | {"damping_ratio": start["damping_ratio"]})
-            moved(some["mass"].size)
+            moved(part["mass"].size)
         return {name: np.concatenate([part[name] for part in parts]) for name in _BETWEEN}
 
 
-def _changes(codes: NDArray[Any], values: NDArray[Any], unit: str) -> list[str]:
-    """`stick_slip -> damped from 0.79 to 0.8 m/s` for each change on the way."""
-    changes = [
-        f"{REGIMES[codes[i]]} -> {REGIMES[codes[i + 1]]} from {values[i]:.6g} to {values[i + 1]:.6g} {unit}".rstrip()
-        for i in np.flatnonzero(np.diff(codes))
-    ]
-    return changes or [f"{REGIMES[codes[0]]} all the way"]
+def _changes(line: xr.Dataset, along: str) -> Iterator[tuple[str, ...]]:
+    """The changes of regime on both ways, with the values between which they are; or the regime all the way."""
+    unit = unit_of(line[along])
+    for direction, step in (("up", 1), ("down", -1)):
+        codes = line["regime"].sel(direction=direction).values[::step]
+        names, values = [REGIMES[code] for code in codes], [unit.text(value) for value in line[along].values[::step]]
+        changes = np.flatnonzero(np.diff(codes))
+        for i in changes:
+            yield direction, Regime(names[i]), Regime(names[i + 1]), values[i], values[i + 1]
+        if not changes.size:
+            yield direction, Regime(names[0]), "", "", ""
 
 
 def _passed_on(cells: Parameters, results: Results, state: State) -> State:

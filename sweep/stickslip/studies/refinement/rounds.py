@@ -74,12 +74,12 @@ def asking(tile: Tile, depth: int, density: float) -> Asking:
     places = drawn(tile, density)
     places = places[~boxes.known.ravel()[places]]
     own = ~boxes.known[tile.own]
-    said, wrong = boxes.inferred().ravel()[places], 0
+    inferred, wrong = boxes.inferred().ravel()[places], 0
     if places.size:
         different, which = np.unique(places, return_inverse=True)
-        found = yield different
-        wrong = int((found[which] != said).sum())
-        boxes.learn(different, found)
+        labels = yield different
+        wrong = int((labels[which] != inferred).sum())
+        boxes.learn(different, labels)
         yield from _settled(boxes, boxes.wanted())
     return Audit(places.size, wrong, int(own.sum()))
 
@@ -110,12 +110,12 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Look) -> Ref
     than once.
     """
     running = {i: asking(tile, depth, density) for i, tile in enumerate(tiles)}
-    wanted = {i: next(one) for i, one in running.items()}
-    asked: list[tuple[int, Places]] = []
+    wanted = {i: next(rounds) for i, rounds in running.items()}
+    computed: list[tuple[int, Places]] = []
     audits: dict[int, Audit] = {}
     while wanted:
         labels = look(np.concatenate([tiles[i].cells(places) for i, places in wanted.items()]))
-        asked += wanted.items()
+        computed += wanted.items()
         ends = np.cumsum([places.size for places in wanted.values()])[:-1]
         answers = zip(list(wanted), np.split(labels, ends), strict=True)
         wanted = {}
@@ -125,7 +125,7 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Look) -> Ref
             except StopIteration as end:
                 audits[i] = end.value
     return Refined(
-        np.repeat([i for i, _ in asked], [places.size for _, places in asked]),
-        np.concatenate([places for _, places in asked]),
+        np.repeat([i for i, _ in computed], [places.size for _, places in computed]),
+        np.concatenate([places for _, places in computed]),
         [audits[i] for i in range(len(tiles))],
     )

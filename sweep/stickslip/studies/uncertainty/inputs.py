@@ -122,15 +122,10 @@ class Inputs:
         if "quantile" in used:
             about = {"units": "1", "long_name": "share of the draws below the quantile"}
             coordinates["quantile"] = xr.Variable("quantile", np.asarray(quantiles, np.float64), about, NO_FILL)
-        undecided = f"{100 * float(results['undecided'].mean()):.3g} %"
+        quantities = (f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items())
         attributes = dict(attributes) | {
-            "uncertain_method": uncertain.method_in_words,
-            "uncertain_quantities": "; ".join(
-                f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items()
-            ),
-            "uncertain_correlation": uncertain.correlation_in_words,
-            "uncertain_undecided": f"{undecided} of all draws were unresolved, failed or not computed",
-        }
+            "uncertain_method": uncertain.method_in_words, "uncertain_quantities": "; ".join(quantities),
+        }  # fmt: skip
         return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
 
 
