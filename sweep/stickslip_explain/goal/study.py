@@ -82,10 +82,10 @@ class _Plane(PlaneSearch):
         """None: verdicts are about ranges and draws, of which theory knows nothing."""
         return
 
-    def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
+    def looked(self, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Verdicts, and the guide to where they change."""
-        found = self.demand.judged(panel, {self.x.name: x, self.y.name: y})
-        return found.verdict, found.guide
+        judged = self.demand.judged(np.zeros(x.size, np.int64), {self.x.name: x, self.y.name: y})
+        return judged.verdict, judged.guide
 
     def columns(self) -> Results:
         """The map at the points that are looked at first, and the lines."""
@@ -93,7 +93,7 @@ class _Plane(PlaneSearch):
         row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
         at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
         found = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
-        self.points.known[0, row, column] = found.verdict
+        self.points.known[row, column] = found.verdict
         maps = dict(zip(_MAPS, (found.quiet, found.error, found.undecided), strict=True))
         maps = {name: np.where(found.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
         return maps | {_of_verdicts(name): values for name, values in super().columns().items()}
