@@ -15,7 +15,7 @@ from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.studies.borders import Contours, ContourStudy, fine_enough, plane_over
+from stickslip.studies.borders import Contours, ContourStudy, fine_enough, opened
 from stickslip.studies.borders import plane as plane_search
 from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
 from stickslip.studies.borders.walk import Points, border_cells
@@ -268,7 +268,7 @@ def test_the_point_where_three_labels_meet_is_closed_in_upon():
 def test_three_regimes_meet_in_a_junction(monkeypatch):
     """A plane whose regimes we choose: sectors around a point."""
     ranges, options = {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.1)}, stickslip.Options()
-    plane = plane_over(PAIR, ("stiffness", "belt_speed"), ranges, 21, options)
+    cells, (y, x) = opened(PAIR, ranges, 21, options)
 
     def sectors(one, *_):
         angle = np.arctan2(one["stiffness"] - 1.53, one["belt_speed"] - 0.62)
@@ -276,7 +276,7 @@ def test_three_regimes_meet_in_a_junction(monkeypatch):
         return {"regime": found, "restick_margin": np.full(found.size, np.nan)}
 
     monkeypatch.setattr(plane_search, "solve", sectors)
-    study = ContourStudy(*plane, *fine_enough(Contours(scan=8), options))
+    study = ContourStudy(cells, y, x, *fine_enough(Contours(scan=8), options))
     ds = study.dataset([study.compute(range(1), stop_flag())], {})
     assert sorted((one.left, one.right) for one in polylines(ds)) == [(1, 2), (1, 3), (2, 3)]
     junction = ds["node_along"].values == 2

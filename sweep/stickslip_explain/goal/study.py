@@ -23,7 +23,7 @@ from stickslip.studies.borders import ContourStudy, fine_enough
 from stickslip.studies.borders.contours import VARIABLES, attributes_of_lines, lines_dataset
 from stickslip.studies.borders.lines import CellsOrConfig, Lines
 from stickslip.studies.borders.plane import OPEN, PlaneSearch
-from stickslip.studies.borders.search import Floats, Integers, Labels
+from stickslip.studies.borders.search import Floats, Labels
 from stickslip.studies.borders.walk import scanned
 from stickslip.studies.margins.joint import Space, turned_in
 from stickslip.studies.margins.reach import Reach, reach_of

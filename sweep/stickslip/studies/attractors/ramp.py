@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.sections import RANGE, StudySection, of_row
+from stickslip.config.sections import of_row
 from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
 from stickslip.dataset.display import unit_of
@@ -23,7 +22,7 @@ from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.attractors.section import Attractors
 from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
-from stickslip.studies.borders.lines import PARAMETER, CellsOrConfig, Side, check_line, lines_along, range_along
+from stickslip.studies.borders.lines import CellsOrConfig, LineSection, Side, check_lines, opened
 from stickslip.studies.report import axis_names, parts_over, shown
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
@@ -59,18 +58,13 @@ _HALVINGS = 30  # of a step of the ramp
 _DECIDED = 10  # of these, the first; closer to the end motions are within the tolerance of it, and may be undecided
 
 
-class Ramp(StudySection):
+class Ramp(LineSection):
     """Ends of vibration as a parameter goes slowly up and down; the other axes are lines."""
 
     key = "ramp"
     rows = table(
         Parameter("points", "1", "values to wait at, on each way", key,
                   default=200, at_least=2, at_most=10_000_000, whole=True),
-    )  # fmt: skip
-    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell that goes up and down")
-    between: Annotated[tuple[float, float] | None, BeforeValidator(range_along)] = Field(
-        None, description="both ends of the ramp, the lower one first; those of the axis unless given",
-        json_schema_extra=RANGE,
     )  # fmt: skip
     points: int = of_row(rows["points"])
 
@@ -113,7 +107,8 @@ class RampStudy(Study):
     @classmethod
     def of(cls, given: CellsOrConfig, section: Ramp, options: Options) -> RampStudy:
         """The ramps of cells along the parameter of the section."""
-        return cls(*lines_along(given, section.along, section.between, section.points, options), options)
+        cells, (side,) = opened(given, section.ranges(given), section.points, options)
+        return cls(cells, side, options)
 
     @classmethod
     def check(cls, section: Ramp, config: Config, problems: ProblemCollector) -> None:
@@ -121,7 +116,7 @@ class RampStudy(Study):
         if section.along in _STATES:
             problems.add((section.key, "along"), f"{section.along} {_CARRIED}")
         else:
-            check_line(section, config, problems)
+            check_lines(section, config, problems)
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:

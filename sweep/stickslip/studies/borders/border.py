@@ -3,35 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.sections import RANGE, StudySection, of_row
+from stickslip.config.sections import of_row
 from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.studies.borders.lines import (
-    PARAMETER,
     CellsOrConfig,
     Lines,
+    LineSection,
     Side,
-    check_line,
+    check_lines,
     fine_enough,
     growth_of,
     guide_of,
     limits,
-    line_along,
-    lines_along,
-    range_along,
+    lines_of,
+    opened,
     search_options,
-)
+)  # fmt: skip
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
 from stickslip.studies.report import axis_names, parts_over, search_attributes, search_settings, shown
 from stickslip.studies.study import joined
@@ -55,7 +53,7 @@ _VARIABLES = table(
 )
 
 
-class Border(StudySection):
+class Border(LineSection):
     """Border of the regimes along a parameter; the other axes are the lines that are searched."""
 
     key = "border"
@@ -65,12 +63,6 @@ class Border(StudySection):
         Parameter("scan", "1", "places of each line that are looked at first", key,
                   default=64, at_least=2, at_most=10_000_000, whole=True),
     )  # fmt: skip
-    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell to search along")
-    between: Annotated[tuple[float, float] | None, BeforeValidator(range_along)] = Field(
-        None,
-        description="both ends of the range to search, the lower one first; those of the axis unless given",
-        json_schema_extra=RANGE,
-    )
     tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     scan: int = of_row(rows["scan"])
     rtol: float | None = of_row(rows["rtol"])
@@ -106,17 +98,18 @@ class BorderStudy(Study):
     def of(cls, given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:
         """The borders along the parameter of the section."""
         section, options = fine_enough(section, options)
-        return cls(*lines_along(given, section.along, section.between, section.scan, options), section, options)
+        cells, (side,) = opened(given, section.ranges(given), section.scan, options)
+        return cls(cells, side, section, options)
 
     @classmethod
     def check(cls, section: Border, config: Config, problems: ProblemCollector) -> None:
         """Note lines that cannot be searched."""
-        check_line(section, config, problems)
+        check_lines(section, config, problems)
 
     @classmethod
     def lines_in(cls, section: Border, config: Config) -> Lines:
         """The lines that are searched."""
-        return {section.along: line_along(config, section.along, section.between)}
+        return lines_of(config, section.ranges(config))
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
-from stickslip.config.model import Config
+from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.ranges import interval
 from stickslip.config.sections import RANGE, Read, StudySection, choice, of_row, refused
@@ -18,19 +18,22 @@ from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, sh
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
 from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import (
     PARAMETER,
     CellsOrConfig,
     Lines,
+    OpenSection,
+    Ranges,
     Side,
     by_model,
     check_lines,
     fine_enough,
     limits,
-    plane_along,
-    plane_over,
+    lines_of,
+    opened,
     search_options,
-)
+)  # fmt: skip
 from stickslip.studies.borders.plane import PlaneSearch
 from stickslip.studies.borders.search import Integers
 from stickslip.studies.report import search_attributes, search_settings, shown
@@ -77,7 +80,7 @@ def _ranges(value: object) -> object:
     return {name: interval(QUANTITIES[name], value[name]) for name in names}
 
 
-class Contours(StudySection):
+class Contours(OpenSection):
     """Borders of the regimes in planes of two parameters, as lines; the other axes are the panels."""
 
     key, options = "contours", {"axes": "--over"}
@@ -104,6 +107,21 @@ class Contours(StudySection):
     tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     scan: int = of_row(rows["scan"])
     rtol: float | None = of_row(rows["rtol"])
+
+    def ranges(self, given: CellsOrConfig) -> Ranges:
+        """The parameters of the plane, by default the last two axes of a configuration, with their ranges."""
+        axes, between = self.axes, self.between or {}
+        if axes is None:
+            if not isinstance(given, Config):
+                raise ArgumentError("axes", "missing; cells need the names of the two parameters that vary, (y, x)")
+            names = [axis.name for axis in given.axes[-2:] if not isinstance(axis, Group)]
+            if len(names) < 2:
+                message = "missing; the last two axes of the configuration are not two single parameters"
+                raise ArgumentError("axes", message)
+            axes = names[0], names[1]
+        if other := [name for name in between if name not in axes]:
+            raise ArgumentError("between", f"got a range for {other[0]!r}, expected {axes[0]} or {axes[1]}")
+        return {name: between.get(name) for name in axes}
 
 
 class ContourStudy(Study):
@@ -145,17 +163,18 @@ class ContourStudy(Study):
     def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
         """The lines in the plane of the section."""
         section, options = fine_enough(section, options)
-        return cls(*plane_over(given, section.axes, section.between or {}, section.points, options), section, options)
+        cells, (y, x) = opened(given, section.ranges(given), section.points, options)
+        return cls(cells, y, x, section, options)
 
     @classmethod
     def check(cls, section: Contours, config: Config, problems: ProblemCollector) -> None:
         """Note a plane that cannot be searched."""
-        check_lines(section.key, lambda: cls.lines_in(section, config), section.between or (), config, problems)
+        check_lines(section, config, problems)
 
     @classmethod
     def lines_in(cls, section: Contours, config: Config) -> Lines:
         """The lines along both parameters, y and x."""
-        return plane_along(config, section.axes, section.between or {})
+        return lines_of(config, section.ranges(config))
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:

@@ -132,7 +132,10 @@ class PlaneSearch:
         """Brackets on sides of the grid, as lines from 0 to 1 whose ends are known."""
         direction, row, column = sides.T
         flat = direction == _ALONG_X
-        low, high = self.points(row, column), self.points(np.where(flat, row, row + 1), np.where(flat, column + 1, column))
+        low, high = (
+            self.points(row, column),
+            self.points(np.where(flat, row, row + 1), np.where(flat, column + 1, column)),
+        )
         open_ended = (low == OPEN) | (high == OPEN)
 
         def there(line: Integers, place: Floats) -> tuple[Floats, Floats]:

@@ -24,9 +24,7 @@ _STARTS = 3  # rays of a cell that are turned
 _AT_ONCE = 16  # rays looked along together, after which the best few are known better
 _INNER = 8  # places of a ray looked at first, inside the best cost known
 _COARSE = 1e-3  # tolerance of the first rays
-_TURNS = 0.3 * 0.5 ** np.arange(
-    14
-)  # radians; the error of the cost is the square of the last
+_TURNS = 0.3 * 0.5 ** np.arange(14)  # radians; the error of the cost is the square of the last
 _TRIES = 6  # of each
 _OF_TURN = 0.01  # of the square of a turn, which the cost may change by: how exactly it is looked for
 

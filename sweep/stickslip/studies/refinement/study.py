@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -160,7 +158,8 @@ class RefinedMap(Study):
             if part.start == part.stop:
                 return None
             cells = {name: results[name][part] for name in columns(self.options)}
-            return Sketch(self.tiles.tile(number), self._section.depth, results[_PLACE][part].astype(np.int64), cells)
+            places = results[_PLACE][part].astype(np.int64)
+            return Sketch.of(self.tiles.tile(number), self._section.depth, places, cells)
 
         return Painter(self.tiles, sketch, self._blank_cells)
 
@@ -190,42 +189,23 @@ def labels_of(regimes: NDArray[np.int8]) -> Labels:
     return np.where(np.isin(regimes, UNDECIDED), -1 - regimes, regimes).astype(np.int8)
 
 
-@dataclass(frozen=True)
-class Sketch:
-    """Computed cells of a tile. places : of its window, each once; results : of the cells there, by column."""
+class Sketch(NamedTuple):
+    """What is known of a tile. regimes : of every place of its window, inferred ones among them. rows : where in the
+    results each is, -1 for what was not computed. results : of computed cells, by column."""
 
     tile: Tile
-    depth: int
-    places: Places
+    regimes: NDArray[np.int8]
+    rows: NDArray[np.int32]
     results: Results
 
-    @cached_property
-    def _boxes(self) -> Boxes:
-        boxes = Boxes(self.tile.shape, self.depth)
-        boxes.learn(self.places, labels_of(self.results["regime"]))
-        boxes.wanted()  # finds out which boxes are split; nothing is left to be computed
-        return boxes
-
-    @cached_property
-    def _regimes(self) -> NDArray[np.int8]:
-        """The regime of every place of the window that was not computed."""
-        return self._boxes.inferred().ravel()
-
-    @cached_property
-    def _rows(self) -> NDArray[np.int32]:
-        """Return where in the results each place of the window is; -1 for what was not computed."""
-        rows = np.full(self._boxes.known.size, -1, np.int32)
-        rows[self.places] = np.arange(self.places.size, dtype=np.int32)
-        return rows
-
-    def paint(self, into: Results, at: NDArray[np.intp], places: Places) -> None:
-        """Put what is known of some places of the window into results, where they are at the indices `at`."""
-        rows = self._rows[places]
-        computed = rows >= 0
-        into["regime"][at] = self._regimes[places]
-        into["computed"][at[computed]] = COMPUTED
-        for name, values in self.results.items():
-            into[name][at[computed]] = values[rows[computed]]
+    @classmethod
+    def of(cls, tile: Tile, depth: int, places: Places, results: Results) -> Sketch:
+        """The sketch from computed cells at places of the window, each once."""
+        boxes = Boxes(tile.shape, depth)
+        boxes.learn(places, labels_of(results["regime"]))
+        rows = np.full(boxes.known.size, -1, np.int32)
+        rows[places] = np.arange(places.size, dtype=np.int32)
+        return cls(tile, boxes.inferred().ravel(), rows, results)
 
 
 class Painter:
@@ -249,5 +229,10 @@ class Painter:
         for number, sketch in self._sketches.items():
             if sketch is not None:
                 at = np.flatnonzero(owners == number)
-                sketch.paint(results, at, sketch.tile.places(flat[at]))
+                places = sketch.tile.places(flat[at])
+                results["regime"][at], rows = sketch.regimes[places], sketch.rows[places]
+                at, rows = at[rows >= 0], rows[rows >= 0]
+                results["computed"][at] = COMPUTED
+                for name, values in sketch.results.items():
+                    results[name][at] = values[rows]
         return results
