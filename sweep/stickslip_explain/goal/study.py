@@ -92,19 +92,19 @@ class _Plane(PlaneSearch):
         places = (scanned(side.points, self.scan) for side in (self.y, self.x))
         row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
         at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
-        found = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
-        self.points.known[row, column] = found.verdict
-        maps = dict(zip(_MAPS, (found.quiet, found.error, found.undecided), strict=True))
-        maps = {name: np.where(found.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
+        judged = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
+        self.points.known[row, column] = judged.verdict
+        maps = dict(zip(_MAPS, (judged.quiet, judged.error, judged.undecided), strict=True))
+        maps = {name: np.where(judged.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
         return maps | {_of_verdicts(name): values for name, values in super().columns().items()}
 
     def needs(self, lines: Results, here: Mapping[str, float]) -> Results:
         """The verdict on what the panel has (y and x, by name), and where the nearest changes of it are."""
         demand, home = self.demand, np.zeros(1, np.int64)
         now = demand.judged(home, {}, shares=True)
-        found: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
+        needs: Results = {"verdict": now.verdict, "quiet_share": now.quiet}
         if now.verdict[0] == IMPOSSIBLE or not np.isfinite([*here.values()]).all():
-            return found
+            return needs
         far = [QUIET] if now.verdict[0] != QUIET else [VIBRATES, OPEN]
         reaches = [reach_of(side.name, demand.cells, (side.low, side.high)) for side in (self.y, self.x)]
         ways = _nearest_node(lines, reaches)
@@ -113,11 +113,11 @@ class _Plane(PlaneSearch):
             if np.isfinite(border.change).any():
                 up = int(np.nanargmin(np.abs(border.change[0])))
                 ends = border.low[0, up], border.high[0, up]
-                found[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
+                needs[f"alone_{reach.name}"] = np.array([ends[bool(up) == (far == [QUIET])]])  # which is quiet
                 ways.append(np.eye(2)[i] * border.change[0, up])
         if (change := self._least(ways, reaches, far)) is not None:
-            found |= {f"together_{one.name}": one.at(change[i], home) for i, one in enumerate(reaches)}
-        return found
+            needs |= {f"together_{reach.name}": reach.at(change[i], home) for i, reach in enumerate(reaches)}
+        return needs
 
     def _least(self, ways: Sequence[Floats], reaches: Sequence[Reach], far: list[int]) -> Floats | None:
         """The least change (2,) of both parameters that changes the verdict, on its quiet side, from near ones."""
@@ -137,7 +137,7 @@ def _nearest_node(lines: Results, reaches: Sequence[Reach]) -> list[Floats]:
     line = np.repeat(np.arange(lines["node_count"].size), lines["node_count"])
     sides = np.stack([lines["verdict_left"], lines["verdict_right"]])
     ours = (sides == QUIET).any(axis=0) & ~(sides == IMPOSSIBLE).any(axis=0)
-    changes = np.stack([one.change(lines[axis]) for one, axis in zip(reaches, _PLANE, strict=True)], axis=1)
+    changes = np.stack([reach.change(lines[axis]) for reach, axis in zip(reaches, _PLANE, strict=True)], axis=1)
     changes = changes[ours[line] & np.isfinite(changes).all(axis=1)]
     return [changes[np.argmin((changes**2).sum(axis=1))]] if len(changes) else []
 
@@ -232,12 +232,12 @@ class GoalStudy(ContourStudy):
             taken(goal.as_they_are, slice(panel, panel + 1)), self.options, stop, (), moved, goal.measured,
             goal.ranges, self._drawn, self._scramblings, self._probability,
         )  # fmt: skip
-        found, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in goal.here.items()}
-        found |= {f"here_{name}": np.array([value]) for name, value in here.items()}
-        found |= {} if goal.is_plane else search.needs(found, here)
-        undecided = {name: found[name] == OPEN for name in ("verdict", "verdict_left", "verdict_right")}
-        found |= {name: np.where(those, VERDICTS.index("undecided"), found[name]) for name, those in undecided.items()}
-        return found | {"computed": np.array(search.demand.computed)}
+        columns, here = self.blank(range(1)) | search.columns(), {n: float(v[panel]) for n, v in goal.here.items()}
+        columns |= {f"here_{name}": np.array([value]) for name, value in here.items()}
+        columns |= {} if goal.is_plane else search.needs(columns, here)
+        for name in ("verdict", "verdict_left", "verdict_right"):
+            columns[name] = np.where(columns[name] == OPEN, VERDICTS.index("undecided"), columns[name])
+        return columns | {"computed": np.array(search.demand.computed)}
 
     def blank(self, items: range) -> Results:
         """Panels of which nothing is known."""
@@ -264,14 +264,14 @@ class GoalStudy(ContourStudy):
         """Those of the panels, without what varies in them, and those of the map."""
         goal, follows = self._goal, model_of(self.options.law).replaced if self._goal.measured else ()
         varied = {side.name for side in (goal.y, goal.x, *goal.ranges)} | self._drawn.keys()
-        found = {name: v for name, v in grid_coordinates(self._cells).items()
+        coordinates = {name: v for name, v in grid_coordinates(self._cells).items()
                  if quantity_of(name) not in varied and (v.dims or name not in follows)}  # fmt: skip
         for side, places in zip((goal.y, goal.x), self._maps, strict=True):
             row = SEARCHABLE[side.name]
             about = {"units": row.units, "long_name": row.long_name, "axis_spacing": side.spacing}
-            found[side.name] = xr.Variable(side.name, side.places[places], about, NO_FILL)
-            shown_in(found[side.name], side.written_in)
-        return found
+            coordinates[side.name] = xr.Variable(side.name, side.places[places], about, NO_FILL)
+            shown_in(coordinates[side.name], side.written_in)
+        return coordinates
 
     def _attributes(self, whole: Results) -> dict[str, Any]:
         """The goal, and how it was looked for."""

@@ -74,16 +74,16 @@ class Demand(Search):
 
     def looked(self, which: Integers, changed: Parameters, into: list[int] | None) -> Looked:
         """Whether verdicts are among `into`; what is undecided is not quiet, and known to be."""
-        found = self.judged(which, changed)
-        return Looked(np.isin(found.verdict, into or []).astype(np.int8), found.verdict != IMPOSSIBLE, found.guide)
+        judged = self.judged(which, changed)
+        return Looked(np.isin(judged.verdict, into or []).astype(np.int8), judged.verdict != IMPOSSIBLE, judged.guide)
 
     def guide_at(self, cells_at: object) -> None:
         """None: theory knows no verdicts."""
         return
 
     def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
-        found = self.judged(which, changed)
-        return found.verdict, found.guide
+        judged = self.judged(which, changed)
+        return judged.verdict, judged.guide
 
     @property
     def allowed(self) -> int:
@@ -169,7 +169,7 @@ def _places(ranges: int, points: int) -> Iterator[NDArray[np.float64]]:
     """Shares of the ranges that are looked at first, their ends before what is between: most vibrate there."""
     shares = np.linspace(0.0, 1.0, points)
     places = product(range(points), repeat=ranges)
-    for place in sorted(places, key=lambda one: sum(0 < i < points - 1 for i in one)):
+    for place in sorted(places, key=lambda place: sum(0 < i < points - 1 for i in place)):
         yield shares[list(place)]
 
 

@@ -3,9 +3,10 @@ axis; all from samples, by plain formulas, good to the square of their distance 
 
 A cycle turns clockwise, since the velocity is the derivative of the displacement. It crosses velocity zero twice only,
 so that its area in a box [x1, x2] x [v1, v2] is the integral of clip(v, v1, v2) over clip(x, x1, x2).
-"""
 
-from dataclasses import dataclass
+x, v, a : displacements from steady sliding, velocities, accelerations (n, samples), evenly over a period, both ends
+included.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,23 +14,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Orbits:
-    """Some cycles, sampled evenly over their periods, both ends included.
-
-    x, v, a : displacement from steady sliding, velocity, acceleration; (n, samples). period : (n,).
-    """
-
-    x: Floats
-    v: Floats
-    a: Floats
-    period: Floats
-
-
-def area_in_box(orbits: Orbits, left: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
-    """The area inside each orbit and its box, all of shape (n,), by the trapezium rule."""
+def area_in_box(x: Floats, v: Floats, left: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
+    """The area inside each cycle and its box, all of shape (n,), by the trapezium rule."""
     left, right, low, high = (np.asarray(end)[:, np.newaxis] for end in (left, right, low, high))
-    x, v = np.clip(orbits.x, left, right), np.clip(orbits.v, low, high)
+    x, v = np.clip(x, left, right), np.clip(v, low, high)
     return np.asarray(0.5 * np.sum((v[:, 1:] + v[:, :-1]) * np.diff(x), axis=1))
 
 
@@ -41,19 +29,17 @@ def largest(values: Floats) -> Floats:
     return np.asarray(top + np.divide((after - before) ** 2, 8.0 * bend, out=np.zeros_like(top), where=bend > 0))
 
 
-def velocities_at_rest_point(orbits: Orbits) -> tuple[Floats, Floats]:
-    """The velocities above and below zero at which each orbit passes the displacement of steady sliding.
+def velocities_at_rest_point(x: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
+    """The velocities above and below zero at which each cycle passes the displacement of steady sliding.
 
     Between two samples v is the cubic over x through their values and slopes, a/v. NaN where there are more passes.
     """
-    upward = (orbits.x[:, 1:] > 0) & (orbits.x[:, :-1] <= 0)
-    downward = (orbits.x[:, 1:] <= 0) & (orbits.x[:, :-1] > 0)
+    upward = (x[:, 1:] > 0) & (x[:, :-1] <= 0)
+    downward = (x[:, 1:] <= 0) & (x[:, :-1] > 0)
     velocities = []
     for passes in (upward, downward):
         rows, at = np.arange(len(passes)), np.argmax(passes, axis=1)
-        (x0, x1), (v0, v1), (a0, a1) = (
-            (values[rows, at], values[rows, at + 1]) for values in (orbits.x, orbits.v, orbits.a)
-        )
+        (x0, x1), (v0, v1), (a0, a1) = ((values[rows, at], values[rows, at + 1]) for values in (x, v, a))
         with np.errstate(divide="ignore", invalid="ignore"):
             step, s = x1 - x0, x0 / (x0 - x1)
             ends = (1 - s) ** 2 * (1 + 2 * s) * v0 + s**2 * (3 - 2 * s) * v1

@@ -55,11 +55,11 @@ def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:
     """
     states, each = starting_states(box).reshape(-1, 2), box.samples
     total = cells["mass"].size * each
-    found = []
+    parts = []
     for first in range(0, total, _TOGETHER):
         cell, state = divmod(np.arange(first, min(first + _TOGETHER, total)), each)
-        found.append(work.regimes(taken(cells, cell), states[state, 0], states[state, 1]))
-    regimes = np.concatenate(found).reshape(-1, RANDOMISATIONS, box.points)
+        parts.append(work.regimes(taken(cells, cell), states[state, 0], states[state, 1]))
+    regimes = np.concatenate(parts).reshape(-1, RANDOMISATIONS, box.points)
     ends, known = settled(regimes), decided(regimes)
     with np.errstate(invalid="ignore"):
         share = ends.sum(axis=(1, 2)) / known.sum(axis=(1, 2))
@@ -85,11 +85,11 @@ def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict
     """
     speed, sign = disturbance_scale(cells), np.sign(cells["belt_speed"])
     length, none = speed * Scales(cells).time, np.zeros(steady.size)
-    found = {}
+    smallest = {}
     for way, turn in (("along", sign), ("against", -sign)):
-        found[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)
-        found[f"shift_{way}"] = length * _first_lost(cells, steady, turn * length, none, work)
-    return found
+        smallest[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)
+        smallest[f"shift_{way}"] = length * _first_lost(cells, steady, turn * length, none, work)
+    return smallest
 
 
 def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
@@ -103,11 +103,11 @@ def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats,
     lines = steady.size
     brackets, _ = search_lines(lines, SCAN, TOLERANCE, looked)
     start = looked(np.arange(lines), np.full(lines, SCAN.low))
-    found = np.where(start.labels == _SETTLES, np.inf, 0.0)
-    found[~start.decided] = np.nan
+    lost = np.where(start.labels == _SETTLES, np.inf, 0.0)
+    lost[~start.decided] = np.nan
     for bracket in brackets[::-1]:  # the lowest of a line comes last
         line = bracket["line"]
-        if bracket["below"] == _SETTLES and found[line] != 0.0:
+        if bracket["below"] == _SETTLES and lost[line] != 0.0:
             wide = bracket["high"] - bracket["low"] > 1.5 * TOLERANCE * bracket["high"]
-            found[line] = np.nan if wide else 0.5 * (bracket["low"] + bracket["high"])
-    return found
+            lost[line] = np.nan if wide else 0.5 * (bracket["low"] + bracket["high"])
+    return lost

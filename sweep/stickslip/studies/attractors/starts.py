@@ -46,8 +46,8 @@ class Work:
 
     def results(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Results:
         """All results of cells that start from a state."""
-        some = cells | {"displacement": displacement, "velocity": velocity}
-        return solve(some, self.options, self.stop, self.moved)
+        state = cells | {"displacement": displacement, "velocity": velocity}
+        return solve(state, self.options, self.stop, self.moved)
 
 
 def steady_state(cells: Parameters, options: Options) -> Floats:
@@ -65,8 +65,8 @@ def unloaded(cells: Parameters) -> tuple[Floats, Floats]:
 def from_sliding(cells: Parameters, steady: Floats, work: Work) -> Regimes:
     """From close to steady sliding; not computed where the belt is at rest."""
     moving = np.isfinite(steady)
-    found = np.zeros(steady.size, np.int8)
+    regimes = np.zeros(steady.size, np.int8)
     if moving.any():
-        some = {name: values[moving] for name, values in cells.items()}
-        found[moving] = work.regimes(some, steady[moving], DISTURBANCE * some["belt_speed"])
-    return found
+        state = {name: values[moving] for name, values in cells.items()}
+        regimes[moving] = work.regimes(state, steady[moving], DISTURBANCE * state["belt_speed"])
+    return regimes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -41,12 +41,7 @@ TOGETHER = 256  # cells that are held with their samples
 
 
 def find_attractors(
-    cells: Cells,
-    items: range,
-    box: Attractors,
-    options: Options,
-    stop: StopFlag,
-    moved: Callable[[int], None] | None = None,
+    cells: Cells, items: range, box: Attractors, options: Options, stop: StopFlag, moved: Moved | None = None
 ) -> Results:
     """By names of `VARIABLES`, of the cells with these numbers; in this thread.
 

@@ -223,7 +223,7 @@ def check_lines(section: OpenSection, config: Config, problems: ProblemCollector
     for finding in broken_rules(config, lines):
         path = finding.path
         if path[0] == "between":
-            name = path[-1] if len(lines) > 1 else next(iter(lines))
+            name = str(path[-1]) if len(lines) > 1 else next(iter(lines))
             path = (section.key, *path) if ranges[name] else ("axes", name)
         add_finding(problems, finding._replace(path=path))
 

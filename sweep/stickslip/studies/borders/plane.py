@@ -176,8 +176,8 @@ class PlaneSearch:
                 on_sides = [crossing.node for crossing in around[i]]
                 x[number], y[number] = nodes.x[on_sides].mean(), nodes.y[on_sides].mean()
             parts[i] = joined(around[i], centres[i], nodes.x.size + number)
-        more = Nodes(x, y, width, np.full(ends.size, _JUNCTION, np.int8))
-        nodes = Nodes(*(np.concatenate(both) for both in zip(nodes, more, strict=True)))
+        columns = zip(nodes, (x, y, width, np.full(ends.size, _JUNCTION, np.int8)), strict=True)
+        nodes = Nodes(*(np.concatenate([of_sides, inside]) for of_sides, inside in columns))
         return [piece for part in parts for piece in part], nodes
 
 

@@ -162,9 +162,9 @@ def turned_in(space: Space, cell: Integers, direction: Floats, cost: Floats, tol
                 break
             sides = turn * _across(direction[active], basis)
             rays = direction[active, np.newaxis] + np.pad(sides, ((0, 0), (1, 0), (0, 0)))  # the first as it is
-            owner, limit = (np.repeat(values[active], rays.shape[1]) for values in (cell, (1 + 2 * _COARSE) * cost))
+            owner, limit = np.repeat(cell[active], rays.shape[1]), np.repeat(cost[active], rays.shape[1])
             flat = space.allowed(owner, rays.reshape(-1, k))
-            entries = space.entries(owner, flat, limit, fine, _INNER).reshape(rays.shape[:2])
+            entries = space.entries(owner, flat, (1 + 2 * _COARSE) * limit, fine, _INNER).reshape(rays.shape[:2])
             choice = np.argmin(entries * np.where(np.arange(rays.shape[1]), 1 + fine, 1.0), axis=1)
             rows = np.arange(active.size)
             met = np.isfinite(entries[rows, choice])

@@ -19,10 +19,11 @@ from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import CellsOrConfig, fine_enough, search_options
+from stickslip.studies.borders.search import Floats, Labels
 from stickslip.studies.margins.joint import Cheapest, cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import OPPOSITE, SIDES, VARIABLES, Margins, entered, rows_of
-from stickslip.studies.margins.single import Borders, Floats, Labels, Search, nearest
+from stickslip.studies.margins.single import Borders, Search, nearest
 from stickslip.studies.report import search_attributes, search_settings
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters

@@ -148,11 +148,11 @@ class RefinedMap(Study):
             "audit_bound": wrong,
         }
 
-    def painter(self, found: Callable[[int], tuple[Results, int]]) -> Painter:
-        """Full maps, range by range. found : the results that hold a tile, and the number of the tile among theirs."""
+    def painter(self, held_by: Callable[[int], tuple[Results, int]]) -> Painter:
+        """Full maps, range by range. held_by : the results that hold a tile, and its number among theirs."""
 
         def sketch(number: int) -> Sketch | None:
-            results, at = found(number)
+            results, at = held_by(number)
             ends = np.cumsum(results["computed_cells"], dtype=np.int64)
             part = slice(int(ends[at] - results["computed_cells"][at]), int(ends[at]))
             if part.start == part.stop:

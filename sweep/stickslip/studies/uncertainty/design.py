@@ -40,9 +40,9 @@ class SobolPoints:
         """
         points = np.empty((number.size, self._dimensions))
         places = np.stack([scrambling, number // self._together])
-        for one, part in np.unique(places, axis=1).T.tolist():
-            here = (places[0] == one) & (places[1] == part)
-            points[here] = self._part(one, part)[number[here] % self._together]
+        for scrambled, part in np.unique(places, axis=1).T.tolist():
+            here = (places[0] == scrambled) & (places[1] == part)
+            points[here] = self._part(scrambled, part)[number[here] % self._together]
         return points + 0.5 * 2.0**-BITS
 
     def _part_of(self, scrambling: int, part: int) -> Floats:

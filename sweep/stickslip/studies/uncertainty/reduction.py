@@ -140,7 +140,7 @@ def _estimates(results: Results, design: Design, summary: Summary) -> dict[str, 
     }  # fmt: skip
     if design.indices:
         unknown = ~np.isin(regime, _CODES)
-        estimates["open"] = unknown.any()
+        estimates["open"] = np.asarray(unknown.any())
         for prefix, into in (("out_", np.zeros_like(unknown)), ("in_", unknown)):
             estimates |= {prefix + name: values for name, values in _index_sums(regime, into)._asdict().items()}
     return estimates

@@ -77,9 +77,9 @@ class SampleStudy(Study):
         yield Table("", ("regime",), headings, rows)
         if not dims and "sobol_total" in ds:
             known = ds.isel(state=ds["sobol_total"].notnull().any("quantity"))
-            rows = [[flag_label(str(regime["state"].item())), str(one["quantity"].item()),
-                     f"{float(one['sobol_first']):.2f}", f"{float(one['sobol_total']):.2f}"]
-                    for _, regime in known.groupby("state") for _, one in regime.groupby("quantity")]  # fmt: skip
+            rows = [[flag_label(str(regime["state"].item())), str(row["quantity"].item()),
+                     f"{float(row['sobol_first']):.2f}", f"{float(row['sobol_total']):.2f}"]
+                    for _, regime in known.groupby("state") for _, row in regime.groupby("quantity")]  # fmt: skip
             yield Table("", ("regime", "quantity"), ("first-order index", "total"), rows)
         if (undecided := float(ds["undecided"].mean())) > 0:
             yield f"bounds   probability_low and probability_high allow for {undecided:.3g} of the draws, undecided"
