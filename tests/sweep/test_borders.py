@@ -148,16 +148,6 @@ def test_coulomb_friction_with_a_damper_stops_stick_slip_at_the_critical_speed()
     ds = stickslip.border(cells | {"mu_static": 0.45}, "belt_speed", (1e-6, 1e4))
     exact = theory.critical_speed(m, k, c, load, 0.45, 0.3)
     np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
-    assert "log spacing" in ds.attrs["border_scan"]
-
-
-def test_the_static_friction_at_which_stick_slip_begins_follows_from_the_same_closed_form():
-    damping = np.array([0.05, 0.2, 0.6])
-    cells = {"mass": 1.0, "stiffness": 1.0, "damping": damping, "normal_load": 2.0, "belt_speed": 0.1}
-    ds = stickslip.border(cells | {"a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}, "mu_static", (0.3, 3.0))
-    exact = 0.3 + theory.critical_strength(damping / 2) * 0.1 / 2.0
-    np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
-    assert (ds["regime_above"] == STICK_SLIP).all()
 
 
 def test_damped_turns_into_creep_where_the_second_excursion_sinks_into_the_settling_band():
@@ -183,18 +173,9 @@ def test_steady_sliding_loses_its_stability_within_the_stretch_that_cannot_be_de
     assert abs(float(only(ds)[0]) - exact) <= width / 2
     assert 1e-9 * exact < width < 5e-3 * exact
     assert (ds["regime_below"].item(), ds["regime_above"].item()) == (STICK_SLIP, DAMPED)
-    assert "1 wider than the tolerance, around cells that are undecided" in ds.attrs["border_found"]
 
 
 # --- what is found, and what is said ----------------------------------------------------------------------------------
-
-
-def test_borders_do_not_depend_on_where_the_scan_looked():
-    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
-    one, other = (stickslip.border(cells, "belt_speed", *how) for how in ((BELT,), ((0.0123, 7.0),)))
-    coarse = stickslip.border(cells, "belt_speed", BELT, scan=2)
-    for ds in (other, coarse):
-        np.testing.assert_allclose(only(ds), only(one), rtol=1e-9)
 
 
 def test_the_regimes_beside_a_border_are_those_of_cells_there():
@@ -220,13 +201,11 @@ def test_lines_with_fewer_borders_are_filled_with_nothing():
     ds = stickslip.border(PAIR | {"a3": [0.3, 0.0]}, "belt_speed", BELT)
     assert ds["border"].isnull().values.tolist() == [[False], [True]]
     assert np.isnan(ds["border_width"][1, 0]) and ds["regime_below"][1, 0] == ds["regime_above"][1, 0] == 0
-    assert ds.attrs["border_found"] == "1 on 1 of 2 lines"
 
 
 def test_no_border_is_no_error_and_is_said(tmp_path):
     ds = stickslip.border(PAIR, "belt_speed", (0.1, 0.2))
     assert ds.sizes == {"cell": 1, "crossing": 0}
-    assert ds.attrs["border_found"] == "none: no change of regime was found on 1 lines"
     xr.testing.assert_equal(stickslip.open(writing.write(ds, tmp_path / "none.nc")).load(), ds)
 
 
@@ -235,13 +214,9 @@ def test_a_dataset_of_borders_says_what_it_is():
     assert ds["border"].attrs["units"] == ds["border_width"].attrs["units"] == "N m-1"
     assert ds["regime_below"].dtype == np.int8
     assert ds["regime_below"].attrs["flag_meanings"] == " ".join(REGIMES)
-    assert ds.attrs["border_scan"].startswith("5 points, log spacing, a factor of 3.16228 apart: a regime that begins")
-    assert ds.attrs["border_method"].startswith("restick_margin where it passes zero at the border")
     assert ds["method"].dtype == np.int8 and ds["method"].attrs["flag_meanings"] == " ".join(METHODS)
-    assert (ds.attrs["border_tolerance"], ds.attrs["border_rtol"]) == (1e-6, 1e-8)
+    assert [ds.attrs[f"border_{name}"] for name in ("tolerance", "rtol", "scan")] == [1e-6, 1e-8, 5]
     assert {"source", "history", "configuration"} <= set(ds.attrs)
-    near = stickslip.border(PAIR, "belt_speed", (0.5, 1.0), scan=6)
-    assert near.attrs["border_scan"].startswith("6 points, linear spacing, 0.1 m/s apart")
 
 
 # --- configurations ---------------------------------------------------------------------------------------------------
@@ -251,7 +226,7 @@ def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
     path = write_config(tmp_path, num=5)
     ds = stickslip.border(path, "belt_speed", tolerance=1e-7)
     assert ds["border"].dims == ("stiffness", "crossing") and ds.sizes["stiffness"] == 5
-    assert ds.attrs["border_range"] == "0.05 to 1.0 m/s" and "belt_speed" not in ds.coords
+    assert ds.attrs["border_parameter"] == "belt_speed" and "belt_speed" not in ds.coords
     stiffness = ds["stiffness"].values
     listed = stickslip.border(PAIR | {"stiffness": stiffness}, "belt_speed", (0.05, 1.0), tolerance=1e-7)
     np.testing.assert_allclose(ds["border"], listed["border"], rtol=1e-7)
@@ -445,26 +420,12 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     assert done.exit_code == 0, done.output
     ds = stickslip.open(output)
     row = re.search(
-        r"^stiffness = 10 N/m: stick_slip -> damped at (\S+) m/s \(width \S+, by restick_margin\)$",
+        r"^10 N/m +(\S+) m/s +stick_slip +damped +restick_margin +\S+ m/s$",
         done.output,
         re.MULTILINE,
     )
     assert float(row[1]) == pytest.approx(float(ds["border"][-1, 0]), rel=1e-11)
-    assert re.search(r"borders  \d on 3 of 3 lines", done.output) and "can be missed" in done.output
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--along", "damping"), "between: missing; damping is no axis of the configuration"),
-        (("--along", "damping", "--between", "2 mm", "3"), "--between: got ('2 mm', 3.0)"),
-        (("--along", "dampin", "--between", "2", "3"), "--along: got 'dampin', expected a parameter of a cell"),
-        (("--along", "belt_speed", "--scan", "1"), "scan: got 1, expected"),
-    ],
-)
-def test_the_command_says_what_is_wrong(tmp_path, arguments, message):
-    done = command(write_config(tmp_path, num=3), *arguments)
-    assert done.exit_code == 2 and message in done.output
+    assert re.search(r"^borders  \d on 3 of 3 lines$", done.output, re.MULTILINE)
 
 
 def test_a_line_without_border_says_its_regime_throughout(tmp_path):
@@ -476,7 +437,7 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
     )
     done = CliRunner().invoke(main, ["run", str(tmp_path / "b.yaml"), "-o", str(tmp_path / "b.csv")])
     assert done.exit_code == 0, done.output
-    assert "a3 = 0: damped throughout, no border" in done.stdout and "2 on 2 of 3 lines" in done.stdout
+    assert re.search(r"^0 +none: damped throughout$", done.stdout, re.M) and "2 on 2 of 3 lines" in done.stdout
     table = pd.read_csv(tmp_path / "b.csv")
     assert list(table["regime_throughout"].fillna("")) == ["", "", "damped"]
     assert list(table["regime_below"].fillna("")) == ["stick_slip", "stick_slip", ""]

@@ -54,7 +54,7 @@ CASES = {
 
 @pytest.mark.parametrize(("cell", "belt_speed"), CASES.values(), ids=CASES)
 def test_share_and_cycle_are_those_of_scipy_backwards_in_time(cell, belt_speed):
-    """A box that cuts the cycle on all four sides; agreement to 1e-6 is asked, a hundred times better is found."""
+    """A box that cuts the cycle on all four sides; agreement to 1e-6 is asked."""
     curve = tuple(cell[f"a{i}"] for i in range(1, 5))
     ours = find(cell | {"belt_speed": belt_speed})
     assert ours["share_method"][0] == EXACT
@@ -63,16 +63,16 @@ def test_share_and_cycle_are_those_of_scipy_backwards_in_time(cell, belt_speed):
     middle, reach, top = 0.5 * (x.max() + x.min()), 0.4 * np.ptp(x), 0.4 * np.ptp(v)
     for box in (box_of((-20.0, 20.0), (-20.0, 20.0)), box_of((middle - reach, middle + reach), (-top, 0.9 * top))):
         share = find(cell | {"belt_speed": belt_speed}, box)["settling_share"][0]
-        assert share == pytest.approx(cycle.share(box.displacement, box.velocity), rel=1e-8)
-    assert ours["unstable_period"][0] == pytest.approx(cycle.period, rel=1e-8)
-    assert ours["unstable_amplitude"][0] == pytest.approx(0.5 * np.ptp(x), rel=1e-8)
-    assert ours["unstable_velocity_amplitude"][0] == pytest.approx(0.5 * np.ptp(v), rel=1e-8)
-    assert ours["critical_shift_along"][0] == pytest.approx(cycle.reach, rel=1e-8)
-    assert ours["critical_shift_against"][0] == pytest.approx(cycle.steady - x.min(), rel=1e-8)
+        assert share == pytest.approx(cycle.share(box.displacement, box.velocity), rel=1e-6)
+    assert ours["unstable_period"][0] == pytest.approx(cycle.period, rel=1e-6)
+    assert ours["unstable_amplitude"][0] == pytest.approx(0.5 * np.ptp(x), rel=1e-6)
+    assert ours["unstable_velocity_amplitude"][0] == pytest.approx(0.5 * np.ptp(v), rel=1e-6)
+    assert ours["critical_shift_along"][0] == pytest.approx(cycle.reach, rel=1e-6)
+    assert ours["critical_shift_against"][0] == pytest.approx(cycle.steady - x.min(), rel=1e-6)
     for name, half in (("along", v > 0), ("against", v < 0)):
         order = np.argsort(x[half])
         shock = abs(np.interp(cycle.steady, x[half][order], v[half][order]))
-        assert ours[f"critical_shock_{name}"][0] == pytest.approx(shock, rel=1e-8)
+        assert ours[f"critical_shock_{name}"][0] == pytest.approx(shock, rel=1e-6)
 
 
 @pytest.mark.parametrize(("cell", "near_harmonic"), [(BSTAB, 1.8413920), (ARTICLE, 0.80335)])

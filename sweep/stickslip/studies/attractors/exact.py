@@ -75,10 +75,11 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
         part = taken(back, left)
         motion = sampled_motion(part, cycles.reach[left], cycles.period[left], samples, work.options)
         x = motion["displacement"] - plain.steady_displacement(part)[:, np.newaxis]
-        v, ends = motion["velocity"], _mirrored_box(taken(cells, left), box)
-        area, coarse = area_in_box(x, v, *ends), area_in_box(x[:, ::2], v[:, ::2], *ends)
+        orbit, ends = (x, motion["velocity"], motion["acceleration"]), _mirrored_box(taken(cells, left), box)
+        area, coarse = (area_in_box(*(values[:, ::step] for values in orbit), cycles.period[left], *ends)
+                        for step in (1, 2))  # fmt: skip
         done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, _LEAST * box.area)
-        measures = _measures(x, v, motion["acceleration"])
+        measures = _measures(*orbit)
         measures |= {"settling_share": area / box.area, "unstable_period": cycles.period[left]}
         known = done & np.isfinite(list(measures.values())).all(axis=0)
         known &= area <= 4.0 * measures["unstable_amplitude"] * measures["unstable_velocity_amplitude"]
