@@ -98,7 +98,7 @@ def test_python_calls(speeds):
 def test_boxes_and_ranges_of_python_calls():
     box = {"displacement": (-1, quantity(1000, "mm")), "velocity": (-1000, "1000 mm/s")}
     found = stickslip.attractors(CELL | {"belt_speed": 0.5}, box=box)
-    assert found.attrs["box_velocity"] == "-1.0 to 1.0 m/s" and found.attrs["box_displacement"] == "-0.001 to 1.0 m"
+    assert found.attrs["box_velocity"].tolist() == [-1, 1] and found.attrs["box_displacement"].tolist() == [-0.001, 1]
     ramp = stickslip.ramp(CELL, along="belt_speed", between=(5, "900 mm/s"), points=3)
     np.testing.assert_allclose(ramp["belt_speed"][[0, -1]], [0.005, 0.9], rtol=1e-12)
 

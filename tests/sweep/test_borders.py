@@ -361,32 +361,25 @@ def test_halving_ends_at_neighbouring_numbers():
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "message"),
+    ("change", "message"),
     [
-        ({"along": "belt_sped"}, ValueError, "did you mean belt_speed?"),
-        ({"along": "regime"}, ValueError, "got 'regime', expected a parameter of a cell: mass, stiffness"),
-        ({"between": (2.0, 1.0)}, ValueError, "expected the lower end first and the upper above it; swap"),
-        ({"between": (1.0, 1.0)}, ValueError, "got (1.0, 1.0), expected the lower end first"),
-        ({"between": (np.nan, 1.0)}, ValueError, "between: got (nan, 1.0), expected a finite number in m/s"),
-        ({"between": (0.0, np.inf)}, ValueError, "between: got (0.0, inf), expected a finite number"),
-        ({"along": "mass", "between": (0.0, 1.0)}, ValueError, "between: got (0.0, 1.0), expected a mass above"),
-        ({"along": "mu_stop", "between": (np.nan, 1.0)}, ValueError, "between: got (nan, 1.0)"),
-        ({"along": "mu_stop", "between": (0.5, 2.0)}, ValueError, "mu_stop[0]: got 2, expected at most mu_start"),
-        ({"along": "damping", "between": None}, ValueError, "between: missing; cells need a range of damping"),
-        ({"between": 3.0}, ValueError, "between: got 3.0, expected a list of two values"),
-        ({"between": (1.0, 2.0, 3.0)}, ValueError, "expected a list of two values"),
-        ({"scan": 1}, ValueError, "scan: got 1, expected a whole number from 2 to"),
-        ({"scan": 2.5}, ValueError, "scan: got 2.5"),
-        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to 0.1"),
-        ({"tolerance": np.nan}, ValueError, "tolerance: got nan"),
-        ({"rtol": 1.0}, ValueError, "rtol: got 1.0"),
-        ({"law": "no_law"}, ValueError, "law: got 'no_law'"),
-        ({"cells_or_config": {"mass": 1.0}}, ValueError, "stiffness is missing"),
+        ({"along": "belt_sped"}, "along: got 'belt_sped'"),
+        ({"between": (2.0, 1.0)}, "expected the lower end first and the upper above it; swap"),
+        ({"between": (np.nan, 1.0)}, "between: got (nan, 1.0), expected a finite number in m/s"),
+        ({"along": "mass", "between": (0.0, 1.0)}, "between: got (0.0, 1.0), expected a mass above"),
+        ({"along": "mu_stop", "between": (0.5, 2.0)}, "mu_stop[0]: got 2, expected at most mu_start"),
+        ({"along": "damping", "between": None}, "between: missing; cells need a range of damping"),
+        ({"between": 3.0}, "between: got 3.0, expected a list of two values"),
+        ({"scan": 1}, "scan: got 1, expected a whole number from 2 to"),
+        ({"tolerance": 0.0}, "tolerance: got 0.0, expected a number from 1e-15 to 0.1"),
+        ({"rtol": 1.0}, "rtol: got 1.0"),
+        ({"law": "no_law"}, "law: got 'no_law'"),
+        ({"cells_or_config": {"mass": 1.0}}, "stiffness is missing"),
     ],
 )  # fmt: skip
-def test_bad_input_is_named_with_what_is_allowed(change, error, message):
+def test_bad_input_is_named_with_what_is_allowed(change, message):
     asked = {"cells_or_config": PAIR | {"belt_speed": 0.1}, "along": "belt_speed", "between": BELT}
-    with pytest.raises(error, match=re.escape(message)):
+    with pytest.raises(ValueError, match=re.escape(message)):
         stickslip.border(**(asked | change))
 
 

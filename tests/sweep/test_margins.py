@@ -159,39 +159,26 @@ def test_the_axes_of_a_configuration_are_the_dimensions(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "message"),
+    ("change", "message"),
     [
-        (
-            {"parameters": ("stifness",)},
-            ValueError,
-            "parameters[0]: got ('stifness',), expected a parameter of a cell: mass",
-        ),
-        ({"parameters": ()}, ValueError, "parameters: got (), expected a list of different parameters"),
+        ({"parameters": ("stifness",)}, "parameters[0]: got ('stifness',), expected a parameter of a cell: mass"),
+        ({"parameters": ()}, "parameters: got (), expected a list of different parameters"),
         (
             {"costs": {"mass": 1.0}},
-            ValueError,
             "costs: got {'mass': 1.0}, expected a parameter that may change: belt_speed or damping",
         ),
-        ({"costs": {"damping": 0.0}}, ValueError, "costs: got {'damping': 0.0}, expected a number above 0"),
-        ({"within": 1.0}, ValueError, "within: got 1.0, expected a number above 1"),
-        (
-            {"within": {"damping": (2.0, 1.0)}},
-            ValueError,
-            "within: got {'damping': (2.0, 1.0)}, expected the lower end first",
-        ),
-        (
-            {"within": {"mass": 2.0}},
-            ValueError,
-            "within: got {'mass': 2.0}, expected a parameter that may change: belt_speed or damping",
-        ),
-        ({"into": ("squeal",)}, ValueError, "into[0]: got ('squeal',), expected a regime: stick_slip, damped"),
-        ({"scan": 1}, ValueError, "scan: got 1"),
-        ({"beyond": 1.0}, ValueError, "beyond: got 1.0, expected a number from 0 to 0.5"),
+        ({"costs": {"damping": 0.0}}, "costs: got {'damping': 0.0}, expected a number above 0"),
+        ({"within": 1.0}, "within: got 1.0, expected a number above 1"),
+        ({"within": {"damping": (2.0, 1.0)}}, "within: got {'damping': (2.0, 1.0)}, expected the lower end first"),
+        ({"within": {"mass": 2.0}}, "within: got {'mass': 2.0}, expected a parameter that may change"),
+        ({"into": ("squeal",)}, "into[0]: got ('squeal',), expected a regime: stick_slip, damped"),
+        ({"scan": 1}, "scan: got 1"),
+        ({"beyond": 1.0}, "beyond: got 1.0, expected a number from 0 to 0.5"),
     ],
 )
-def test_bad_input_is_named_with_what_is_allowed(change, error, message):
+def test_bad_input_is_named_with_what_is_allowed(change, message):
     asked = {"cells_or_config": PAIR, "parameters": ("belt_speed", "damping")}
-    with pytest.raises(error, match=re.escape(message)):
+    with pytest.raises(ValueError, match=re.escape(message)):
         stickslip.margins(**(asked | change))
 
 

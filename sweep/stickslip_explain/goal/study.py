@@ -280,5 +280,5 @@ class GoalStudy(ContourStudy):
         chance = f" with a probability of {100 * self._probability:g} %" if self._draws else ""
         return attributes_of_lines(whole, self._section, self.options) | {
             "goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability,
-            "goal_samples": self._section.samples, "goal_draws": self._draws,
-        }  # fmt: skip
+            "goal_samples": self._section.samples,
+        } | ({"goal_draws": self._draws} if self._draws else {})  # fmt: skip
