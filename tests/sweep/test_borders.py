@@ -16,13 +16,9 @@ from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
-from stickslip.errors import Interrupted
 from stickslip.files import writing
-from stickslip.runs import blocks
 from stickslip.studies.borders import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
-from stickslip.vocabulary.models.stribeck import coefficients
-from stickslip.vocabulary.quantities import PARAMETERS
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))
@@ -87,20 +83,6 @@ def test_stick_slip_ends_where_scipy_sees_the_first_slip_graze(along):
         grazing = partial(lambda one, x: least_slip_speed({**one, along: x}), one)
         root = brentq(grazing, 0.99 * ours, 1.01 * ours, xtol=1e-13 * ours, rtol=1e-12)
         assert ours == pytest.approx(root, rel=1e-8)
-
-
-def test_method_says_where_the_margin_led_to_the_border():
-    """Grazing; and what no margin tells: stick-slip that turns into slip both ways, damped that turns into creep."""
-    grazing = stickslip.border(PAIR | {"mu_stop": [np.nan, 1.1], "damping": 0.01}, "belt_speed", BELT)
-    both_ways = PAIR | {"stiffness": 8.6, "a2": 0.0, "a3": 0.98, "a4": 0.027, "mu_stop": 1.75}
-    both_ways = stickslip.border(both_ways, "belt_speed", (5.0, 20.0))
-    creep = PAIR | {"a3": 0.0, "displacement": 2.0, "velocity": 0.0, "belt_speed": 0.5}
-    creep = stickslip.border(creep, "damping", (0.0, 100.0))
-    assert (grazing["method"] == METHODS.index("restick_margin")).all()
-    assert REGIMES[both_ways["regime_above"].item()] == "sustained"
-    assert creep["regime_above"].item() == CREEP
-    for ds in (both_ways, creep):
-        assert (ds["method"] == METHODS.index("bisection")).all()
 
 
 @pytest.mark.parametrize(
@@ -234,33 +216,6 @@ def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
     assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
 
 
-def test_along_what_is_measured_the_curve_follows():
-    config = parse_config(MEASURED_FORM.replace("belt_speed: 10 mm/s", "belt_speed: 0.5"), "<test>")
-    fixed = config.fixed()
-    (one,) = stickslip.border(config, "v_reversal", (0.1, 0.3))["border"].values
-    places = np.array([one * (1 - 1e-8), one * (1 + 1e-8)])
-    curve = coefficients(fixed["mu_start"], fixed["mu_reversal"], places, fixed["a4"])
-    cells = {name: fixed[name] for name in PARAMETERS if name in fixed} | curve._asdict()
-    low, high = stickslip.evaluate(cells, rtol=1e-11)["regime"].values
-    assert low != high
-
-
-def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
-    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
-    whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(blocks, "_FEWEST", 16)
-    portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    xr.testing.assert_equal(portions, whole)
-
-
-def test_an_interrupted_search_says_so():
-    def stop(done, of):
-        raise KeyboardInterrupt
-
-    with pytest.raises(Interrupted, match="[01] of 1 lines are finished"):
-        stickslip.border(PAIR, "belt_speed", BELT, progress=stop)
-
-
 # --- the search alone, on labels we choose ----------------------------------------------------------------------------
 
 
@@ -350,11 +305,6 @@ def test_a_label_on_less_than_the_tolerance_is_passed_over():
 def test_a_border_at_zero_is_found_to_a_share_of_the_range():
     found, _ = searched(lambda x: int(x > 0), low=-1.0, high=3.0)
     assert abs(found["high"] - found["low"]) < 3e-12 and found["low"] <= 0 <= found["high"]
-
-
-def test_halving_ends_at_neighbouring_numbers():
-    found, _ = searched(lambda x: int(x > 1e-3), low=1e-9, high=1e9, points=2, tolerance=0.0)
-    assert np.nextafter(found["low"][0], 1) == found["high"][0]
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------

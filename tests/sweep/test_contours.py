@@ -123,15 +123,6 @@ def test_the_loss_of_stability_lies_within_the_stretch_that_cannot_be_decided(po
 # --- datasets ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_fine_grid_costs_as_much_as_its_border_is_long():
-    ranges = {"stiffness": (0.1, 1000.0), "belt_speed": (0.3, 1.0)}
-    counts = []
-    for points in (64, 256):
-        ds = stickslip.contours(PAIR, ("stiffness", "belt_speed"), ranges, points, tolerance=1e-4, scan=16)
-        counts.append(ds.attrs["contour_looked_at"] - 16 * 16)
-    assert counts[1] < 6 * counts[0] and counts[1] < 256 * 256 / 25
-
-
 def test_the_other_axes_of_a_configuration_are_panels(tmp_path):
     path = write_config(tmp_path, num=5)
     loaded = stickslip.load_config(path)

@@ -118,19 +118,6 @@ def test_a_belt_that_runs_the_other_way_mirrors_the_plane():
         assert other[name] == pytest.approx(values, rel=1e-9, nan_ok=True), name
 
 
-def test_shares_scale_with_the_units_of_a_cell():
-    """A cell of 2 kg, 50 N/m and 30 N with speeds and lengths scaled alike has the same share."""
-    mass, stiffness, load = 2.0, 50.0, 30.0
-    speed, length = load / np.sqrt(mass * stiffness), load / stiffness
-    cell = {"mass": mass, "stiffness": stiffness, "normal_load": load, "damping": 0.1 * np.sqrt(mass * stiffness)}
-    cell |= {"a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5 * speed, "belt_speed": 1.5 * speed}
-    large = find(cell, box_of((-2 * length, 2 * length), (0.0, 2 * speed)))
-    small = find(BSTAB | {"belt_speed": 1.5})
-    assert large["settling_share"] == pytest.approx(small["settling_share"], rel=1e-9)
-    assert large["critical_shock"] / speed == pytest.approx(small["critical_shock"], rel=1e-9)
-    assert large["critical_shift"] / length == pytest.approx(small["critical_shift"], rel=1e-9)
-
-
 def test_the_cycle_is_found_next_to_the_loss_of_stability_where_it_attracts_too_slowly_to_wait_for():
     """There it is that of harmonic balance: v_H = a4 ln(1/g) with g = a4 c/(N a3) = 0.1."""
     speed = 0.5 * np.log(10.0) * (1.0 + np.array([1e-6, 1e-5, 1e-4]))
@@ -157,17 +144,3 @@ def test_regimes_that_coexist_are_bits():
     assert not found["coexisting"][2] & bits["stick_slip"]
     assert [REGIMES[code] for code in found["regime_from_stick"][:2]] == ["stick_slip", "stick_slip"]
     assert [REGIMES[code] for code in found["regime_from_sliding"][:2]] == ["stick_slip", "damped"]
-
-
-@pytest.mark.slow
-def test_numbers_do_not_depend_on_how_cells_are_cut():
-    cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
-
-    def part(items):
-        return find_attractors(
-            Cells.of(cells), items, BSTAB_BOX.model_copy(update={"samples": 64}), Options(), stop_flag()
-        )
-
-    whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
-    for name, values in whole.items():
-        np.testing.assert_array_equal(values, np.concatenate([one[name] for one in parts]))

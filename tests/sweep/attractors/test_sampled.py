@@ -5,7 +5,7 @@ import pytest
 
 from stickslip.engine import Options, stop_flag
 from stickslip.studies.attractors import Attractors, find_attractors
-from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares, starting_states
+from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
 from stickslip.studies.attractors.starts import Work, steady_state
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, taken
@@ -59,17 +59,6 @@ def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle(
     found = critical_disturbances(part, steady_state(part, Options()), work)
     for name, values in found.items():
         np.testing.assert_allclose(values, exact[f"critical_{name}"][some], rtol=3e-6)
-
-
-def test_points_fill_the_box_evenly_and_are_the_same_for_the_same_seed():
-    states = starting_states(box(1024, 3))
-    assert states.shape == (16, 64, 2)
-    for one in states:  # each randomisation has as many points in every quarter, and every eighth of a side
-        for column, (low, high) in enumerate(((0.0, 2.0), (-1.0, 1.0))):
-            counts, _ = np.histogram(one[:, column], 8, (low, high))
-            assert (counts == 8).all()
-    np.testing.assert_array_equal(states, starting_states(box(1024, 3)))
-    assert not np.array_equal(states, starting_states(box(1024, 4)))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from click.testing import CliRunner
 import stickslip
 from helpers.refined_maps import CURVES, compared, map_config
 from helpers.runs import block_files, opened, same
-from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, StoreError
@@ -183,12 +182,6 @@ def test_the_commands_tell_what_is_computed_and_what_the_audit_says(tmp_path):
     assert re.search(r"^audit    \d+ random points among the inferred cells, 0 of them wrong", said, re.MULTILINE)
     assert (tmp_path / "map.png").stat().st_size > 0
     told("plot", tmp_path / "map.nc", "--variable", "computed", "-o", tmp_path / "computed.png")
-
-
-def test_computed_cells_are_drawn_as_a_flag(refined):
-    figure = plots.plot_map(refined, "computed")
-    labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-    assert {"inferred", "computed"} <= set(labels)
 
 
 @pytest.mark.slow

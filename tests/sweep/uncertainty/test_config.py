@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-import copy
-import functools
-import operator
-
 import numpy as np
 import pytest
 from scipy import stats
 
 from helpers.configs import message
-from stickslip.config.reader import load_config, make_config, parse_config
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, FitWarning
 from stickslip_materials.fit import fit_curve
 
@@ -163,41 +157,3 @@ def test_points_that_do_not_determine_the_curve_are_refused(tmp_path):
     path, _ = write_points(tmp_path, above=0.9)
     with pytest.raises(ConfigError, match="do not determine|of the points below"), pytest.warns(FitWarning):
         load_config(path)
-
-
-# --- nonsense ---------------------------------------------------------------------------------------------------------
-
-WHOLE = f"""\
-{HEAD}\
-  draws: 64
-  metrics: [period]
-  quantiles: [0.5]
-  quantities:
-    belt_speed: {{gamma: {{a: 2, loc: 0, scale: 1 m/s}}}}
-    displacement: {{normal: {{mean: 0, std: 0.1}}}}
-    velocity: {{drawn: [1, 2]}}
-    damping: {{uniform: [0, 1], truncated: {{low: 0.1, high: 0.9}}}}
-    mu_stop: {{triangular: {{low: 1, mode: 1.1, high: 1.2}}}}
-    contact_time: {{lognormal: {{median: 1, factor: 2}}}}
-  correlation: {{between: [damping, mu_stop], matrix: [[1, 0.5], [0.5, 1]]}}
-"""
-NONSENSE = (None, [], {}, "x", -1, True, float("nan"), 1e308, 10**400, [[1, 2]], [1, "a"], {"a": 1}, {1: 2})
-
-
-def places(data, path=()):
-    yield path
-    inside = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
-    for key, value in inside:
-        yield from places(value, (*path, key))
-
-
-def test_nonsense_in_any_place_is_a_configuration_or_is_refused():
-    whole = parse_yaml(WHOLE).data
-    for path in list(places(whole["uncertain"], ("uncertain",))):
-        for nonsense in NONSENSE:
-            data = copy.deepcopy(whole)
-            around = functools.reduce(operator.getitem, path[:-1], data)
-            around[path[-1]] = nonsense
-            with contextlib.suppress(ConfigError):
-                config = make_config(data)
-                assert parse_config(config.to_yaml()) == config

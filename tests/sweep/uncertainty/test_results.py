@@ -53,19 +53,6 @@ def test_draws_of_missing_shards_are_carried_as_bounds(config, tmp_path):
     same(whole, stickslip.run(config))
 
 
-def test_every_variable_says_its_unit_and_what_it_is(config):
-    ds = stickslip.run(config)
-    for name, values in ds.data_vars.items():
-        assert values.attrs["units"] and values.attrs["long_name"], name
-    assert ds["mean_period"].attrs["units"] == "s"
-    assert ds["quantile_slip_speed_max"].attrs["units"] == "m s-1"
-    assert ds["count_period"].attrs["units"] == "1"
-    assert ds.attrs["uncertain_quantities"].startswith(
-        "belt_speed: normal, mean 0.78 m/s, std 0.05 m/s; damping: uniform"
-    )
-    assert ds["probability"].sum("state").values == pytest.approx(1.0)
-
-
 def test_the_command_tells_and_draws(config, tmp_path):
     def told(*words):
         done = CliRunner().invoke(main, [str(word) for word in words])

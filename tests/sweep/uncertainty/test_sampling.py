@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -143,21 +141,3 @@ def test_draws_that_no_oscillator_has_are_failed_and_carried():
     normals[1, 1] = 6.0  # mu_stop = 1.32, above mu_start = 1.3
     found = one.inputs.compute(np.zeros(3, np.int64), normals, one.options, stop_flag())
     assert found["regime"].tolist()[1] == 7 and found["regime"][0] == found["regime"][2] < 6
-
-
-def test_no_more_than_one_scrambling_is_looked_at_together():
-    """Blocks may come one at a time: 2 million draws of which 16,384 are held."""
-    design, held = Design(1, 2**14, 128, 1, False), []
-
-    def blocks():
-        for start in range(0, design.per_cell, 10_000):
-            size = min(10_000, design.per_cell - start)
-            held.append(size)
-            yield {"regime": np.where(np.arange(size) % 4 == 0, 1, 2).astype(np.int8)}
-
-    tracemalloc.start()
-    found = reduced(blocks(), 1, design, Summary((), ()))
-    most = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert sum(held) == 2**21 and found["probability"][0, 0] == pytest.approx(0.25, abs=1e-3)
-    assert most < 2**20
