@@ -82,21 +82,14 @@ class Space:
         return entries
 
 
-@dataclass(frozen=True, eq=False)
-class Cheapest:
-    """Of n cells: cost (n,), inf where no ray met a border; the changes of each parameter there (n, k); whether the
-    search ended before it was done, so that there may be a cheaper change."""
-
-    cost: Floats
-    changes: Floats
-    ended: NDArray[np.bool_]
-
-
 def cheapest(
     search: Search, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
     tolerance: float, single: Floats,
-) -> Cheapest:  # fmt: skip
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
     """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
+
+    Returns its cost (n,), NaN where no ray met a border; the changes of each parameter (n, k); and whether the search
+    ended before it was done, so that there may be a cheaper change (n,).
 
     single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
     nothing is looked at beyond. The search of a cell ends after `_MOST_STEPS` of integration.
@@ -104,18 +97,17 @@ def cheapest(
     space = Space.of(search, reaches, costs, into, _MOST_STEPS)
     cell = np.flatnonzero(decided(home) & ((space.down > 0) | (space.up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
-    best = Cheapest(np.full(size, np.inf), np.full((size, k), np.nan), np.zeros(size, np.bool_))
+    least, changes, ended = np.full(size, np.nan), np.full((size, k), np.nan), np.zeros(size, np.bool_)
     if not cell.size:
-        return best
+        return least, changes, ended
     direction, cost = _best_rays(space, cell, points, single[cell])
     start = np.repeat(cell, cost.shape[1])
     direction, turned = turned_in(space, start, direction.reshape(-1, k), cost.ravel(), tolerance)
     choice = np.argmin(turned.reshape(cost.shape), axis=1) + cost.shape[1] * np.arange(cell.size)
-    met = np.isfinite(turned[choice])
-    best.cost[cell] = turned[choice]
-    best.changes[cell[met]] = (direction[choice] * turned[choice, np.newaxis] / costs)[met]
-    best.ended[cell] = ~space.goes_on(cell)
-    return best
+    choice, met = choice[np.isfinite(turned[choice])], cell[np.isfinite(turned[choice])]
+    least[met], changes[met] = turned[choice], direction[choice] * turned[choice, np.newaxis] / costs
+    ended[cell] = ~space.goes_on(cell)
+    return least, changes, ended
 
 
 def _best_rays(space: Space, cell: Integers, points: int, single: Floats) -> tuple[Floats, Floats]:

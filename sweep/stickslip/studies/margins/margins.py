@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
@@ -20,7 +21,7 @@ from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import CellsOrConfig, fine_enough, search_options
 from stickslip.studies.borders.search import Floats, Labels
-from stickslip.studies.margins.joint import Cheapest, cheapest
+from stickslip.studies.margins.joint import cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import OPPOSITE, SIDES, VARIABLES, Margins, entered, rows_of
 from stickslip.studies.margins.single import Borders, Search, nearest
@@ -220,7 +221,7 @@ def _margins(search: Search, section: Margins) -> Results:
     if section.joint:
         tolerance = max(section.tolerance, _OF_JOINT)
         best = cheapest(search, reaches, section.of_each, home, into, section.scan, tolerance, cheapest_single)
-        columns |= _joint(search, reaches, best, section)
+        columns |= _joint(search, reaches, section, *best)
     return columns
 
 
@@ -240,16 +241,16 @@ def _single(search: Search, reach: Reach, borders: Borders, section: Margins) ->
     return {f"{name}_{reach.name}": values for name, values in columns.items()}
 
 
-def _joint(search: Search, reaches: Sequence[Reach], best: Cheapest, section: Margins) -> Results:
-    """Return what is said of the cheapest joint change."""
-    known = np.isfinite(best.cost)
-    regimes, proposed = _checked(search, reaches, best.changes, section.beyond)
-    columns = {"joint_cost": np.where(known, best.cost, NAN), "joint_checked": regimes, "joint_ended": best.ended}
+def _joint(
+    search: Search, reaches: Sequence[Reach], section: Margins, cost: Floats, changes: Floats, ended: NDArray[np.bool_]
+) -> Results:
+    """The columns of the cheapest joint change, from what `cheapest` says of it."""
+    regimes, proposed = _checked(search, reaches, changes, section.beyond)
+    columns = {"joint_cost": cost, "joint_checked": regimes, "joint_ended": ended}
     for i, reach in enumerate(reaches):
-        values = reach.at(np.nan_to_num(best.changes[:, i]), np.arange(known.size))
-        cost = section.of_each[i] * best.changes[:, i]
-        columns[f"joint_{reach.name}"] = np.where(known, values, NAN)
-        columns[f"joint_share_{reach.name}"] = np.where(known, (cost / best.cost) ** 2, NAN)
+        values = reach.at(np.nan_to_num(changes[:, i]), np.arange(cost.size))
+        columns[f"joint_{reach.name}"] = np.where(np.isnan(cost), NAN, values)
+        columns[f"joint_share_{reach.name}"] = (section.of_each[i] * changes[:, i] / cost) ** 2
         columns[f"joint_proposed_{reach.name}"] = proposed[:, i]
     return columns
 
