@@ -73,9 +73,9 @@ def test_inspect_says_what_a_file_holds(here):
 
 
 def rows(text):
-    """The rows of tables by parameter, cells between two spaces or more."""
-    cells = [re.split(r"  +", line) for line in text.splitlines()]
-    return {row[0]: row[1:] for row in cells if len(row) > 3}
+    """The first rows of tables by parameter, cells between two spaces or more."""
+    cells = [re.split(r"  +", line) for line in reversed(text.splitlines())]
+    return {row[0]: row[1:] for row in cells if len(row) > 2}
 
 
 def test_advice_is_a_table_and_a_change_that_was_simulated(here):

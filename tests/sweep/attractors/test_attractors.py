@@ -70,8 +70,6 @@ def test_a_section_asks_run_for_the_same(band, tmp_path):
         ({"displacement": (0, 1)}, "velocity: missing, expected velocities of the box"),
         ({"displacement": (0, 1), "velocty": (0, 1)}, "velocty: unknown, .*did you mean velocity"),
         ({"displacement": 1, "velocity": (0, 1)}, r"displacement: got 1, expected a list of two values"),
-        (BOX | {"samples": 48}, "samples: got"),
-        (BOX | {"seed": -1}, "seed: got"),
         (None, "box: missing"),
         (3, "box: got 3"),
     ],
@@ -79,6 +77,12 @@ def test_a_section_asks_run_for_the_same(band, tmp_path):
 def test_a_bad_box_is_refused_before_anything_is_computed(box, message):
     with pytest.raises((TypeError, ValueError), match=message):
         stickslip.attractors(CELL | {"belt_speed": 0.5}, box)
+
+
+@pytest.mark.parametrize("numbers", [{"samples": 48}, {"samples": 64.5}, {"seed": -1}])
+def test_bad_numbers_of_samples_are_refused(numbers):
+    with pytest.raises(ValueError, match="(samples|seed): got"):
+        stickslip.attractors(CELL | {"belt_speed": 0.5}, BOX, **numbers)
 
 
 @pytest.mark.parametrize(
