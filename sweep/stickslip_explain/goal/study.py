@@ -25,7 +25,7 @@ from stickslip.studies.borders.lines import CellsOrConfig, Lines
 from stickslip.studies.borders.plane import OPEN, PlaneSearch
 from stickslip.studies.borders.search import Floats, Labels
 from stickslip.studies.borders.walk import scanned
-from stickslip.studies.margins.joint import Space, turned_in
+from stickslip.studies.margins.joint import ChangeSpace, turned_in
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.single import nearest
 from stickslip.studies.study import joined
@@ -124,7 +124,7 @@ class _Plane(PlaneSearch):
         costs = np.linalg.norm(ways, axis=1) if ways else np.zeros(1)
         if not costs.all():
             return None
-        space = Space.of(self.demand, reaches, np.ones(2), far, np.inf)
+        space = ChangeSpace.of(self.demand, reaches, np.ones(2), far, np.inf)
         start = np.zeros(len(ways), np.int64), np.array(ways) / costs[:, np.newaxis], _ROUGHLY * costs
         directions, costs = turned_in(space, *start, self.tolerance)
         best = int(np.argmin(costs))

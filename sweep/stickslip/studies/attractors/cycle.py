@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Scales, flows
 from stickslip.studies.attractors.plain import backwards, start_on_cycle, steady_displacement
-from stickslip.studies.attractors.starts import Work
+from stickslip.studies.attractors.starts import Motions
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
@@ -26,7 +26,7 @@ _SLIP_CYCLE = STATUSES.index("slip_cycle")
 
 
 @dataclass(frozen=True)
-class Cycles:
+class UnstableCycles:
     """The unstable cycles of some cells, backwards in time.
 
     closes : whether there is one, that closes. reach : how far its largest displacement is from steady sliding (m).
@@ -38,7 +38,7 @@ class Cycles:
     period: Floats
 
 
-def find_cycles(cells: Parameters, work: Work) -> Cycles:
+def find_cycles(cells: Parameters, work: Motions) -> UnstableCycles:
     """The unstable cycles of cells that have one by the theorems of `plain.py`; their belts move in positive direction.
 
     Newton's method on the return map of the motion backwards in time, from one largest displacement to the next: from
@@ -56,7 +56,7 @@ def find_cycles(cells: Parameters, work: Work) -> Cycles:
     return cycles
 
 
-def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Floats]:
+def _approached(back: Parameters, guess: Floats, work: Motions) -> tuple[Floats, Floats]:
     """Return where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
@@ -77,7 +77,7 @@ def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Fl
     return reach, period
 
 
-def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> Cycles:
+def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> UnstableCycles:
     """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding.
 
     A guess that is far off may lead to the second return, or to a later one: the period is the time of the first.
@@ -107,7 +107,7 @@ def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options
         slips = velocity.max(axis=1) < back["belt_speed"][near]  # what reaches w = 0 does not
         closes[near] = (returns > 0) & slips
         period[near] /= np.maximum(returns, 1)
-    return Cycles(closes, reach, period)
+    return UnstableCycles(closes, reach, period)
 
 
 def _correction(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:

@@ -14,7 +14,7 @@ from stickslip.studies.attractors import plain
 from stickslip.studies.attractors.area import area_in_box, largest, velocities_at_rest_point
 from stickslip.studies.attractors.cycle import SAMPLES, find_cycles, sampled_motion
 from stickslip.studies.attractors.section import Attractors
-from stickslip.studies.attractors.starts import Regimes, Work, settled
+from stickslip.studies.attractors.starts import Motions, Regimes, settled
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
 
@@ -39,7 +39,7 @@ class Verdicts(NamedTuple):
     inside: Flags
 
 
-def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
+def verdicts(cells: Parameters, stick: Regimes, work: Motions) -> Verdicts:
     """Return which theorem holds. stick : the regime reached from sticking."""
     known = plain.slips_on_curve(cells, work.options)
     if not known.any():
@@ -51,7 +51,7 @@ def verdicts(cells: Parameters, stick: Regimes, work: Work) -> Verdicts:
     return Verdicts(known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES))
 
 
-def exact_results(cells: Parameters, stick: Regimes, box: Attractors, work: Work) -> tuple[Flags, Results]:
+def exact_results(cells: Parameters, stick: Regimes, box: Attractors, work: Motions) -> tuple[Flags, Results]:
     """Of which cells the share is exact, and their results, by names of the variables of attractors; NaN elsewhere."""
     results: Results = {name: np.full(stick.size, np.nan) for name in _MEASURED}
     nowhere, everywhere, inside = verdicts(cells, stick, work)
@@ -65,7 +65,7 @@ def exact_results(cells: Parameters, stick: Regimes, box: Attractors, work: Work
     return np.isfinite(results["settling_share"]), results
 
 
-def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
+def _inside_cycles(cells: Parameters, box: Attractors, work: Motions) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where it was not found, or its numbers contradict each other."""
     ahead = plain.forward(cells)
     cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
@@ -75,11 +75,11 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Work) -> Results:
         part = taken(back, left)
         motion = sampled_motion(part, cycles.reach[left], cycles.period[left], samples, work.options)
         x = motion["displacement"] - plain.steady_displacement(part)[:, np.newaxis]
-        orbit, ends = (x, motion["velocity"], motion["acceleration"]), _mirrored_box(taken(cells, left), box)
-        area, coarse = (area_in_box(*(values[:, ::step] for values in orbit), cycles.period[left], *ends)
+        v, a, ends = motion["velocity"], motion["acceleration"], _mirrored_box(taken(cells, left), box)
+        area, coarse = (area_in_box(x[:, ::step], v[:, ::step], a[:, ::step], cycles.period[left], *ends)
                         for step in (1, 2))  # fmt: skip
         done = np.abs(area - coarse) <= AREA_ERROR * np.maximum(area, _LEAST * box.area)
-        measures = _measures(*orbit)
+        measures = _measures(x, v, a)
         measures |= {"settling_share": area / box.area, "unstable_period": cycles.period[left]}
         known = done & np.isfinite(list(measures.values())).all(axis=0)
         known &= area <= 4.0 * measures["unstable_amplitude"] * measures["unstable_velocity_amplitude"]
@@ -135,7 +135,7 @@ def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int
     cell : arrays of length 1. regime : the one it reaches from sticking. On a hysteretic or ageing contact, and under
     other laws than stribeck, nothing is known.
     """
-    work = Work(options, stop_flag())
+    work = Motions(options, stop_flag())
     with np.errstate(invalid="ignore"):
         if not verdicts(cell, np.array([regime], np.int8), work).inside[0]:
             return None

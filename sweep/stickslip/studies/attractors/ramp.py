@@ -21,7 +21,7 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.attractors.section import Attractors
-from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
+from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Motions, settled, unloaded
 from stickslip.studies.borders.lines import CellsOrConfig, LineSection, Side, check_lines, opened
 from stickslip.studies.report import axis_names, parts_over, shown
 from stickslip.studies.study import joined
@@ -144,7 +144,11 @@ class RampStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The ramps of a range of lines."""
-        lines, work, count = np.arange(items.start, items.stop), Work(self.options, stop), moved or (lambda cells: None)
+        lines, work, count = (
+            np.arange(items.start, items.stop),
+            Motions(self.options, stop),
+            moved or (lambda cells: None),
+        )
         results = self._followed(lines, work, count) | self._between(lines, work, count)
         return {name: results[name].ravel() for name in self.columns}
 
@@ -171,7 +175,7 @@ class RampStudy(Study):
         shown_in(ds[_VIBRATION_END].variable, unit)
         return ds
 
-    def _followed(self, lines: Lines, work: Work, moved: Moved) -> Results:
+    def _followed(self, lines: Lines, work: Motions, moved: Moved) -> Results:
         """By names of `_BRANCHES`, and `vibration_end`, arrays (lines, direction, values).
 
         `vibration_end`, at the last value that vibrates: the one, between it and the next, at which vibration gives way
@@ -198,7 +202,7 @@ class RampStudy(Study):
                 moved(lines.size)
         return columns
 
-    def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Work) -> Floats:
+    def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Motions) -> Floats:
         """The value at which vibration ends on lines that vibrate at the first of two, not at the other; NaN where a
         motion between them stays undecided. state : from the first value.
         """
@@ -215,7 +219,7 @@ class RampStudy(Study):
             state = np.where(vibrates, x, state[0]), np.where(vibrates, v, state[1])
         return np.where(known, 0.5 * (last + first), np.nan)
 
-    def _between(self, lines: Lines, work: Work, moved: Moved) -> Results:
+    def _between(self, lines: Lines, work: Motions, moved: Moved) -> Results:
         """By names of `_BETWEEN`, arrays (lines, values): unstable cycle, stability of steady sliding.
 
         NaN where there is no unstable cycle, or it is not known exactly (`plain.py` says of which cells it is).

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Scales
 from stickslip.studies.attractors.section import RANDOMISATIONS, Attractors
-from stickslip.studies.attractors.starts import Work, decided, settled
+from stickslip.studies.attractors.starts import Motions, decided, settled
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
@@ -46,7 +46,7 @@ def starting_states(box: Attractors) -> Floats:
     return np.asarray(scipy.stats.qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, box.points, 2)
 
 
-def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:
+def sampled_shares(cells: Parameters, box: Attractors, work: Motions) -> Shares:
     """The shares of the box that settle, from states drawn in it.
 
     The randomisations are independent and each is unbiased, so that their scatter gives the standard error of their
@@ -76,7 +76,7 @@ def disturbance_scale(cells: Parameters) -> Floats:
     return np.asarray(np.abs(cells["belt_speed"]) + by.load * model_with(cells).start_of(cells) / by.impedance)
 
 
-def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict[str, Floats]:
+def critical_disturbances(cells: Parameters, steady: Floats, work: Motions) -> dict[str, Floats]:
     """The smallest disturbances of steady sliding after which it does not come back, of a scan narrowed by halving.
 
     Returns arrays by name: shock_along, shock_against (m/s), shift_along, shift_against (m), along and against the
@@ -92,7 +92,7 @@ def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict
     return smallest
 
 
-def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
+def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Motions) -> Floats:
     """Return how many times a disturbance of displacement and velocity is enough, per cell."""
 
     def looked(line: Integers, place: Floats) -> Looked:

@@ -28,7 +28,7 @@ def decided(regimes: Regimes) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class Work:
+class Motions:
     """Computing from starting states of cells.
 
     Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing. moved : called with
@@ -62,7 +62,7 @@ def unloaded(cells: Parameters) -> tuple[Floats, Floats]:
     return x, np.full_like(x, np.nan)
 
 
-def from_sliding(cells: Parameters, steady: Floats, work: Work) -> Regimes:
+def from_sliding(cells: Parameters, steady: Floats, work: Motions) -> Regimes:
     """From close to steady sliding; not computed where the belt is at rest."""
     moving = np.isfinite(steady)
     regimes = np.zeros(steady.size, np.int8)

@@ -48,7 +48,7 @@ def find_attractors(
     The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
     Raises StoppedError once `stop` is raised.
     """
-    work = starts.Work(replace(options, early_stop=True), stop, moved)
+    work = starts.Motions(replace(options, early_stop=True), stop, moved)
     parts = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
@@ -56,7 +56,7 @@ def find_attractors(
     return {name: np.concatenate([part[name] for part in parts]).astype(kind) for name, kind in COLUMNS.items()}
 
 
-def _attractors(cells: Parameters, box: Attractors, work: starts.Work) -> Results:
+def _attractors(cells: Parameters, box: Attractors, work: starts.Motions) -> Results:
     """The same of cells that are held together."""
     n, steady = cells["mass"].size, starts.steady_state(cells, work.options)
     results: Results = {name: np.full(n, np.nan) for name in COLUMNS}
@@ -86,7 +86,7 @@ def _attractors(cells: Parameters, box: Attractors, work: starts.Work) -> Result
 
 def _sample(
     cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Attractors,
-    work: starts.Work, results: Results,
+    work: starts.Motions, results: Results,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Fill in what sampling tells of some cells; the regimes their starting states reached."""
     shares = sampled_shares(cells, box, work)

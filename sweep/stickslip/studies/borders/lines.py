@@ -151,7 +151,7 @@ class Side(Scan):
 # --- of a configuration -----------------------------------------------------------------------------------------------
 
 
-class Line(NamedTuple):
+class OpenLine(NamedTuple):
     """Lines along one parameter. axis : of the parameter, None if it is fixed. spacing : of that axis where its range
     is searched, else None."""
 
@@ -160,7 +160,7 @@ class Line(NamedTuple):
     spacing: str | None
 
 
-Lines = dict[str, Line]  # by parameter; of a plane y and x
+Lines = dict[str, OpenLine]  # by parameter; of a plane y and x
 
 
 def lines_of(config: Config, ranges: Ranges) -> Lines:
@@ -169,7 +169,7 @@ def lines_of(config: Config, ranges: Ranges) -> Lines:
     return {name: _line_along(config, name, between, key) for name, between in ranges.items()}
 
 
-def _line_along(config: Config, along: str, between: Between | None, key: str) -> Line:
+def _line_along(config: Config, along: str, between: Between | None, key: str) -> OpenLine:
     if not config.has_cells:
         raise ArgumentError(key, "the configuration has a drive: cells of a rig have no regime to search for")
     if config.uncertain is not None:
@@ -187,13 +187,13 @@ def _line_along(config: Config, along: str, between: Between | None, key: str) -
             raise ArgumentError(key, f"{along} varies together with others in the axis {axis.name}")
     own = next((axis for axis in config.axes if not isinstance(axis, Group) and axis.name == along), None)
     if between is not None:
-        return Line(own, between, None)
+        return OpenLine(own, between, None)
     if own is None:
         raise ArgumentError("between", f"missing; {along} is no axis of the configuration, so it needs a range")
     numbers = own.points()[~np.isnan(own.points())]
     if np.unique(numbers).size < 2:
         raise ArgumentError("between", f"missing; the axis {along} has no range, which takes two numbers")
-    return Line(own, (float(numbers.min()), float(numbers.max())), own.spacing if isinstance(own, Range) else None)
+    return OpenLine(own, (float(numbers.min()), float(numbers.max())), own.spacing if isinstance(own, Range) else None)
 
 
 def broken_rules(config: Config, lines: Lines) -> Iterator[Finding]:

@@ -29,7 +29,7 @@ _SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, Tru
 _Rings = Mapping[tuple[int, ...], list[Crossing]]  # crossings in ascending order, by side (direction, row, column)
 
 
-class Nodes(NamedTuple):
+class LineNodes(NamedTuple):
     """Points of lines: (n,) each. `along` : which parameter was searched along there, or a junction."""
 
     x: Floats
@@ -114,7 +114,7 @@ class PlaneSearch:
         """Regimes at shares of grid cells (n, 2) along both sides."""
         return self.looked(self.x.at(cells[:, 1], x), self.y.at(cells[:, 0], y))[0]
 
-    def nodes(self, cells: Integers) -> tuple[Nodes, _Rings]:
+    def nodes(self, cells: Integers) -> tuple[LineNodes, _Rings]:
         """Return where labels change on the sides of grid cells."""
         sides = _sides(cells, corner_labels(self.points, cells))
         brackets = self._crossings(sides)
@@ -126,7 +126,7 @@ class PlaneSearch:
             zip(sides[brackets["line"]].tolist(), brackets["below"].tolist(), brackets["above"].tolist(), strict=True)
         ):
             rings.setdefault(tuple(side), []).append(Crossing(node, below, above))
-        return Nodes(x, y, brackets["high"] - brackets["low"], direction.astype(np.int8)), rings
+        return LineNodes(x, y, brackets["high"] - brackets["low"], direction.astype(np.int8)), rings
 
     def _crossings(self, sides: Integers) -> Brackets:
         """Brackets on sides of the grid, as lines from 0 to 1 whose ends are known."""
@@ -156,7 +156,7 @@ class PlaneSearch:
         tolerance = min(share_of(side, self.tolerance) for side in (self.x, self.y))
         return search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), tolerance, labels_at, guide_at)[0]
 
-    def segments(self, cells: Integers, nodes: Nodes, rings: _Rings) -> tuple[list[Segment], Nodes]:
+    def segments(self, cells: Integers, nodes: LineNodes, rings: _Rings) -> tuple[list[Segment], LineNodes]:
         """Return what is inside the grid cells; and the nodes, with one more where three labels meet."""
         around = [_ring(cell, rings) for cell in cells.tolist()]
         centres: list[int | None] = [None] * len(cells)
@@ -177,7 +177,7 @@ class PlaneSearch:
                 x[number], y[number] = nodes.x[on_sides].mean(), nodes.y[on_sides].mean()
             parts[i] = joined(around[i], centres[i], nodes.x.size + number)
         columns = zip(nodes, (x, y, width, np.full(ends.size, _JUNCTION, np.int8)), strict=True)
-        nodes = Nodes(*(np.concatenate([of_sides, inside]) for of_sides, inside in columns))
+        nodes = LineNodes(*(np.concatenate([of_sides, inside]) for of_sides, inside in columns))
         return [piece for part in parts for piece in part], nodes
 
 
@@ -206,7 +206,7 @@ def _ring(cell: list[int], rings: _Rings) -> list[Crossing]:
     return ring
 
 
-def _table(chains: list[Chain], nodes: Nodes) -> Results:
+def _table(chains: list[Chain], nodes: LineNodes) -> Results:
     """Lines and nodes as columns."""
     order = np.array([node for chain in chains for node in chain.nodes], np.int64)
     return {

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.studies.borders.search import Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.margins.reach import Reach
-from stickslip.studies.margins.single import Search, decided, first_entries
+from stickslip.studies.margins.single import MarginSearch, decided, first_entries
 
 _MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
@@ -30,11 +30,11 @@ _OF_TURN = 0.01  # of the square of a turn, which the cost may change by: how ex
 
 
 @dataclass(frozen=True, eq=False)
-class Space:
+class ChangeSpace:
     """Changes times costs: what a ray is in. down, up : room (n, k) on both sides of each parameter. ends : steps of
     integration of each cell at which its search ends."""
 
-    search: Search
+    search: MarginSearch
     reaches: Sequence[Reach]
     costs: Floats
     into: list[int] | None
@@ -43,7 +43,9 @@ class Space:
     ends: Floats
 
     @classmethod
-    def of(cls, search: Search, reaches: Sequence[Reach], costs: Floats, into: list[int] | None, most: float) -> Space:
+    def of(
+        cls, search: MarginSearch, reaches: Sequence[Reach], costs: Floats, into: list[int] | None, most: float
+    ) -> ChangeSpace:
         """The space of some reaches. most : steps of integration for a cell."""
         down, up = (np.stack(rooms, axis=1) for rooms in zip(*(reach.room for reach in reaches), strict=True))
         return cls(search, reaches, costs, into, down, up, search.steps + most)
@@ -83,7 +85,7 @@ class Space:
 
 
 def cheapest(
-    search: Search, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
+    search: MarginSearch, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
     tolerance: float, single: Floats,
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
     """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
@@ -94,7 +96,7 @@ def cheapest(
     single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
     nothing is looked at beyond. The search of a cell ends after `_MOST_STEPS` of integration.
     """
-    space = Space.of(search, reaches, costs, into, _MOST_STEPS)
+    space = ChangeSpace.of(search, reaches, costs, into, _MOST_STEPS)
     cell = np.flatnonzero(decided(home) & ((space.down > 0) | (space.up > 0)).any(axis=1))
     size, k = home.size, len(reaches)
     least, changes, ended = np.full(size, np.nan), np.full((size, k), np.nan), np.zeros(size, np.bool_)
@@ -110,7 +112,7 @@ def cheapest(
     return least, changes, ended
 
 
-def _best_rays(space: Space, cell: Integers, points: int, single: Floats) -> tuple[Floats, Floats]:
+def _best_rays(space: ChangeSpace, cell: Integers, points: int, single: Floats) -> tuple[Floats, Floats]:
     """The best few of many rays of each cell: directions (cells, few, k) and costs (cells, few).
 
     Rays are as long as may still be among the best: no longer than the cheapest change of one parameter, nor than the
@@ -136,7 +138,9 @@ def _best_rays(space: Space, cell: Integers, points: int, single: Floats) -> tup
     return directions[rows, order], costs[rows, order]
 
 
-def turned_in(space: Space, cell: Integers, direction: Floats, cost: Floats, tolerance: float) -> tuple[Floats, Floats]:
+def turned_in(
+    space: ChangeSpace, cell: Integers, direction: Floats, cost: Floats, tolerance: float
+) -> tuple[Floats, Floats]:
     """Directions (m, k) and costs (m,) of rays, turned to all sides to wherever it is cheaper.
 
     cost : known roughly, inf of rays that are left as they are; in the end to the tolerance, unless the search of a

@@ -24,7 +24,7 @@ from stickslip.studies.borders.search import Floats, Labels
 from stickslip.studies.margins.joint import cheapest
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.section import OPPOSITE, SIDES, VARIABLES, Margins, entered, rows_of
-from stickslip.studies.margins.single import Borders, Search, nearest
+from stickslip.studies.margins.single import Borders, MarginSearch, nearest
 from stickslip.studies.report import search_attributes, search_settings
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -105,7 +105,7 @@ class MarginStudy(Study):
         parts = []
         for start in range(items.start, items.stop, _TOGETHER):
             cells = self._parameters(start, min(start + _TOGETHER, items.stop))
-            parts.append(_margins(Search(cells, self.options, stop, self._section.speeds, moved), self._section))
+            parts.append(_margins(MarginSearch(cells, self.options, stop, self._section.speeds, moved), self._section))
         whole = joined(parts) if parts else self.blank(items)
         return {name: whole[name].ravel().astype(dtype) for name, dtype in self.columns.items()}
 
@@ -205,7 +205,7 @@ def _simulated(checked: xr.DataArray, goals: Sequence[str]) -> str:
 # --- computing --------------------------------------------------------------------------------------------------------
 
 
-def _margins(search: Search, section: Margins) -> Results:
+def _margins(search: MarginSearch, section: Margins) -> Results:
     """The columns of some cells. Raises StoppedError."""
     cells, size = search.cells, search.steps.size
     home = search.regimes(np.arange(size), {})
@@ -225,7 +225,7 @@ def _margins(search: Search, section: Margins) -> Results:
     return columns
 
 
-def _single(search: Search, reach: Reach, borders: Borders, section: Margins) -> Results:
+def _single(search: MarginSearch, reach: Reach, borders: Borders, section: Margins) -> Results:
     """The columns of one parameter: both borders, the nearer of them as distance and as factor, and the checks."""
     nearer = np.argmin(np.where(np.isnan(borders.change), np.inf, np.abs(borders.change)), axis=1)
     border = borders.border[np.arange(reach.value.size), nearer]
@@ -242,11 +242,16 @@ def _single(search: Search, reach: Reach, borders: Borders, section: Margins) ->
 
 
 def _joint(
-    search: Search, reaches: Sequence[Reach], section: Margins, cost: Floats, changes: Floats, ended: NDArray[np.bool_]
+    search: MarginSearch,
+    reaches: Sequence[Reach],
+    section: Margins,
+    cost: Floats,
+    changes: Floats,
+    ended: NDArray[np.bool_],
 ) -> Results:
     """The columns of the cheapest joint change, from what `cheapest` says of it."""
     regimes, proposed = _checked(search, reaches, changes, section.beyond)
-    columns = {"joint_cost": cost, "joint_checked": regimes, "joint_ended": ended}
+    columns: Results = {"joint_cost": cost, "joint_checked": regimes, "joint_ended": ended}
     for i, reach in enumerate(reaches):
         values = reach.at(np.nan_to_num(changes[:, i]), np.arange(cost.size))
         columns[f"joint_{reach.name}"] = np.where(np.isnan(cost), NAN, values)
@@ -255,7 +260,7 @@ def _joint(
     return columns
 
 
-def _checked(search: Search, reaches: Sequence[Reach], changes: Floats, beyond: float) -> tuple[Labels, Floats]:
+def _checked(search: MarginSearch, reaches: Sequence[Reach], changes: Floats, beyond: float) -> tuple[Labels, Floats]:
     """Regimes of cells a little past the border, and the values there; 0 and NaN where there is none.
 
     changes : (n, k) up to the border. The length of the change grows by the share `beyond`, or by as much as a single

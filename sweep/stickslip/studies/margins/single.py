@@ -20,7 +20,7 @@ _VIBRATING = [REGIMES.index(name) for name in VIBRATING]
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class MarginSearch:
     """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
 
     speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
@@ -113,7 +113,7 @@ class Borders:
 
 
 def nearest(
-    search: Search, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
+    search: MarginSearch, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
 ) -> Borders:
     """The first change of regime on the way down and up.
 
@@ -147,7 +147,7 @@ def first_entries(brackets: Brackets, into: list[int] | None) -> Brackets:
     return entries[first]
 
 
-def _table(brackets: Brackets, search: Search, reach: Reach, size: int) -> Borders:
+def _table(brackets: Brackets, search: MarginSearch, reach: Reach, size: int) -> Borders:
     """First brackets as tables (n, 2)."""
     cell, up = brackets["line"] // 2, brackets["line"] % 2
     sign = np.where(up == 1, 1.0, -1.0)

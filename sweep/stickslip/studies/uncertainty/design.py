@@ -55,7 +55,7 @@ class SobolPoints:
         return np.asarray(engine.random(self._together), np.float64)
 
 
-class Place(NamedTuple):
+class DrawPlace(NamedTuple):
     """Places of items: four rows of numbers. matrix : 0 is A, 1 is B, 2 + i is A with the column i of B."""
 
     cell: Integers
@@ -103,12 +103,12 @@ class Design:
         """In the unit cube; the columns of B after those of A."""
         return SobolPoints(self.plain * self.quantities, self.draws, self.seed)
 
-    def place(self, start: int, stop: int) -> Place:
+    def place(self, start: int, stop: int) -> DrawPlace:
         """Return where the items from `start` to `stop` stand."""
         shape = (-(-stop // self.per_cell) or 1, self.scramblings, self.matrices, self.draws)
-        return Place(*np.unravel_index(np.arange(start, stop, dtype=np.int64), shape))
+        return DrawPlace(*np.unravel_index(np.arange(start, stop, dtype=np.int64), shape))
 
-    def normals(self, place: Place) -> Floats:
+    def normals(self, place: DrawPlace) -> Floats:
         """Independent standard normal deviates of items, (n, quantities)."""
         points, d = self.points.at(place.scrambling, place.number), self.quantities
         drawn = points[:, :d].copy()
