@@ -8,7 +8,6 @@ import xarray as xr
 from scipy.optimize import minimize
 
 import stickslip
-from helpers.configs import write_config
 from stickslip import theory
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
@@ -90,14 +89,6 @@ def test_the_joint_change_is_no_dearer_than_any_single_one():
     assert float(ds["joint_cost"]) <= float(ds["margin_damping"]) / 2 * (1 + 1e-8)  # critical damping is 2
 
 
-def test_a_parameter_at_zero_has_a_distance_and_no_factor():
-    ds = stickslip.margins(PAIR, ("damping",), joint=False).isel(cell=0)
-    assert np.isnan(ds["ratio_damping"]) and ds["margin_damping"].attrs["units"] == "N s m-1"
-    line = stickslip.border(PAIR, "damping", (0.0, 2.0))
-    assert float(ds["margin_damping"]) == pytest.approx(float(line["border"][0, 0]), rel=1e-8)
-    assert np.isnan(ds["border_damping"].sel(side="below"))
-
-
 def test_both_sides_are_told_where_the_regime_changes_on_both():
     """Between the borders to stick-slip (below) and to creep or another regime along damping."""
     ds = stickslip.margins(PAIR | {"damping": 0.1}, ("damping",), within=30, joint=False).isel(cell=0)
@@ -149,30 +140,15 @@ def test_static_friction_goes_down_to_friction_at_breakaway_and_no_further():
     assert proposed >= 0.3
 
 
-def test_the_axes_of_a_configuration_are_the_dimensions(tmp_path):
-    config = stickslip.load_config(write_config(tmp_path, num=4))
-    ds = stickslip.margins(config, ("belt_speed",), joint=False, tolerance=1e-6)
-    assert ds["margin_belt_speed"].dims == tuple(axis.name for axis in config.axes)
-    assert ds["border_belt_speed"].dims == (*ds["regime"].dims, "side")
-    away = ds["margin_belt_speed"] + ds["belt_speed"]
-    np.testing.assert_allclose(away / ds["belt_speed"], ds["ratio_belt_speed"])
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"parameters": ("stifness",)}, "parameters[0]: got ('stifness',), expected a parameter of a cell: mass"),
         ({"parameters": ()}, "parameters: got (), expected a list of different parameters"),
         (
             {"costs": {"mass": 1.0}},
             "costs: got {'mass': 1.0}, expected a parameter that may change: belt_speed or damping",
         ),
-        ({"costs": {"damping": 0.0}}, "costs: got {'damping': 0.0}, expected a number above 0"),
-        ({"within": 1.0}, "within: got 1.0, expected a number above 1"),
-        ({"within": {"damping": (2.0, 1.0)}}, "within: got {'damping': (2.0, 1.0)}, expected the lower end first"),
         ({"within": {"mass": 2.0}}, "within: got {'mass': 2.0}, expected a parameter that may change"),
-        ({"into": ("squeal",)}, "into[0]: got ('squeal',), expected a regime: stick_slip, damped"),
-        ({"scan": 1}, "scan: got 1"),
         ({"beyond": 1.0}, "beyond: got 1.0, expected a number from 0 to 0.5"),
     ],
 )

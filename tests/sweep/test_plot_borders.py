@@ -37,10 +37,6 @@ def test_borders_outside_the_map_are_neither_drawn_nor_promised():
     assert len(figure.axes[0].collections) == 1
 
 
-def test_borders_can_be_left_out():
-    assert len(plot_map(plane(), borders=False).axes[0].collections) == 1
-
-
 # --- exact ------------------------------------------------------------------------------------------------------------
 
 

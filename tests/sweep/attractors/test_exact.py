@@ -134,13 +134,3 @@ def test_static_friction_and_ageing_do_not_move_the_unstable_cycle():
         aged = find(ARTICLE | {"belt_speed": 0.6} | more)
         assert aged["share_method"][0] == EXACT
         assert aged["settling_share"] == pytest.approx(plain["settling_share"], rel=1e-12)
-
-
-def test_regimes_that_coexist_are_bits():
-    bits = {name: 1 << (code - 1) for code, name in enumerate(REGIMES) if code}
-    found = find(ARTICLE | {"belt_speed": [0.2, 0.5, 2.0]})
-    both = bits["stick_slip"] | bits["damped"]
-    assert found["coexisting"][:2].tolist() == [bits["stick_slip"], both]
-    assert not found["coexisting"][2] & bits["stick_slip"]
-    assert [REGIMES[code] for code in found["regime_from_stick"][:2]] == ["stick_slip", "stick_slip"]
-    assert [REGIMES[code] for code in found["regime_from_sliding"][:2]] == ["stick_slip", "damped"]

@@ -89,13 +89,6 @@ def test_circles_wider_than_a_few_boxes_are_exact(radius, x0, y0, depth):
     assert (found == truth).all() if inside else (found != truth).sum() <= 4**depth
 
 
-def test_a_thin_line_that_one_point_hits_is_followed_to_its_ends():
-    truth = np.ones((300, 300), np.int8)
-    truth[5:290, 128] = 2  # on a face of boxes of 17 points
-    truth[128, 20:280] = 2
-    assert (refined(truth, 4)[0] == truth).all()
-
-
 def test_a_border_is_followed_into_the_next_tile():
     """A bulge through the edge of a tile that no corner and no centre of the neighbour sees."""
     truth = np.ones((1025, 2049), np.int8)

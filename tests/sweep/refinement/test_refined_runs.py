@@ -137,11 +137,8 @@ def test_a_map_and_its_refinement_do_not_overwrite_each_other(tmp_path):
     ("section", "message"),
     [
         ("refine: {depth: -1}", "my.yaml:6:17: refine.depth: got -1, expected a whole number from 0 to 18"),
-        ("refine: {depth: 2.5}", "my.yaml:6:17: refine.depth: got 2.5, expected a whole number from 0 to 18"),
         ("refine: {depth: 8}", "my.yaml:6:17: refine.depth: got 8, expected at most 7"),
         ("refine: {audit: -0.1}", "my.yaml:6:17: refine.audit: got -0.1, expected "),
-        ("refine: {audit: 1001}", "my.yaml:6:17: refine.audit: got 1001, expected "),
-        ("refine: {audit: some}", "my.yaml:6:17: refine.audit: got 'some', expected "),
         ("refine: {deep: 3}", "my.yaml:6:10: refine.deep: unknown key, expected depth or audit"),
         ("refine: 3", "my.yaml:6:9: refine: got 3, expected"),
         ("refine: {}\nborder: {along: mass, between: [1, 2]}", "got border besides refine on line 6"),

@@ -27,24 +27,6 @@ def read(*args):
     return parse_config(text(*args))
 
 
-@pytest.mark.parametrize(
-    "args",
-    [
-        (),
-        (f"{SPEED}, damping: {{normal: {{mean: 0.01, std: 0.01}}, truncated: {{low: 0}}}}",),
-        (f"{SPEED}, mu_stop: {{triangular: {{low: 1, mode: 1.1, high: 1.2}}}}", "draws: 64", "indices: false"),
-        (f"{SPEED}, damping: {{uniform: [0, 1]}}",
-         "correlation: {between: [damping, belt_speed], matrix: [[1, .5], [.5, 1]]}"),
-        (f"{SPEED}, damping: {{gamma: {{scale: 2, loc: 0, a: 3}}, truncated: {{high: 9}}}}",),
-        (f"{SPEED}, contact_time: {{lognormal: {{median: 1 min, factor: 2}}}}", "metrics: []"),
-        (SPEED, "subset: {samples: 1000}"),
-    ],
-)  # fmt: skip
-def test_a_section_as_it_was_understood_reads_back_equal(args):
-    config = read(*args)
-    assert parse_config(config.to_yaml()) == config
-
-
 def test_indices_are_computed_where_inputs_are_independent():
     both = f"{SPEED}, damping: {{uniform: [0, 1]}}"
     assert read(both).uncertain.indices
@@ -130,13 +112,6 @@ def test_the_coefficients_of_a_fitted_curve_scatter_as_its_points_leave_them(tmp
     scale = np.sqrt(np.diag(fit.covariance))
     assert np.cov(values) / np.outer(scale, scale) == pytest.approx(fit.covariance / np.outer(scale, scale), abs=0.01)
     assert values.mean(1) == pytest.approx([fit.a1, fit.a2, fit.a3, fit.a4], abs=4e-5)
-
-
-def test_a_result_knows_the_scatter_of_its_curve_without_the_points(tmp_path):
-    path, _ = write_points(tmp_path)
-    config = load_config(path)
-    (tmp_path / "points.csv").unlink()
-    assert parse_config(config.to_yaml(), str(path)) == config
 
 
 def test_a_fitted_coefficient_may_be_truncated_and_other_quantities_be_correlated_beside_it(tmp_path):
