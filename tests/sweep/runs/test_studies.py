@@ -108,7 +108,7 @@ def test_a_block_that_fails_is_recorded_and_tried_again(config, tmp_path, monkey
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ("border: {between: [1, 2]}", "border.along: missing, expected parameter of a cell to search along"),
+        ("border: {between: [1, 2]}", "border.along: missing, expected parameter of a cell"),
         ("border: {along: belt_sped}", "belt_speed?"),
         ("border: {along: damping}", "border.between: missing; damping is no axis of the configuration"),
         (

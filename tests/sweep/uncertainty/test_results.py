@@ -68,7 +68,7 @@ def test_the_command_tells_and_draws(config, tmp_path):
     assert plot.stat().st_size > 0
     assert "damped.png" in told("plot", output, "--select", "state=damped", "-o", tmp_path / "damped.png")
     alone = told("run", write(tmp_path, "", ", stiffness: 1"))
-    assert re.search(r"^stick-slip +belt_speed +0\.\d+ +0\.\d+$", alone, re.M)
+    assert re.search(r"^stick_slip +belt_speed +0\.\d+ +0\.\d+$", alone, re.M)
     bounded = told("run", write(tmp_path, "", ", stiffness: 1", 16))
     assert re.search(r"^bounds   .* \d", bounded, re.MULTILINE)
 

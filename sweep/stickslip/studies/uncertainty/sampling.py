@@ -76,10 +76,13 @@ class SampleStudy(Study):
         headings = ("probability", "standard error") if not dims else ("from", "to", "largest error")
         yield Table("", ("regime",), headings, rows)
         if not dims and "sobol_total" in ds:
-            known = ds.isel(state=ds["sobol_total"].notnull().any("quantity"))
-            rows = [[flag_label(str(regime["state"].item())), str(row["quantity"].item()),
-                     f"{float(row['sobol_first']):.2f}", f"{float(row['sobol_total']):.2f}"]
-                    for _, regime in known.groupby("state") for _, row in regime.groupby("quantity")]  # fmt: skip
+            known = ds["state"].values[ds["sobol_total"].notnull().any("quantity").values]
+            places = [(str(name), str(quantity)) for name in known for quantity in ds["quantity"].values]
+            rows = [
+                [flag_label(name), quantity, *(f"{float(ds[key].sel(state=name, quantity=quantity)):.2f}"
+                                               for key in ("sobol_first", "sobol_total"))]
+                for name, quantity in places
+            ]  # fmt: skip
             yield Table("", ("regime", "quantity"), ("first-order index", "total"), rows)
         if (undecided := float(ds["undecided"].mean())) > 0:
             yield f"bounds   probability_low and probability_high allow for {undecided:.3g} of the draws, undecided"
