@@ -1,6 +1,7 @@
 """Reports of studies on their results: tables for the screen and for pages, and how a search was done."""
 
 from collections.abc import Hashable, Iterator, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,11 @@ _SETTINGS = ("tolerance", "rtol", "scan", "points")
 
 
 def shown(table: Table) -> Iterator[Table | str]:
-    """The first rows of a table, and how many more there are."""
-    rows = list(table.rows)
-    yield table._replace(rows=rows[:MOST_ROWS])
-    if len(rows) > MOST_ROWS:
-        yield f"... and {len(rows) - MOST_ROWS:,} more"
+    """The first rows of a table, and that there are more."""
+    rows = iter(table.rows)
+    yield table._replace(rows=list(islice(rows, MOST_ROWS)))
+    if next(rows, None) is not None:
+        yield "... and more"
 
 
 def axis_names(ds: xr.Dataset, dims: Sequence[Hashable]) -> list[str]:

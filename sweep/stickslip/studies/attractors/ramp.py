@@ -123,7 +123,7 @@ class RampStudy(Study):
         """Report the changes of regime on the way up, and on the way down."""
         *dims, _, along = ds["regime"].dims
         words = [*axis_names(ds, dims), "way", "regime", "then"]
-        rows = [[*where, *row] for where, line in parts_over(ds, dims) for row in _changes(line, str(along))]
+        rows = ([*where, *row] for where, line in parts_over(ds, dims) for row in _changes(line, str(along)))
         yield from shown(Table("", words, ["from", "to"], rows))
 
     @classmethod
