@@ -308,12 +308,13 @@ def border_lines(config: Config, shown: MapPicture, stop: StopFlag) -> list[Line
         return []
     study: Study
     if len(ranges) == 2:
-        plane = borders.plane_over(config, (ranges[0].name, ranges[1].name), {}, _BORDER_POINTS, options)
-        study = borders.ContourStudy(*plane, section_of_call(borders.Contours, **limits), options)
+        of_axes = {axis.name: None for axis in ranges}
+        cells, (y, x) = borders.opened(config, of_axes, _BORDER_POINTS, options)
+        study = borders.ContourStudy(cells, y, x, section_of_call(borders.Contours, **limits), options)
     else:
         section = section_of_call(borders.Border, along=ranges[0].name, **limits)
-        lines = borders.lines_along(config, section.along, None, section.scan, options)
-        study = borders.BorderStudy(*lines, section, options)
+        cells, (side,) = borders.opened(config, section.ranges(config), section.scan, options)
+        study = borders.BorderStudy(cells, side, section, options)
     try:
         results = study.compute(range(prod(study.shape)), stop)
     except StoppedError:

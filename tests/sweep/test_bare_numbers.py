@@ -98,7 +98,7 @@ def test_python_calls(speeds):
 def test_boxes_and_ranges_of_python_calls():
     box = {"displacement": (-1, quantity(1000, "mm")), "velocity": (-1000, "1000 mm/s")}
     found = stickslip.attractors(CELL | {"belt_speed": 0.5}, box=box)
-    assert found.attrs["box_velocity"] == "-1.0 to 1.0 m/s" and found.attrs["box_displacement"] == "-0.001 to 1.0 m"
+    assert found.attrs["box_velocity"].tolist() == [-1, 1] and found.attrs["box_displacement"].tolist() == [-0.001, 1]
     ramp = stickslip.ramp(CELL, along="belt_speed", between=(5, "900 mm/s"), points=3)
     np.testing.assert_allclose(ramp["belt_speed"][[0, -1]], [0.005, 0.9], rtol=1e-12)
 
@@ -111,9 +111,11 @@ def test_speeds_of_a_comparison():
 def test_options_of_commands(tmp_path):
     config = tmp_path / "a.yaml"
     config.write_text(AT)
-    for ends in (["5", "900 mm/s"], ["5 mm/s", "0.9 m/s"]):
-        done = CliRunner().invoke(main, ["border", str(config), "--along", "belt_speed", "--between", *ends])
-        assert done.exit_code == 0 and f"a factor of {180 ** (1 / 63):.6g} apart" in done.output, done.output
+    for i, ends in enumerate((["5", "900 mm/s"], ["5 mm/s", "0.9 m/s"])):
+        output = str(tmp_path / f"{i}.nc")
+        words = ["border", str(config), "--along", "belt_speed", "--between", *ends, "-o", output]
+        assert CliRunner().invoke(main, words).exit_code == 0
+        assert parse_config(stickslip.open(output).attrs["configuration"]).study.between == (0.005, 0.9)
     config.write_text(TEXT)
     done = CliRunner().invoke(main, ["validate", str(config), "--set", "axes.belt_speed=[5, 60 mm/s]"])
     assert "0.005, 0.06 m/s" in done.output and "warning" not in done.output.lower(), done.output

@@ -16,13 +16,9 @@ from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
-from stickslip.errors import Interrupted
 from stickslip.files import writing
-from stickslip.runs import blocks
 from stickslip.studies.borders import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
-from stickslip.vocabulary.models.stribeck import coefficients
-from stickslip.vocabulary.quantities import PARAMETERS
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))
@@ -89,20 +85,6 @@ def test_stick_slip_ends_where_scipy_sees_the_first_slip_graze(along):
         assert ours == pytest.approx(root, rel=1e-8)
 
 
-def test_method_says_where_the_margin_led_to_the_border():
-    """Grazing; and what no margin tells: stick-slip that turns into slip both ways, damped that turns into creep."""
-    grazing = stickslip.border(PAIR | {"mu_stop": [np.nan, 1.1], "damping": 0.01}, "belt_speed", BELT)
-    both_ways = PAIR | {"stiffness": 8.6, "a2": 0.0, "a3": 0.98, "a4": 0.027, "mu_stop": 1.75}
-    both_ways = stickslip.border(both_ways, "belt_speed", (5.0, 20.0))
-    creep = PAIR | {"a3": 0.0, "displacement": 2.0, "velocity": 0.0, "belt_speed": 0.5}
-    creep = stickslip.border(creep, "damping", (0.0, 100.0))
-    assert (grazing["method"] == METHODS.index("restick_margin")).all()
-    assert REGIMES[both_ways["regime_above"].item()] == "sustained"
-    assert creep["regime_above"].item() == CREEP
-    for ds in (both_ways, creep):
-        assert (ds["method"] == METHODS.index("bisection")).all()
-
-
 @pytest.mark.parametrize(
     "hysteretic", [pytest.param(False, id="plain"), pytest.param(True, id="hysteretic", marks=pytest.mark.slow)]
 )
@@ -148,16 +130,6 @@ def test_coulomb_friction_with_a_damper_stops_stick_slip_at_the_critical_speed()
     ds = stickslip.border(cells | {"mu_static": 0.45}, "belt_speed", (1e-6, 1e4))
     exact = theory.critical_speed(m, k, c, load, 0.45, 0.3)
     np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
-    assert "log spacing" in ds.attrs["border_scan"]
-
-
-def test_the_static_friction_at_which_stick_slip_begins_follows_from_the_same_closed_form():
-    damping = np.array([0.05, 0.2, 0.6])
-    cells = {"mass": 1.0, "stiffness": 1.0, "damping": damping, "normal_load": 2.0, "belt_speed": 0.1}
-    ds = stickslip.border(cells | {"a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}, "mu_static", (0.3, 3.0))
-    exact = 0.3 + theory.critical_strength(damping / 2) * 0.1 / 2.0
-    np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
-    assert (ds["regime_above"] == STICK_SLIP).all()
 
 
 def test_damped_turns_into_creep_where_the_second_excursion_sinks_into_the_settling_band():
@@ -183,18 +155,9 @@ def test_steady_sliding_loses_its_stability_within_the_stretch_that_cannot_be_de
     assert abs(float(only(ds)[0]) - exact) <= width / 2
     assert 1e-9 * exact < width < 5e-3 * exact
     assert (ds["regime_below"].item(), ds["regime_above"].item()) == (STICK_SLIP, DAMPED)
-    assert "1 wider than the tolerance, around cells that are undecided" in ds.attrs["border_found"]
 
 
 # --- what is found, and what is said ----------------------------------------------------------------------------------
-
-
-def test_borders_do_not_depend_on_where_the_scan_looked():
-    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
-    one, other = (stickslip.border(cells, "belt_speed", *how) for how in ((BELT,), ((0.0123, 7.0),)))
-    coarse = stickslip.border(cells, "belt_speed", BELT, scan=2)
-    for ds in (other, coarse):
-        np.testing.assert_allclose(only(ds), only(one), rtol=1e-9)
 
 
 def test_the_regimes_beside_a_border_are_those_of_cells_there():
@@ -216,17 +179,9 @@ def test_both_ends_of_stick_slip_on_a_line_are_found():
     np.testing.assert_array_equal(ds["regime_above"][0, :-1], ds["regime_below"][0, 1:])
 
 
-def test_lines_with_fewer_borders_are_filled_with_nothing():
-    ds = stickslip.border(PAIR | {"a3": [0.3, 0.0]}, "belt_speed", BELT)
-    assert ds["border"].isnull().values.tolist() == [[False], [True]]
-    assert np.isnan(ds["border_width"][1, 0]) and ds["regime_below"][1, 0] == ds["regime_above"][1, 0] == 0
-    assert ds.attrs["border_found"] == "1 on 1 of 2 lines"
-
-
 def test_no_border_is_no_error_and_is_said(tmp_path):
     ds = stickslip.border(PAIR, "belt_speed", (0.1, 0.2))
     assert ds.sizes == {"cell": 1, "crossing": 0}
-    assert ds.attrs["border_found"] == "none: no change of regime was found on 1 lines"
     xr.testing.assert_equal(stickslip.open(writing.write(ds, tmp_path / "none.nc")).load(), ds)
 
 
@@ -235,55 +190,12 @@ def test_a_dataset_of_borders_says_what_it_is():
     assert ds["border"].attrs["units"] == ds["border_width"].attrs["units"] == "N m-1"
     assert ds["regime_below"].dtype == np.int8
     assert ds["regime_below"].attrs["flag_meanings"] == " ".join(REGIMES)
-    assert ds.attrs["border_scan"].startswith("5 points, log spacing, a factor of 3.16228 apart: a regime that begins")
-    assert ds.attrs["border_method"].startswith("restick_margin where it passes zero at the border")
     assert ds["method"].dtype == np.int8 and ds["method"].attrs["flag_meanings"] == " ".join(METHODS)
-    assert (ds.attrs["border_tolerance"], ds.attrs["border_rtol"]) == (1e-6, 1e-8)
+    assert [ds.attrs[f"border_{name}"] for name in ("tolerance", "rtol", "scan")] == [1e-6, 1e-8, 5]
     assert {"source", "history", "configuration"} <= set(ds.attrs)
-    near = stickslip.border(PAIR, "belt_speed", (0.5, 1.0), scan=6)
-    assert near.attrs["border_scan"].startswith("6 points, linear spacing, 0.1 m/s apart")
 
 
 # --- configurations ---------------------------------------------------------------------------------------------------
-
-
-def test_the_other_axes_of_a_configuration_are_the_dimensions(tmp_path):
-    path = write_config(tmp_path, num=5)
-    ds = stickslip.border(path, "belt_speed", tolerance=1e-7)
-    assert ds["border"].dims == ("stiffness", "crossing") and ds.sizes["stiffness"] == 5
-    assert ds.attrs["border_range"] == "0.05 to 1.0 m/s" and "belt_speed" not in ds.coords
-    stiffness = ds["stiffness"].values
-    listed = stickslip.border(PAIR | {"stiffness": stiffness}, "belt_speed", (0.05, 1.0), tolerance=1e-7)
-    np.testing.assert_allclose(ds["border"], listed["border"], rtol=1e-7)
-    both = stickslip.border(path, "damping", (0.0, 1.0), scan=3)
-    assert both["border"].dims == ("stiffness", "belt_speed", "crossing")
-
-
-def test_along_what_is_measured_the_curve_follows():
-    config = parse_config(MEASURED_FORM.replace("belt_speed: 10 mm/s", "belt_speed: 0.5"), "<test>")
-    fixed = config.fixed()
-    (one,) = stickslip.border(config, "v_reversal", (0.1, 0.3))["border"].values
-    places = np.array([one * (1 - 1e-8), one * (1 + 1e-8)])
-    curve = coefficients(fixed["mu_start"], fixed["mu_reversal"], places, fixed["a4"])
-    cells = {name: fixed[name] for name in PARAMETERS if name in fixed} | curve._asdict()
-    low, high = stickslip.evaluate(cells, rtol=1e-11)["regime"].values
-    assert low != high
-
-
-def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
-    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
-    whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(blocks, "_FEWEST", 16)
-    portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    xr.testing.assert_equal(portions, whole)
-
-
-def test_an_interrupted_search_says_so():
-    def stop(done, of):
-        raise KeyboardInterrupt
-
-    with pytest.raises(Interrupted, match="[01] of 1 lines are finished"):
-        stickslip.border(PAIR, "belt_speed", BELT, progress=stop)
 
 
 # --- the search alone, on labels we choose ----------------------------------------------------------------------------
@@ -377,41 +289,23 @@ def test_a_border_at_zero_is_found_to_a_share_of_the_range():
     assert abs(found["high"] - found["low"]) < 3e-12 and found["low"] <= 0 <= found["high"]
 
 
-def test_halving_ends_at_neighbouring_numbers():
-    found, _ = searched(lambda x: int(x > 1e-3), low=1e-9, high=1e9, points=2, tolerance=0.0)
-    assert np.nextafter(found["low"][0], 1) == found["high"][0]
-
-
 # --- bad input --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "message"),
+    ("change", "message"),
     [
-        ({"along": "belt_sped"}, ValueError, "did you mean belt_speed?"),
-        ({"along": "regime"}, ValueError, "got 'regime', expected a parameter of a cell: mass, stiffness"),
-        ({"between": (2.0, 1.0)}, ValueError, "expected the lower end first and the upper above it; swap"),
-        ({"between": (1.0, 1.0)}, ValueError, "got (1.0, 1.0), expected the lower end first"),
-        ({"between": (np.nan, 1.0)}, ValueError, "between: got (nan, 1.0), expected a finite number in m/s"),
-        ({"between": (0.0, np.inf)}, ValueError, "between: got (0.0, inf), expected a finite number"),
-        ({"along": "mass", "between": (0.0, 1.0)}, ValueError, "between: got (0.0, 1.0), expected a mass above"),
-        ({"along": "mu_stop", "between": (np.nan, 1.0)}, ValueError, "between: got (nan, 1.0)"),
-        ({"along": "mu_stop", "between": (0.5, 2.0)}, ValueError, "mu_stop[0]: got 2, expected at most mu_start"),
-        ({"along": "damping", "between": None}, ValueError, "between: missing; cells need a range of damping"),
-        ({"between": 3.0}, ValueError, "between: got 3.0, expected a list of two values"),
-        ({"between": (1.0, 2.0, 3.0)}, ValueError, "expected a list of two values"),
-        ({"scan": 1}, ValueError, "scan: got 1, expected a whole number from 2 to"),
-        ({"scan": 2.5}, ValueError, "scan: got 2.5"),
-        ({"tolerance": 0.0}, ValueError, "tolerance: got 0.0, expected a number from 1e-15 to 0.1"),
-        ({"tolerance": np.nan}, ValueError, "tolerance: got nan"),
-        ({"rtol": 1.0}, ValueError, "rtol: got 1.0"),
-        ({"law": "no_law"}, ValueError, "law: got 'no_law'"),
-        ({"cells_or_config": {"mass": 1.0}}, ValueError, "stiffness is missing"),
+        ({"along": "belt_sped"}, "along: got 'belt_sped'"),
+        ({"between": (np.nan, 1.0)}, "between: got (nan, 1.0), expected a finite number in m/s"),
+        ({"along": "mu_stop", "between": (0.5, 2.0)}, "mu_stop[0]: got 2, expected at most mu_start"),
+        ({"along": "damping", "between": None}, "between: missing; cells need a range of damping"),
+        ({"scan": 1}, "scan: got 1, expected a whole number from 2 to"),
+        ({"cells_or_config": {"mass": 1.0}}, "stiffness is missing"),
     ],
 )  # fmt: skip
-def test_bad_input_is_named_with_what_is_allowed(change, error, message):
+def test_bad_input_is_named_with_what_is_allowed(change, message):
     asked = {"cells_or_config": PAIR | {"belt_speed": 0.1}, "along": "belt_speed", "between": BELT}
-    with pytest.raises(error, match=re.escape(message)):
+    with pytest.raises(ValueError, match=re.escape(message)):
         stickslip.border(**(asked | change))
 
 
@@ -445,26 +339,12 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     assert done.exit_code == 0, done.output
     ds = stickslip.open(output)
     row = re.search(
-        r"^stiffness = 10 N/m: stick_slip -> damped at (\S+) m/s \(width \S+, by restick_margin\)$",
+        r"^10 N/m +(\S+) m/s +stick_slip +damped +restick_margin +\S+ m/s$",
         done.output,
         re.MULTILINE,
     )
     assert float(row[1]) == pytest.approx(float(ds["border"][-1, 0]), rel=1e-11)
-    assert re.search(r"borders  \d on 3 of 3 lines", done.output) and "can be missed" in done.output
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--along", "damping"), "between: missing; damping is no axis of the configuration"),
-        (("--along", "damping", "--between", "2 mm", "3"), "--between: got ('2 mm', 3.0)"),
-        (("--along", "dampin", "--between", "2", "3"), "--along: got 'dampin', expected a parameter of a cell"),
-        (("--along", "belt_speed", "--scan", "1"), "scan: got 1, expected"),
-    ],
-)
-def test_the_command_says_what_is_wrong(tmp_path, arguments, message):
-    done = command(write_config(tmp_path, num=3), *arguments)
-    assert done.exit_code == 2 and message in done.output
+    assert re.search(r"^borders  \d on 3 of 3 lines$", done.output, re.MULTILINE)
 
 
 def test_a_line_without_border_says_its_regime_throughout(tmp_path):
@@ -476,7 +356,7 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
     )
     done = CliRunner().invoke(main, ["run", str(tmp_path / "b.yaml"), "-o", str(tmp_path / "b.csv")])
     assert done.exit_code == 0, done.output
-    assert "a3 = 0: damped throughout, no border" in done.stdout and "2 on 2 of 3 lines" in done.stdout
+    assert re.search(r"^0 +none: damped throughout$", done.stdout, re.M) and "2 on 2 of 3 lines" in done.stdout
     table = pd.read_csv(tmp_path / "b.csv")
     assert list(table["regime_throughout"].fillna("")) == ["", "", "damped"]
     assert list(table["regime_below"].fillna("")) == ["stick_slip", "stick_slip", ""]

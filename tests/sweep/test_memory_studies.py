@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip.config.options import options_of
 from stickslip.config.reader import parse_config
-from stickslip.config.studies import study_class
 from stickslip.errors import ConfigError
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
@@ -85,31 +83,6 @@ def test_contours_follow_the_critical_stiffness_past_what_is_undecided():
     exact = np.isclose(places["stiffness"], critical, rtol=1e-9)
     assert along.sum() > 40 and exact.sum() > 10
     np.testing.assert_allclose(places["stiffness"], critical, rtol=2e-2)
-
-
-@pytest.mark.parametrize(
-    ("friction", "tolerance", "points"),
-    [
-        ("law: rate_state_slip, mu_0: 0.6, v_0: 1 um/s, a: 0.010, b: 0.018, D_c: 1 um", 1e-4, 128),
-        ("a1: 0.25, a2: 0, a3: 0.05, a4: 20 mm/s, contact_stiffness: 20 N/mm", 1e-4, 128),
-        ("a1: 0.25, a2: 0, a3: 0.05, a4: 20 mm/s", 1e-9, 512),
-    ],
-)
-def test_how_closely_borders_are_searched_depends_on_the_contact_unless_it_is_said(friction, tolerance, points):
-    text = f"""
-system: {{mass: 1 kg, normal_load: 10 N}}
-friction: {{{friction}}}
-axes:
-  stiffness: {{start: 2 N/mm, stop: 400 N/mm, num: 4}}
-  belt_speed: {{start: 10 um/s, stop: 30 mm/s, num: 4}}
-contours: {{scan: 2}}
-"""
-    config = parse_config(text)
-    study = study_class("contours").of(config, config.study, options_of(config))
-    assert (study._section.tolerance, study._section.points) == (tolerance, points)
-    given = parse_config(text.replace("scan: 2", "scan: 2, tolerance: 1e-6, points: 32"))
-    study = study_class("contours").of(given, given.study, options_of(given))
-    assert (study._section.tolerance, study._section.points) == (1e-6, 32)
 
 
 @pytest.mark.parametrize("zero", [0.31, 0.5, 0.69])

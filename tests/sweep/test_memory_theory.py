@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import stickslip
 from stickslip.theory import memory
@@ -80,23 +79,6 @@ def test_at_the_critical_stiffness_motions_neither_grow_nor_decay():
     assert chosen.sum() > 3000
     np.testing.assert_allclose(even / (k * r), 0.0, atol=1e-9)
     np.testing.assert_allclose(odd / (omega * (k + np.abs(r * steady))), 0.0, atol=1e-9)
-
-
-def test_the_leading_root_changes_its_sign_at_the_critical_stiffness_to_eight_digits():
-    random, n = np.random.default_rng(4), 200
-    load, speed, distance = (10.0 ** random.uniform(low, high, n) for low, high in ((0, 3), (-7, -1), (-7, -4)))
-    a = 10.0 ** random.uniform(-3, -1.5, n)
-    slopes = memory.rate_state_slopes(0.0, load, speed, a, a * random.uniform(1.1, 4.0, n), distance)
-    mass = 10.0 ** random.uniform(-3, 3, n) * a * load * distance / speed**2
-    critical = memory.critical_stiffness(mass, slopes)
-    for i in range(n):
-        one = memory.Slopes(*(values[i : i + 1] for values in slopes))
-
-        def growth(stiffness, one=one, mass=mass[i]):
-            return float(memory.small_motions(mass, stiffness, one).growth[0])
-
-        border = brentq(growth, 0.5 * critical[i], 2.0 * critical[i], rtol=1e-12, xtol=1e-300)
-        assert border == pytest.approx(critical[i], rel=1e-8)
 
 
 def test_a_dataset_says_of_small_motions_what_the_equation_says():

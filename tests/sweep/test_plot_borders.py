@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from helpers.maps import axis, make_map, plane
 from helpers.plotted import legend_of, panels_of, speeds, stiffnesses
@@ -9,8 +10,7 @@ from stickslip.dataset.build import axis_variable
 from stickslip.dataset.polylines import joined_crossings, matched
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
-from stickslip.studies.borders import Side
-from stickslip.studies.borders.border import labelled
+from stickslip.vocabulary.quantities import QUANTITIES
 
 # --- linear theory ----------------------------------------------------------------------------------------------------
 
@@ -37,10 +37,6 @@ def test_borders_outside_the_map_are_neither_drawn_nor_promised():
     assert len(figure.axes[0].collections) == 1
 
 
-def test_borders_can_be_left_out():
-    assert len(plot_map(plane(), borders=False).axes[0].collections) == 1
-
-
 # --- exact ------------------------------------------------------------------------------------------------------------
 
 
@@ -54,16 +50,11 @@ def borders_along(along, across, values, **regimes):
     values = np.array(values)
     below = np.where(np.isnan(values), 0, regimes.get("below", 1))
     above = np.where(np.isnan(values), 0, regimes.get("above", 2))
-    lines = grid_coordinates_of(across)
-    table = {"border": values, "regime_below": below, "regime_above": above, "border_width": 0 * values,
-             "method": 0 * values, "scan_undecided": np.zeros(len(values)),
-             "regime_throughout": np.zeros(len(values))}  # fmt: skip
-    side = Side(0.0, 1.0, 2, "linear", along)
-    return labelled(side, table, (across.dim,), (len(values),), lines, {"border_parameter": along})
-
-
-def grid_coordinates_of(coordinate):
-    return {coordinate.dim: axis_variable(coordinate)}
+    columns = {"border": values, "regime_below": below, "regime_above": above}
+    ds = xr.Dataset({name: ((across.dim, "crossing"), column) for name, column in columns.items()})
+    ds["border"].attrs["units"] = QUANTITIES[along].units
+    ds = ds.assign_coords({across.dim: axis_variable(across)})
+    return ds.assign_attrs(result="border", border_parameter=along)
 
 
 def test_borders_along_either_axis_are_drawn_over_a_map():

@@ -12,6 +12,7 @@ from stickslip import progress
 from stickslip.cli import main
 from stickslip.engine import Options, cells, compute_range, stop_flag
 from stickslip.progress import Bar
+from stickslip.studies.study import Meter
 from stickslip.vocabulary.cells import Cells
 
 CELL = {"mass": 1.0, "stiffness": 100.0, "damping": 0.5, "normal_load": 10.0, "belt_speed": 0.1,
@@ -41,6 +42,22 @@ def test_progress_rises_to_all_items(compute, items):
     compute(lambda done, total: moves.append((done, total)))
     assert moves[-1] == (items, items)
     assert (np.diff([done for done, _ in moves]) >= 0).all() and moves[0][0] < items or len(moves) == 1
+
+
+def test_items_under_way_count_by_their_cells_and_never_as_all():
+    meter = Meter(cells_each=100, done=3)
+    moved = meter.watch(0, items=2)
+    shares = []
+    for _ in range(20):
+        moved(20)
+        shares.append(meter.items)
+    assert shares[:8] == pytest.approx(3 + 2 * np.arange(1, 9) / 10)  # as expected, while that is sure
+    assert (np.diff(shares) >= 0).all() and shares[-1] < 5
+    meter.end(0, 2)
+    assert meter.items == 5
+    meter.watch(1, items=4)(100)
+    meter.end(1, 0)  # it failed
+    assert meter.items == 5
 
 
 def test_cells_that_take_long_are_told_of_every_second_and_keep_their_numbers(monkeypatch):

@@ -63,8 +63,7 @@ def border(
     Dataset
         Over the lines and `crossing`, in ascending order: border (NaN where a line has fewer), regime_below,
         regime_above, border_width, method, and scan_undecided per line. Where cells at a border are unresolved or
-        failed, border_width is the stretch of them. No crossing is no error: `crossing` has length 0, and the attribute
-        border_found says so.
+        failed, border_width is the stretch of them. No crossing is no error: `crossing` has length 0.
 
     Raises
     ------

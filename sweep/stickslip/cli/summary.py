@@ -18,9 +18,11 @@ def show_result(ds: xr.Dataset, output: Location | None = None) -> None:
     """Print what a result of any kind holds. output : its file, which remarks name."""
     if not is_reported(ds):
         _show_map(ds, output)
-    if "audit" in ds.attrs:
-        screen.echo(f"refined  {ds.attrs['refine_cells_computed']:,} cells computed for {ds['regime'].size:,}")
-        screen.echo(f"audit    {ds.attrs['audit']}")
+    if "audit_bound" in ds.attrs:
+        computed, points, wrong = (ds.attrs[key] for key in ("refine_cells_computed", "audit_points", "audit_wrong"))
+        screen.echo(f"refined  {computed:,} cells computed for {ds['regime'].size:,}")
+        screen.echo(f"audit    {points:,} random points among the inferred cells, {wrong:,} of them wrong: "
+                    f"at most {100 * ds.attrs['audit_bound']:.3g} % of all cells (95 %, Clopper-Pearson)")  # fmt: skip
 
 
 def is_reported(ds: xr.Dataset) -> bool:

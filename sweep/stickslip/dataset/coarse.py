@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 MOST_VALUES = 2**21  # of a chunk: 16 MiB of float64
 Chunk = dict[Hashable, slice]
 Pixel = tuple[int, int]  # rows and columns of cells
-_OVERSHOOT = 0.1  # of what the corners of a box differ by: a spline beyond swings, and crosses levels where nothing is
 _LEFT_OUT = -1  # where `where` left a flag out; no flag has this code
 
 
@@ -100,40 +99,13 @@ def numbers(array: xr.DataArray, pixel: Pixel) -> Coarse:
 
 def centres(array: xr.DataArray, pixel: Pixel) -> NDArray[np.float64]:
     """The value at the cell in the middle of every pixel (`middles`): exact, where a mean would be blurred."""
-    return picked(array, *(middles(n, step) for n, step in zip(array.shape, pixel, strict=True)))
-
-
-def picked(array: xr.DataArray, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
-    """The values where these rows and columns cross."""
+    rows, columns = (middles(n, step) for n, step in zip(array.shape, pixel, strict=True))
     values = np.zeros((rows.size, columns.size))
     for (down, across), cells in _chunks(array, (1, 1)):  # every cell a pixel
         here = [(down.start <= rows) & (rows < down.stop), (across.start <= columns) & (columns < across.stop)]
         inside = np.ix_(rows[here[0]] - down.start, columns[here[1]] - across.start)
         values[np.ix_(*here)] = cells[inside]
     return values
-
-
-def between(array: xr.DataArray, pixel: Pixel, box: int) -> NDArray[np.float64]:
-    """A smooth quantity of a refined map at the middles of pixels, by splines through cells that are computed anyhow.
-
-    box : cells along a side of the largest boxes, whose corners these cells are. NaN if one of them has no value.
-    Inside a box splines go beyond the values at its corners by no more than a tenth of what these differ by.
-    """
-    from scipy.interpolate import RectBivariateSpline  # type: ignore[import-untyped]
-
-    known = [np.unique(np.append(np.arange(0, n, box if n > box else 1), n - 1)) for n in array.shape]
-    values = picked(array, *known)
-    points = [middles(n, step) for n, step in zip(array.shape, pixel, strict=True)]
-    if not np.isfinite(values).all():
-        return np.full([along.size for along in points], np.nan)
-    orders = [min(3, along.size - 1) for along in known]
-    splined = RectBivariateSpline(*known, values, kx=orders[0], ky=orders[1])(*points)
-    row, column = (np.clip(np.searchsorted(k, at, "right") - 1, 0, k.size - 2)[:, np.newaxis]
-                   for k, at in zip(known, points, strict=True))  # fmt: skip
-    corners = np.stack([values[row + down, column.T + across] for down in (0, 1) for across in (0, 1)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    beyond = _OVERSHOOT * (high - low)
-    return np.asarray(np.clip(splined, low - beyond, high + beyond), np.float64)
 
 
 def middles(length: int, step: int) -> NDArray[np.intp]:

@@ -90,10 +90,10 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
         sections.append(pages.Section("Cells that are not decided", _undecided(ds, regimes)))
     if study and (own_table := study.table(ds)):
         sections.append(pages.Section(own_table.title, _table_of(own_table)))
-    if own := {name: value for name, value in ds.attrs.items() if name not in _COMMON and isinstance(value, str)}:
-        sections.append(
-            pages.Section("What was found", pages.terms((_spoken(name), value) for name, value in own.items()))
-        )
+    own = {name: value for name, value in ds.attrs.items() if name not in _COMMON and getattr(value, "ndim", 0) == 0}
+    if own:
+        terms = ((_spoken(name), v if isinstance(v, str) else f"{v:.10g}") for name, v in own.items())
+        sections.append(pages.Section("What was found", pages.terms(terms)))
     text = str(ds.attrs.get("configuration", "not known"))
     is_whole = not (isinstance(study, type) and issubclass(study, Study)) or f"\n{study.section.key}:" in text
     again = "; saved as a file, it gives the same result again" if is_whole else ""

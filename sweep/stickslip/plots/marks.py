@@ -109,17 +109,16 @@ def draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pix
     """Contours of the linear damping ratio; returns the levels that lie inside the panel.
 
     Of a contact that knows it by formulas, through points of their own; else through the values at single cells, so
-    that pixels do not blur or shift them; if the map is refined, between those that are computed in any case.
+    that pixels do not blur or shift them; none of a refined map, most cells of which have no value.
     """
     if not (x.is_numeric and y.is_numeric) or min(x.length, y.length) < 2:
         return set()
     if (known := over_plane(panel, "damping_ratio", x, y)) is not None:
         points, ratio = known[:2], known[2]
-    elif "damping_ratio" not in panel.data_vars:
+    elif "damping_ratio" not in panel.data_vars or "refine_box" in panel.attrs:
         return set()
     else:
-        cells, box = panel["damping_ratio"].transpose(y.dim, x.dim), panel.attrs.get("refine_box")
-        ratio = coarse.between(cells, pixel, box) if box else coarse.centres(cells, pixel)
+        ratio = coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), pixel)
         points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
     ratio = np.ma.masked_invalid(ratio)
     inside = levels_inside(ratio)

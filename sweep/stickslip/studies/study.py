@@ -1,7 +1,6 @@
 """Count of the finished items of a study, and columns of several ranges in one."""
 
 from collections.abc import Sequence
-from math import exp
 from threading import Lock
 from typing import Any
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from stickslip.config.studies import Moved
 from stickslip.engine import Results
 
-_SURE = 0.8  # of the cells that items are expected to take: up to here their share is what is done
+_MOST = 0.95  # of items that may take more cells than expected, until they are done
 
 
 class Meter:
@@ -43,14 +42,11 @@ class Meter:
     def items(self) -> float:
         """Items done; a whole number where no block is under way, or where an item is a cell."""
         with self._lock:
-            return self._done + sum(self._share(*one) for one in self._under_way.values())
+            return self._done + sum(self._share(*block) for block in self._under_way.values())
 
     def _share(self, items: int, cells: int) -> float:
-        """Return how many of some items so many cells are; where they take more than expected, less than all."""
-        if self._each <= 1:
-            return min(cells, items)
-        share = cells / (self._each * items)
-        return items * (share if share < _SURE else 1.0 - (1.0 - _SURE) * exp((_SURE - share) / (1.0 - _SURE)))
+        """Return how many of some items so many cells are; where they take more than expected, not yet all."""
+        return min(cells / max(self._each, 1), items if self._each <= 1 else _MOST * items)
 
 
 def joined(parts: Sequence[Results]) -> Results:

@@ -36,14 +36,9 @@ class CoulombCycle(NamedTuple):
 
 
 def coulomb_cycle(
-    mass: ArrayLike,
-    stiffness: ArrayLike,
-    normal_load: ArrayLike,
-    belt_speed: ArrayLike,
-    mu_static: ArrayLike,
-    mu_kinetic: ArrayLike,
-    damping: ArrayLike = 0.0,
-) -> CoulombCycle:
+    mass: ArrayLike, stiffness: ArrayLike, normal_load: ArrayLike, belt_speed: ArrayLike, mu_static: ArrayLike,
+    mu_kinetic: ArrayLike, damping: ArrayLike = 0.0,
+) -> CoulombCycle:  # fmt: skip
     """The stick-slip cycle for constant coefficients mu_static > mu_kinetic >= 0 and a belt speed > 0 (m/s).
 
     Without damper, with D = (mu_static - mu_kinetic) N/k and w = sqrt(k/m): stick time 2 D/v, slip time
@@ -109,13 +104,9 @@ def critical_strength(zeta: ArrayLike) -> Floats:
 
 
 def critical_speed(
-    mass: ArrayLike,
-    stiffness: ArrayLike,
-    damping: ArrayLike,
-    normal_load: ArrayLike,
-    mu_static: ArrayLike,
+    mass: ArrayLike, stiffness: ArrayLike, damping: ArrayLike, normal_load: ArrayLike, mu_static: ArrayLike,
     mu_kinetic: ArrayLike,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Belt speed (m/s) from which there is no stick-slip: (mu_static - mu_kinetic) N/(kappa_c sqrt(k m)), exactly.
 
     inf without damper, 0 from critical damping on, and 0 where friction does not drop (mu_static <= mu_kinetic): no
@@ -127,17 +118,12 @@ def critical_speed(
 
 
 def critical_speed_lightly_damped(
-    mass: ArrayLike,
-    stiffness: ArrayLike,
-    damping: ArrayLike,
-    normal_load: ArrayLike,
-    mu_static: ArrayLike,
+    mass: ArrayLike, stiffness: ArrayLike, damping: ArrayLike, normal_load: ArrayLike, mu_static: ArrayLike,
     mu_kinetic: ArrayLike,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """The classical approximation of `critical_speed` (m/s): dF/sqrt(4 pi zeta k m), dF = (mu_static - mu_kinetic) N.
 
-    The limit of light damping; too high otherwise, by 3 % at zeta = 0.01 and by 15 % at 0.05. inf without damper, 0
-    where friction does not drop.
+    The limit of light damping; too high otherwise, by 3 % at zeta = 0.01 and by 15 % at 0.05.
     """
     m, k, c, load, static, kinetic = floats(mass, stiffness, damping, normal_load, mu_static, mu_kinetic)
     resistance = np.sqrt(2.0 * np.pi * c * np.sqrt(k * m))  # 2 zeta k m = c sqrt(k m)

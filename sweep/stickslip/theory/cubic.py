@@ -40,13 +40,9 @@ def cubic_loss_of_stability(
 
 
 def cubic_pure_slip_speed(
-    belt_speed: ArrayLike,
-    mu_start: ArrayLike,
-    mu_reversal: ArrayLike,
-    v_reversal: ArrayLike,
-    damping: ArrayLike,
+    belt_speed: ArrayLike, mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike, damping: ArrayLike,
     normal_load: ArrayLike,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Amplitude (m/s) of the velocity in self-excited pure slip, 2 sqrt(v_b1^2 - v_belt^2); A1 in their units.
 
     Times sqrt(m/k) it is the amplitude of the displacement. NaN outside the belt speeds where there is such a motion:

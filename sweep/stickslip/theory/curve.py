@@ -126,16 +126,9 @@ def loss_of_stability(
 
 
 def stick_slip_limit(
-    a2: ArrayLike,
-    a3: ArrayLike,
-    a4: ArrayLike,
-    damping: ArrayLike,
-    normal_load: ArrayLike,
-    mass: ArrayLike | None = None,
-    stiffness: ArrayLike | None = None,
-    *,
-    strongest: float = STRONGEST,
-) -> Floats:
+    a2: ArrayLike, a3: ArrayLike, a4: ArrayLike, damping: ArrayLike, normal_load: ArrayLike,
+    mass: ArrayLike | None = None, stiffness: ArrayLike | None = None, *, strongest: float = STRONGEST,
+) -> Floats:  # fmt: skip
     """Belt speed (m/s) up to which stick-slip that started from sticking persists, near-harmonically.
 
     v = a4 z with I1(z) e^-z / z = g/2, g = a4 (a2 + c/N)/a3: a slip whose speed amplitude is that of the belt loses to
@@ -210,15 +203,9 @@ class Groups(NamedTuple):
 
 
 def groups(
-    mass: ArrayLike,
-    stiffness: ArrayLike,
-    damping: ArrayLike,
-    normal_load: ArrayLike,
-    belt_speed: ArrayLike,
-    a2: ArrayLike,
-    a3: ArrayLike,
-    a4: ArrayLike,
-) -> Groups:
+    mass: ArrayLike, stiffness: ArrayLike, damping: ArrayLike, normal_load: ArrayLike, belt_speed: ArrayLike,
+    a2: ArrayLike, a3: ArrayLike, a4: ArrayLike,
+) -> Groups:  # fmt: skip
     """The dimensionless groups of a cell, given in SI.
 
     speed : v_belt/a4. strength : kappa = N a3/(a4 sqrt(k m)), falls as the spring stiffens.

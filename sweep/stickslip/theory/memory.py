@@ -93,5 +93,5 @@ def small_motions(mass: ArrayLike, stiffness: ArrayLike, slopes: Slopes) -> Smal
     finite = np.asarray(np.isfinite(companion).all(axis=(-2, -1)))
     roots = np.linalg.eigvals(np.where(finite[..., None, None], companion, 0.0))
     leading = np.take_along_axis(roots, np.argmax(roots.real, axis=-1)[..., None], axis=-1)[..., 0]
-    found = np.where(finite, leading, np.nan)
-    return SmallMotions(np.asarray(found.real), np.abs(found.imag))
+    root = np.where(finite, leading, np.nan)
+    return SmallMotions(np.asarray(root.real), np.abs(root.imag))

@@ -24,12 +24,12 @@ from stickslip.studies.borders import ContourStudy, fine_enough
 from stickslip.studies.borders.contours import VARIABLES, lines_dataset
 from stickslip.studies.borders.lines import CellsOrConfig, Lines
 from stickslip.studies.borders.plane import OPEN, PlaneSearch
-from stickslip.studies.borders.search import Floats, Integers, Labels
+from stickslip.studies.borders.search import Floats, Labels
 from stickslip.studies.borders.walk import scanned
-from stickslip.studies.margins.joint import Space, refined
+from stickslip.studies.margins.joint import ChangeSpace, turned_in
 from stickslip.studies.margins.reach import Reach, reach_of
 from stickslip.studies.margins.single import nearest
-from stickslip.studies.report import axes_over, parts_over
+from stickslip.studies.report import axis_names, parts_over
 from stickslip.studies.study import joined
 from stickslip.studies.uncertainty.design import Design
 from stickslip.vocabulary.cells import taken
@@ -83,9 +83,9 @@ class _Plane(PlaneSearch):
         """None: verdicts are about ranges and draws, of which theory knows nothing."""
         return
 
-    def looked(self, panel: Integers, x: Floats, y: Floats) -> tuple[Labels, Floats]:
+    def looked(self, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Verdicts, and the guide to where they change."""
-        judged = self.demand.judged(panel, {self.x.name: x, self.y.name: y})
+        judged = self.demand.judged(np.zeros(x.size, np.int64), {self.x.name: x, self.y.name: y})
         return judged.verdict, judged.guide
 
     def columns(self) -> Results:
@@ -94,7 +94,7 @@ class _Plane(PlaneSearch):
         row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
         at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
         judged = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
-        self.points.known[0, row, column] = judged.verdict
+        self.points.known[row, column] = judged.verdict
         maps = dict(zip(_MAPS, (judged.quiet, judged.error, judged.undecided), strict=True))
         maps = {name: np.where(judged.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
         return maps | {_of_verdicts(name): values for name, values in super().columns().items()}
@@ -125,9 +125,9 @@ class _Plane(PlaneSearch):
         costs = np.linalg.norm(ways, axis=1) if ways else np.zeros(1)
         if not costs.all():
             return None
-        space = Space.of(self.demand, reaches, np.ones(2), far, np.full(1, np.inf))
+        space = ChangeSpace.of(self.demand, reaches, np.ones(2), far, np.inf)
         start = np.zeros(len(ways), np.int64), np.array(ways) / costs[:, np.newaxis], _ROUGHLY * costs
-        costs, directions = refined(space, *start, self.tolerance)
+        directions, costs = turned_in(space, *start, self.tolerance)
         best = int(np.argmin(costs))
         within = 1.0 if far == [QUIET] else 1.0 - 2.0 * self.tolerance
         return directions[best] * costs[best] * within if np.isfinite(costs[best]) else None
@@ -218,15 +218,14 @@ class GoalStudy(ContourStudy):
         dims = [*ds["verdict"].dims]
         names = ["quiet_share", *(f"{what}_{name}" for what in ("alone", "together")
                                   for name in ds["quiet_probability"].dims[-2:])]  # fmt: skip
-        axes, rows = axes_over(ds, dims), []
-        for place, part in parts_over(ds, dims):
+        rows = []
+        for where, part in parts_over(ds, dims):
             values = [float(part[name]) for name in names]
             texts = [unit_of(part[name]).text(value, 4) if np.isfinite(value) else "-"
                      for name, value in zip(names, values, strict=True)]  # fmt: skip
-            where = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
             rows.append([*where, VERDICTS[int(part["verdict"])], *texts])
         headings = [name.replace("_", " ") for name in names]
-        return Table("Nearest changes of the verdict", [*(axis.name for axis in axes), "verdict"], headings, rows)
+        return Table("Nearest changes of the verdict", [*axis_names(ds, dims), "verdict"], headings, rows)
 
     @classmethod
     def figure(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stickslip.studies.borders import Looked, Side
 from stickslip.studies.borders.plane import OPEN
 from stickslip.studies.borders.search import Floats, Integers, Labels
-from stickslip.studies.margins.single import Search
+from stickslip.studies.margins.single import MarginSearch
 from stickslip.studies.uncertainty.inputs import computed_where
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Parameters, taken
@@ -41,7 +41,7 @@ class Judged(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Demand(Search):
+class Demand(MarginSearch):
     """A search whose labels are verdicts.
 
     measured : whether coefficients of friction follow from what is measured of the curve. ranges : of the values to be

@@ -70,25 +70,6 @@ def test_a_diagram_marks_where_theory_has_the_hopf_bifurcation_and_where_vibrati
     assert (np.diff(unstable.get_ydata()) > 0).all()
 
 
-def test_stable_lines_are_solid_where_they_are_and_dashed_where_not(ramp):
-    figure = plots.plot_branches(ramp, "displacement_amplitude")
-    blue = {line.get_linestyle(): line for line in figure.axes[0].lines if line.get_color() == "#0072b2"}
-    x, solid, dashed = ramp["belt_speed"].values, blue["-"].get_ydata(), blue["--"].get_ydata()
-    stable = ramp["damping_ratio"].values[0] > 0
-    np.testing.assert_array_equal(np.isfinite(solid), stable)
-    assert np.isfinite(dashed[~stable]).all() and np.isnan(dashed[x > 0.5]).all()
-    assert figure.axes[0].get_ylabel() == "amplitude of displacement (m)"
-
-
-def test_where_the_unstable_cycle_is_not_known_the_rest_is_drawn():
-    hysteretic = stickslip.ramp(CELL | {"mu_stop": 1.2}, "belt_speed", (0.0, 1.1), points=12)
-    assert hysteretic["unstable_amplitude"].isnull().all()
-    labels = [text.get_text() for text in plots.plot_branches(hysteretic).legends[0].get_texts()]
-    assert {"stick-slip", "steady sliding", "stuck"} <= set(labels) and "unstable cycle" not in labels
-    older = hysteretic.drop_vars(["unstable_amplitude", "unstable_velocity_amplitude", "damping_ratio"])
-    assert plots.plot_branches(older).axes, "of a file that an earlier version wrote"
-
-
 def test_lines_are_selected_and_what_is_no_ramp_is_refused(ramp):
     two = stickslip.ramp(CELL | {"stiffness": [1.0, 10.0]}, "belt_speed", (0.1, 1.1), points=5)
     assert plots.plot_branches(two, select={"cell": 1}).axes

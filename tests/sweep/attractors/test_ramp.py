@@ -35,27 +35,6 @@ def test_vibration_stops_at_the_fold_and_starts_where_sliding_loses_stability(ce
     assert ends[np.isfinite(ends)] == pytest.approx([fold], rel=1e-6) and ds["vibration_end"].attrs["units"] == "m s-1"
 
 
-def test_a_ramp_of_damping_has_both_edges_as_well():
-    """At constant belt speed: v_H(c) solved for c, and the fold by a border along damping."""
-    cell = ARTICLE | {"belt_speed": 0.3}
-    ds = stickslip.ramp(cell, "damping", (0.0, 0.6), 200)
-    start = 0.3 / 0.1 * np.exp(-3.0) - 0.1
-    border = stickslip.border(cell, "damping", (0.0, 0.6))
-    fold = border["border"].values[0][border["regime_below"].values[0] == STICK_SLIP][0]
-    up, down = edge(ds, "up"), edge(ds, "down")
-    assert up[0] < fold <= up[1] and down[0] <= start < down[1]
-
-
-def test_between_the_edges_the_branches_differ_and_outside_they_agree():
-    ds = stickslip.ramp(ARTICLE, "belt_speed", (0.1, 1.2), 111).isel(cell=0)
-    amplitude, speed = ds["velocity_amplitude"], ds["belt_speed"]
-    inside = (speed > 0.36) & (speed < 0.78)
-    outside = (speed < 0.33) | (speed > 0.81)
-    assert (amplitude.sel(direction="up")[inside] > speed[inside]).all()
-    assert (amplitude.sel(direction="down")[inside] == 0).all()
-    np.testing.assert_allclose(*(amplitude.sel(direction=way)[outside] for way in ("up", "down")), rtol=1e-5)
-
-
 def test_lines_are_ramps_of_their_own():
     cells = ARTICLE | {"stiffness": [0.2, 1.0, 5.0]}
     together = stickslip.ramp(cells, "belt_speed", (0.2, 1.0), 41)

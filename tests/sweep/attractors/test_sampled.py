@@ -5,8 +5,8 @@ import pytest
 
 from stickslip.engine import Options, stop_flag
 from stickslip.studies.attractors import Attractors, find_attractors
-from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares, starting_states
-from stickslip.studies.attractors.starts import Work, steady_state
+from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
+from stickslip.studies.attractors.starts import Motions, steady_state
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
@@ -43,7 +43,7 @@ def test_sampled_shares_of_plain_cells_are_the_exact_ones_within_three_standard_
     exact = find(cells)
     assert (exact["share_method"] != SAMPLED).all()
     assert ((exact["settling_share"] > 0) & (exact["settling_share"] < 1)).sum() >= 10
-    shares = sampled_shares(as_cells(cells), box(512), Work(Options(), stop_flag()))
+    shares = sampled_shares(as_cells(cells), box(512), Motions(Options(), stop_flag()))
     assert (np.abs(shares.share - exact["settling_share"]) <= 3 * shares.error).all()
     some = (exact["settling_share"] > 0.02) & (exact["settling_share"] < 0.98)
     binomial = np.sqrt(exact["settling_share"] * (1 - exact["settling_share"]) / 512)
@@ -53,23 +53,12 @@ def test_sampled_shares_of_plain_cells_are_the_exact_ones_within_three_standard_
 @pytest.mark.slow
 def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle():
     cells = plain_cells(40)
-    exact, full, work = find(cells), as_cells(cells), Work(Options(rtol=1e-8), stop_flag())
+    exact, full, work = find(cells), as_cells(cells), Motions(Options(rtol=1e-8), stop_flag())
     some = np.isfinite(exact["unstable_period"])
     part = taken(full, some)
     found = critical_disturbances(part, steady_state(part, Options()), work)
     for name, values in found.items():
         np.testing.assert_allclose(values, exact[f"critical_{name}"][some], rtol=3e-6)
-
-
-def test_points_fill_the_box_evenly_and_are_the_same_for_the_same_seed():
-    states = starting_states(box(1024, 3))
-    assert states.shape == (16, 64, 2)
-    for one in states:  # each randomisation has as many points in every quarter, and every eighth of a side
-        for column, (low, high) in enumerate(((0.0, 2.0), (-1.0, 1.0))):
-            counts, _ = np.histogram(one[:, column], 8, (low, high))
-            assert (counts == 8).all()
-    np.testing.assert_array_equal(states, starting_states(box(1024, 3)))
-    assert not np.array_equal(states, starting_states(box(1024, 4)))
 
 
 @pytest.mark.parametrize(
@@ -94,7 +83,7 @@ def test_a_hysteretic_curve_has_its_own_bistable_band():
     cell = ARTICLE | {"mu_stop": 1.1, "belt_speed": 0.5}
     found = find(cell)
     assert [REGIMES[found[f"regime_from_{start}"][0]] for start in ("stick", "sliding")] == ["stick_slip", "damped"]
-    full, work = as_cells(cell), Work(Options(), stop_flag())
+    full, work = as_cells(cell), Motions(Options(), stop_flag())
     steady = steady_state(full, Options())
     for way, sign in (("along", 1), ("against", -1)):
         shock = sign * found[f"critical_shock_{way}"]

@@ -89,25 +89,6 @@ def test_circles_wider_than_a_few_boxes_are_exact(radius, x0, y0, depth):
     assert (found == truth).all() if inside else (found != truth).sum() <= 4**depth
 
 
-@given(st.floats(0, np.pi), st.floats(0, 200), st.integers(1, 4))
-@settings(max_examples=40, deadline=None)
-def test_bands_wider_than_a_box_are_exact(angle, offset, depth):
-    x, y = plane((150, 190))
-    width = 2**depth * 1.5
-    along = x * np.cos(angle) + y * np.sin(angle) - offset
-    truth = np.where(along < 0, 1, np.where(along < width, 2, 3)).astype(np.int8)
-    found, _, _ = refined(truth, depth)
-    # In a corner of the map a band ends, and what is cut off can be smaller than a box.
-    assert (found != truth).sum() <= 4**depth / 2
-
-
-def test_a_thin_line_that_one_point_hits_is_followed_to_its_ends():
-    truth = np.ones((300, 300), np.int8)
-    truth[5:290, 128] = 2  # on a face of boxes of 17 points
-    truth[128, 20:280] = 2
-    assert (refined(truth, 4)[0] == truth).all()
-
-
 def test_a_border_is_followed_into_the_next_tile():
     """A bulge through the edge of a tile that no corner and no centre of the neighbour sees."""
     truth = np.ones((1025, 2049), np.int8)
@@ -116,14 +97,6 @@ def test_a_border_is_followed_into_the_next_tile():
     assert (truth[:, 1024:][::32, ::32] == 1).all() and (truth[:, 1024:][16::32, 16::32] == 1).all()
     found, _, _ = refined(truth, 5)
     assert (found == truth).all()
-
-
-def test_undecided_cells_are_computed_with_all_that_touches_them():
-    truth = np.ones((65, 65), np.int8)
-    truth[10:30, 20:40] = -7
-    found, computed, _ = refined(truth, 3)
-    assert (found == truth).all()
-    assert computed[truth < 0].all()
 
 
 def test_lists_are_looped_over_and_only_ranges_have_boxes():

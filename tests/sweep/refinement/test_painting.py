@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from stickslip.studies.refinement.rounds import refine
 from stickslip.studies.refinement.study import COMPUTED, Painter, Sketch, labels_of
@@ -19,7 +18,7 @@ def field(cells: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return sum((3.0 + i) * at for i, at in enumerate(points)) + 0.5
 
 
-def painted(truth: np.ndarray, depth: int, interpolate: bool, dims: tuple[int, ...] | None = None, missing=()):
+def painted(truth: np.ndarray, depth: int, dims: tuple[int, ...] | None = None, missing=()):
     """A painter of the map of these regimes; `sustained` cells have no period."""
     tiles, flat = Tiles(truth.shape, dims or tuple(range(truth.ndim)), depth), truth.ravel()
 
@@ -34,14 +33,14 @@ def painted(truth: np.ndarray, depth: int, interpolate: bool, dims: tuple[int, .
             "regime": flat[cells], "steps": np.full(cells.size, 7, np.int32), "spring_force_max": values,
             "period": np.where(flat[cells] == STICK_SLIP, values, np.nan), "equilibrium_crossings": values,
         }  # fmt: skip
-        return Sketch(tile, depth, found.places, results)
+        return Sketch.of(tile, depth, found.places, results)
 
     def blank(count: int):
         floats = {name: np.full(count, np.nan) for name in ("spring_force_max", "period", "equilibrium_crossings")}
         flags = {"regime": np.zeros(count, np.int8), "computed": np.zeros(count, np.int8)}
         return {**flags, "steps": np.zeros(count, np.int32), **floats}
 
-    return Painter(tiles, sketch, blank, interpolate)
+    return Painter(tiles, sketch, blank)
 
 
 def disc(shape: tuple[int, int]) -> np.ndarray:
@@ -53,7 +52,7 @@ def disc(shape: tuple[int, int]) -> np.ndarray:
 
 def test_metrics_of_inferred_cells_are_nan_and_those_of_computed_ones_their_own():
     truth = disc((120, 161))
-    found = painted(truth, 3, interpolate=False).cells(range(truth.size))
+    found = painted(truth, 3).cells(range(truth.size))
     computed = found["computed"] == COMPUTED
     assert 0.05 < computed.mean() < 0.4
     assert (found["regime"] == truth.ravel()).all()
@@ -62,23 +61,9 @@ def test_metrics_of_inferred_cells_are_nan_and_those_of_computed_ones_their_own(
     assert (found["steps"] == np.where(computed, 7, 0)).all()
 
 
-@pytest.mark.parametrize("shape", [(120, 161), (129, 129), (118, 90), (1100, 70)])
-def test_interpolation_is_exact_for_what_is_linear_and_gives_nothing_where_a_regime_has_none(shape):
-    truth = disc(shape)
-    found = painted(truth, 4, interpolate=True).cells(range(truth.size))
-    inferred = found["computed"] != COMPUTED
-    whole = field(np.arange(truth.size), truth.shape)
-    assert inferred.sum() > 1000
-    assert found["spring_force_max"] == pytest.approx(whole, rel=1e-12)
-    assert found["period"][truth.ravel() == STICK_SLIP] == pytest.approx(whole[truth.ravel() == STICK_SLIP], rel=1e-12)
-    assert np.isnan(found["period"][truth.ravel() != STICK_SLIP]).all()
-    assert np.isnan(found["equilibrium_crossings"][inferred]).all()  # nothing lies between 2 crossings and 3
-    assert (found["steps"][inferred] == 0).all()
-
-
 def test_a_map_is_the_same_however_it_is_cut_into_ranges():
     truth = np.repeat(disc((1100, 1060))[:, None, ::8], 2, axis=1)
-    painter = painted(truth, 3, interpolate=True, dims=(0, 2))
+    painter = painted(truth, 3, dims=(0, 2))
     whole = painter.cells(range(truth.size))
     parts = [painter.cells(range(a, min(a + 7777, truth.size))) for a in range(0, truth.size, 7777)]
     for name, values in whole.items():
@@ -87,7 +72,7 @@ def test_a_map_is_the_same_however_it_is_cut_into_ranges():
 
 def test_tiles_of_which_nothing_is_known_are_not_computed():
     truth = disc((2049, 100))
-    found = painted(truth, 3, interpolate=False, missing=(1,)).cells(range(truth.size))
+    found = painted(truth, 3, missing=(1,)).cells(range(truth.size))
     regime = found["regime"].reshape(truth.shape)
     assert (regime[:1024] == truth[:1024]).all()
     assert (regime[1024:] == 0).all()

@@ -49,18 +49,6 @@ def test_two_inputs_give_the_border_integrated():
     assert abs(p - exact) < 4 * error and error < 0.4 * exact
 
 
-def test_what_is_not_rare_is_that_of_sobol_points_in_every_cell():
-    quantities = "belt_speed: {normal: {mean: 0.85 m/s, std: 0.03 m/s}}"
-    given = {"more": "", "axes": "stiffness: [0.5, 1, 2]"}
-    found = rare(quantities, 1000, **given)
-    text = TEXT.replace("subset: {{samples: {samples}, repetitions: 8}}", "draws: {samples}")
-    plain = stickslip.run(parse_config(text.format(quantities=quantities, samples=1024, **given)))
-    p, q = (ds["probability"].sel(state="stick_slip").values for ds in (found, plain))
-    error = np.hypot(*(ds["probability_error"].sel(state="stick_slip").values for ds in (found, plain)))
-    assert found["probability"].dims == ("stiffness", "state")
-    assert (np.abs(p - q) < 4 * error).all() and (q > 0.001).all()
-
-
 def test_a_motion_without_a_margin_is_far_from_stick_slip_and_an_unknown_one_is_unknown():
     regime = np.array([1, 1, 2, 2, 5, 6, 7], np.int8)
     margin = np.array([-0.1, np.nan, 0.2, np.nan, np.nan, 0.1, -0.1])

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
-from helpers.runs import block_files, same, stop_early
+from helpers.runs import same
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.errors import ArgumentError, PlotError
@@ -41,15 +39,6 @@ def config(tmp_path, monkeypatch):
     return write(tmp_path)
 
 
-def test_an_interrupted_sample_resumes_and_gives_the_same_bits(config, tmp_path):
-    output, whole = tmp_path / "scatter.nc", stickslip.run(config)
-    assert whole.sizes == {"stiffness": 3, "state": 5, "quantity": 2, "quantile": 3}
-    stopped = stop_early(config, output, cells=600)
-    assert re.search(r"of 3,072 draws are safe in", str(stopped))
-    assert 2 <= len(block_files(f"{output}.parts")) < 11
-    same(stickslip.run(config, output), whole)
-
-
 def test_draws_of_missing_shards_are_carried_as_bounds(config, tmp_path):
     store, output = tmp_path / "store", tmp_path / "scatter.nc"
     stickslip.run_shard(config, "1/2", store)
@@ -62,30 +51,6 @@ def test_draws_of_missing_shards_are_carried_as_bounds(config, tmp_path):
     assert (whole["probability"] >= part["probability_low"] - 1e-12).all()
     assert (whole["probability"] <= part["probability_high"] + 1e-12).all()
     same(whole, stickslip.run(config))
-
-
-def test_the_same_seed_gives_the_same_numbers_and_another_one_others(tmp_path):
-    path = write(tmp_path, "", ", stiffness: 1")
-    one, again = stickslip.run(path), stickslip.run(path)
-    xr.testing.assert_equal(one, again)
-    path.write_text(path.read_text().replace("draws: 32", "draws: 32\n  seed: 2"))
-    other = stickslip.run(path)
-    assert float(one["mean_period"]) != float(other["mean_period"])
-    spread = np.hypot(one["probability_error"], other["probability_error"])
-    assert (np.abs(one["probability"] - other["probability"]) < 5 * spread).all()
-
-
-def test_every_variable_says_its_unit_and_what_it_is(config):
-    ds = stickslip.run(config)
-    for name, values in ds.data_vars.items():
-        assert values.attrs["units"] and values.attrs["long_name"], name
-    assert ds["mean_period"].attrs["units"] == "s"
-    assert ds["quantile_slip_speed_max"].attrs["units"] == "m s-1"
-    assert ds["count_period"].attrs["units"] == "1"
-    assert ds.attrs["uncertain_quantities"].startswith(
-        "belt_speed: normal, mean 0.78 m/s, std 0.05 m/s; damping: uniform"
-    )
-    assert ds["probability"].sum("state").values == pytest.approx(1.0)
 
 
 def test_the_command_tells_and_draws(config, tmp_path):
@@ -103,11 +68,9 @@ def test_the_command_tells_and_draws(config, tmp_path):
     assert plot.stat().st_size > 0
     assert "damped.png" in told("plot", output, "--select", "state=damped", "-o", tmp_path / "damped.png")
     alone = told("run", write(tmp_path, "", ", stiffness: 1"))
-    assert re.search(
-        r"^indices  of stick-slip, first order \(total\): belt_speed 0\.\d+ \(0\.\d+\), damping", alone, re.M
-    )
+    assert re.search(r"^stick_slip +belt_speed +0\.\d+ +0\.\d+$", alone, re.M)
     bounded = told("run", write(tmp_path, "", ", stiffness: 1", 16))
-    assert re.search(r"^bounds   \d", bounded, re.MULTILINE)
+    assert re.search(r"^bounds   .* \d", bounded, re.MULTILINE)
 
 
 def test_probabilities_are_drawn_as_bars_a_line_or_a_map(tmp_path):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -90,13 +88,9 @@ def test_a_case_with_two_inputs_is_that_of_plain_monte_carlo_and_of_the_border_i
 
 
 def test_numbers_do_not_depend_on_how_draws_are_cut_into_blocks():
-    one = sample(
-        draws=64,
-        more=", damping: {uniform: [0, 0.02]}",
-        axes="stiffness: [0.5, 1]",
-        text=TEXT.replace(", stiffness: 1 N/m", ""),
-    )
-    whole, pieces = results(one, one.size), results(one, 333)
+    text = TEXT.replace(", stiffness: 1 N/m", "")
+    study = sample(64, more=", damping: {uniform: [0, 0.02]}", axes="stiffness: [0.5, 1]", text=text)
+    whole, pieces = results(study, study.size), results(study, 333)
     for name, values in whole.items():
         assert np.array_equal(values, pieces[name], equal_nan=True), name
 
@@ -141,39 +135,9 @@ def test_correlated_inputs_scatter_as_their_covariance_says():
     )
 
 
-def test_the_measured_form_of_the_curve_may_scatter():
-    text = TEXT.replace(
-        "friction: {{a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}}",
-        "friction: {{mu_reversal: 1.04401, v_reversal: 0.34012, a4: 0.1}}",
-    )
-    one = sample(draws=16, more=", mu_start: {normal: {mean: 1.3, std: 0.01}}", text=text)
-    place = one.design.place(0, one.size)
-    cells, _ = one.inputs.cells(place.cell, one.design.normals(place))
-    assert np.mean(cells["a1"] + cells["a3"]) == pytest.approx(1.3, abs=1e-3)
-    assert np.std(cells["a1"] + cells["a3"]) == pytest.approx(0.01, rel=0.1)
-
-
 def test_draws_that_no_oscillator_has_are_failed_and_carried():
     one = sample(draws=16, more=", mu_stop: {normal: {mean: 1.2, std: 0.02}}")
     normals = np.zeros((3, 2))
     normals[1, 1] = 6.0  # mu_stop = 1.32, above mu_start = 1.3
     found = one.inputs.compute(np.zeros(3, np.int64), normals, one.options, stop_flag())
     assert found["regime"].tolist()[1] == 7 and found["regime"][0] == found["regime"][2] < 6
-
-
-def test_no_more_than_one_scrambling_is_looked_at_together():
-    """Blocks may come one at a time: 2 million draws of which 16,384 are held."""
-    design, held = Design(1, 2**14, 128, 1, False), []
-
-    def blocks():
-        for start in range(0, design.per_cell, 10_000):
-            size = min(10_000, design.per_cell - start)
-            held.append(size)
-            yield {"regime": np.where(np.arange(size) % 4 == 0, 1, 2).astype(np.int8)}
-
-    tracemalloc.start()
-    found = reduced(blocks(), 1, design, Summary((), ()))
-    most = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert sum(held) == 2**21 and found["probability"][0, 0] == pytest.approx(0.25, abs=1e-3)
-    assert most < 2**20

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Scales, flows
 from stickslip.studies.attractors.plain import backwards, start_on_cycle, steady_displacement
-from stickslip.studies.attractors.starts import Work
+from stickslip.studies.attractors.starts import Motions
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
@@ -26,19 +26,19 @@ _SLIP_CYCLE = STATUSES.index("slip_cycle")
 
 
 @dataclass(frozen=True)
-class Cycles:
+class UnstableCycles:
     """The unstable cycles of some cells, backwards in time.
 
-    found : whether there is one, that closes. reach : how far its largest displacement is from steady sliding (m).
+    closes : whether there is one, that closes. reach : how far its largest displacement is from steady sliding (m).
     period : s.
     """
 
-    found: Flags
+    closes: Flags
     reach: Floats
     period: Floats
 
 
-def find_cycles(cells: Parameters, work: Work) -> Cycles:
+def find_cycles(cells: Parameters, work: Motions) -> UnstableCycles:
     """The unstable cycles of cells that have one by the theorems of `plain.py`; their belts move in positive direction.
 
     Newton's method on the return map of the motion backwards in time, from one largest displacement to the next: from
@@ -47,16 +47,16 @@ def find_cycles(cells: Parameters, work: Work) -> Cycles:
     """
     back = backwards(cells)
     natural = 2.0 * np.pi * Scales(back).time
-    found = _corrected(back, start_on_cycle(cells), natural, work.options)
-    rest = np.flatnonzero(~found.found)
-    if rest.size:
-        some = taken(back, rest)
-        late = _corrected(some, *_approached(some, start_on_cycle(taken(cells, rest)), work), work.options)
-        found.found[rest], found.reach[rest], found.period[rest] = late.found, late.reach, late.period
-    return found
+    cycles = _corrected(back, start_on_cycle(cells), natural, work.options)
+    rest = ~cycles.closes
+    if rest.any():
+        part = taken(back, rest)
+        late = _corrected(part, *_approached(part, start_on_cycle(taken(cells, rest)), work), work.options)
+        cycles.closes[rest], cycles.reach[rest], cycles.period[rest] = late.closes, late.reach, late.period
+    return cycles
 
 
-def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Floats]:
+def _approached(back: Parameters, guess: Floats, work: Motions) -> tuple[Floats, Floats]:
     """Return where the motions backwards in time tend to, reach and period; NaN where that does not become clear.
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
@@ -77,36 +77,37 @@ def _approached(back: Parameters, guess: Floats, work: Work) -> tuple[Floats, Fl
     return reach, period
 
 
-def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> Cycles:
+def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options) -> UnstableCycles:
     """Newton's method on the return map; a cycle that does not close in the end is none, nor is steady sliding.
 
     A guess that is far off may lead to the second return, or to a later one: the period is the time of the first.
     """
     reach, period = reach.copy(), period.copy()
     scale = np.abs(back["belt_speed"]) * Scales(back).time
-    found = np.isfinite(reach) & (reach > 0)
+    closes = np.isfinite(reach) & (reach > 0)
     least, defect = _COLLAPSED * reach, np.full(reach.size, np.inf)
-    left = np.flatnonzero(found)
+    left = np.flatnonzero(closes)
     for _ in range(_CORRECTIONS):
         if not left.size:
             break
-        near = reach[left]
-        change, time = _correction(taken(back, left), near, period[left], options)
+        most = 0.5 * reach[left]
+        change, time = _correction(taken(back, left), reach[left], period[left], options)
         good = np.isfinite(change) & (time > 0)
-        left, change = left[good], np.clip(change, -0.5 * near, 0.5 * near)[good]
+        left, change = left[good], np.clip(change, -most, most)[good]
         reach[left] += change
         period[left] = time[good]
         defect[left] = np.abs(change) / scale[left]
         left = left[defect[left] > 0.01 * CLOSED]
     with np.errstate(invalid="ignore"):
-        found &= (defect <= CLOSED) & (reach > least)
-    some = np.flatnonzero(found)
-    if some.size:
-        velocity = sampled_motion(taken(back, some), reach[some], period[some], SAMPLES, options)["velocity"]
+        closes &= (defect <= CLOSED) & (reach > least)
+    near = np.flatnonzero(closes)
+    if near.size:
+        velocity = sampled_motion(taken(back, near), reach[near], period[near], SAMPLES, options)["velocity"]
         returns = ((velocity[:, 1:] > 0) & (velocity[:, :-1] <= 0)).sum(axis=1)
-        found[some] = (returns > 0) & (velocity.max(axis=1) < back["belt_speed"][some])  # what reaches w = 0 is no slip
-        period[some] /= np.maximum(returns, 1)
-    return Cycles(found, reach, period)
+        slips = velocity.max(axis=1) < back["belt_speed"][near]  # what reaches w = 0 does not
+        closes[near] = (returns > 0) & slips
+        period[near] /= np.maximum(returns, 1)
+    return UnstableCycles(closes, reach, period)
 
 
 def _correction(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:

@@ -4,27 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.sections import RANGE, StudySection, of_row
-from stickslip.config.studies import Moved, Study, Table
+from stickslip.config.sections import of_row
+from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
-from stickslip.dataset.display import displayed
+from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.attractors.section import Attractors
-from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Work, settled, unloaded
-from stickslip.studies.borders.lines import PARAMETER, CellsOrConfig, Side, check_line, lines_along, range_along
-from stickslip.studies.report import MOST_ROWS, cells_over
+from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Motions, settled, unloaded
+from stickslip.studies.borders.lines import CellsOrConfig, LineSection, Side, check_lines, opened
+from stickslip.studies.report import axis_names, parts_over, shown
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
@@ -59,18 +58,13 @@ _HALVINGS = 30  # of a step of the ramp
 _DECIDED = 10  # of these, the first; closer to the end motions are within the tolerance of it, and may be undecided
 
 
-class Ramp(StudySection):
+class Ramp(LineSection):
     """Ends of vibration as a parameter goes slowly up and down; the other axes are lines."""
 
     key = "ramp"
     rows = table(
         Parameter("points", "1", "values to wait at, on each way", key,
                   default=200, at_least=2, at_most=10_000_000, whole=True),
-    )  # fmt: skip
-    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell that goes up and down")
-    between: Annotated[tuple[float, float] | None, BeforeValidator(range_along)] = Field(
-        None, description="both ends of the ramp, the lower one first; those of the axis unless given",
-        json_schema_extra=RANGE,
     )  # fmt: skip
     points: int = of_row(rows["points"])
 
@@ -113,7 +107,8 @@ class RampStudy(Study):
     @classmethod
     def of(cls, given: CellsOrConfig, section: Ramp, options: Options) -> RampStudy:
         """The ramps of cells along the parameter of the section."""
-        return cls(*lines_along(given, section.along, section.between, section.points, options), options)
+        cells, (side,) = opened(given, section.ranges(given), section.points, options)
+        return cls(cells, side, options)
 
     @classmethod
     def check(cls, section: Ramp, config: Config, problems: ProblemCollector) -> None:
@@ -121,20 +116,15 @@ class RampStudy(Study):
         if section.along in _STATES:
             problems.add((section.key, "along"), f"{section.along} {_CARRIED}")
         else:
-            check_line(section, config, problems)
+            check_lines(section, config, problems)
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """Report the changes of regime on the way up, and on the way down."""
         *dims, _, along = ds["regime"].dims
-        values, unit = displayed(ds[along])
-        for number, (where, line) in enumerate(cells_over(ds, dims)):
-            if number == MOST_ROWS:
-                yield "... and more lines; --output FILE.nc keeps them all"
-                return
-            for direction, step in (("up", 1), ("down", -1)):
-                codes = line["regime"].sel(direction=direction).values[::step]
-                yield f"{where}{direction:4} {'; '.join(_changes(codes, values[::step], unit))}"
+        words = [*axis_names(ds, dims), "way", "regime", "then"]
+        rows = ([*where, *row] for where, line in parts_over(ds, dims) for row in _changes(line, str(along)))
+        yield from shown(Table("", words, ["from", "to"], rows))
 
     @classmethod
     def figure(
@@ -154,7 +144,11 @@ class RampStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The ramps of a range of lines."""
-        lines, work, count = np.arange(items.start, items.stop), Work(self.options, stop), moved or (lambda cells: None)
+        lines, work, count = (
+            np.arange(items.start, items.stop),
+            Motions(self.options, stop),
+            moved or (lambda cells: None),
+        )
         results = self._followed(lines, work, count) | self._between(lines, work, count)
         return {name: results[name].ravel() for name in self.columns}
 
@@ -181,7 +175,7 @@ class RampStudy(Study):
         shown_in(ds[_VIBRATION_END].variable, unit)
         return ds
 
-    def _followed(self, lines: Lines, work: Work, moved: Moved) -> Results:
+    def _followed(self, lines: Lines, work: Motions, moved: Moved) -> Results:
         """By names of `_BRANCHES`, and `vibration_end`, arrays (lines, direction, values).
 
         `vibration_end`, at the last value that vibrates: the one, between it and the next, at which vibration gives way
@@ -189,7 +183,7 @@ class RampStudy(Study):
         """
         values = self._values
         shape = (lines.size, 2, values.size)
-        found: Results = {name: np.full(shape, np.nan) for name in (*_BRANCHES, _VIBRATION_END)}
+        columns: Results = {name: np.full(shape, np.nan) for name in (*_BRANCHES, _VIBRATION_END)}
         state = None
         for direction, order in enumerate((range(values.size), range(values.size)[::-1])):
             vibrated, before = np.zeros(lines.size, np.bool_), order[0]
@@ -198,17 +192,17 @@ class RampStudy(Study):
                 state = unloaded(cells) if state is None else state
                 results = work.results(cells, *state)
                 for name in _BRANCHES:
-                    found[name][:, direction, i] = results[name]
+                    columns[name][:, direction, i] = results[name]
                 ended = np.flatnonzero(vibrated & settled(results["regime"]))
                 if ended.size:
                     between, last = (values[before], values[i]), (state[0][ended], state[1][ended])
-                    found[_VIBRATION_END][ended, direction, before] = self._end(lines[ended], between, last, work)
+                    columns[_VIBRATION_END][ended, direction, before] = self._end(lines[ended], between, last, work)
                 state = _passed_on(cells, results, state)
                 vibrated, before = np.isin(results["regime"], (_STICK_SLIP, _SUSTAINED)), i
                 moved(lines.size)
-        return found
+        return columns
 
-    def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Work) -> Floats:
+    def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Motions) -> Floats:
         """The value at which vibration ends on lines that vibrate at the first of two, not at the other; NaN where a
         motion between them stays undecided. state : from the first value.
         """
@@ -225,7 +219,7 @@ class RampStudy(Study):
             state = np.where(vibrates, x, state[0]), np.where(vibrates, v, state[1])
         return np.where(known, 0.5 * (last + first), np.nan)
 
-    def _between(self, lines: Lines, work: Work, moved: Moved) -> Results:
+    def _between(self, lines: Lines, work: Motions, moved: Moved) -> Results:
         """By names of `_BETWEEN`, arrays (lines, values): unstable cycle, stability of steady sliding.
 
         NaN where there is no unstable cycle, or it is not known exactly (`plain.py` says of which cells it is).
@@ -234,21 +228,25 @@ class RampStudy(Study):
         cells = self._at(np.tile(values, lines.size), np.repeat(lines, values.size))
         parts = []
         for first in range(0, lines.size * values.size, _TOGETHER):
-            some = taken(cells, slice(first, first + _TOGETHER))
-            start = work.results(some, *unloaded(some))
-            _, known = exact_results(some, start["regime"], _ANY, work)
+            part = taken(cells, slice(first, first + _TOGETHER))
+            start = work.results(part, *unloaded(part))
+            _, known = exact_results(part, start["regime"], _ANY, work)
             parts.append(known | {"damping_ratio": start["damping_ratio"]})
-            moved(some["mass"].size)
+            moved(part["mass"].size)
         return {name: np.concatenate([part[name] for part in parts]) for name in _BETWEEN}
 
 
-def _changes(codes: NDArray[Any], values: NDArray[Any], unit: str) -> list[str]:
-    """`stick_slip -> damped from 0.79 to 0.8 m/s` for each change on the way."""
-    changes = [
-        f"{REGIMES[codes[i]]} -> {REGIMES[codes[i + 1]]} from {values[i]:.6g} to {values[i + 1]:.6g} {unit}".rstrip()
-        for i in np.flatnonzero(np.diff(codes))
-    ]
-    return changes or [f"{REGIMES[codes[0]]} all the way"]
+def _changes(line: xr.Dataset, along: str) -> Iterator[tuple[str, ...]]:
+    """The changes of regime on both ways, with the values between which they are; or the regime all the way."""
+    unit = unit_of(line[along])
+    for direction, step in (("up", 1), ("down", -1)):
+        codes = line["regime"].sel(direction=direction).values[::step]
+        names, values = [REGIMES[code] for code in codes], [unit.text(value) for value in line[along].values[::step]]
+        changes = np.flatnonzero(np.diff(codes))
+        for i in changes:
+            yield direction, Regime(names[i]), Regime(names[i + 1]), values[i], values[i + 1]
+        if not changes.size:
+            yield direction, Regime(names[0]), "", "", ""
 
 
 def _passed_on(cells: Parameters, results: Results, state: State) -> State:

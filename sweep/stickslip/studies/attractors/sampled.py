@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Scales
 from stickslip.studies.attractors.section import RANDOMISATIONS, Attractors
-from stickslip.studies.attractors.starts import Work, decided, settled
+from stickslip.studies.attractors.starts import Motions, decided, settled
 from stickslip.studies.borders.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
@@ -46,7 +46,7 @@ def starting_states(box: Attractors) -> Floats:
     return np.asarray(scipy.stats.qmc.scale(np.concatenate(unit), low, high)).reshape(RANDOMISATIONS, box.points, 2)
 
 
-def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:
+def sampled_shares(cells: Parameters, box: Attractors, work: Motions) -> Shares:
     """The shares of the box that settle, from states drawn in it.
 
     The randomisations are independent and each is unbiased, so that their scatter gives the standard error of their
@@ -55,11 +55,11 @@ def sampled_shares(cells: Parameters, box: Attractors, work: Work) -> Shares:
     """
     states, each = starting_states(box).reshape(-1, 2), box.samples
     total = cells["mass"].size * each
-    found = []
+    parts = []
     for first in range(0, total, _TOGETHER):
         cell, state = divmod(np.arange(first, min(first + _TOGETHER, total)), each)
-        found.append(work.regimes(taken(cells, cell), states[state, 0], states[state, 1]))
-    regimes = np.concatenate(found).reshape(-1, RANDOMISATIONS, box.points)
+        parts.append(work.regimes(taken(cells, cell), states[state, 0], states[state, 1]))
+    regimes = np.concatenate(parts).reshape(-1, RANDOMISATIONS, box.points)
     ends, known = settled(regimes), decided(regimes)
     with np.errstate(invalid="ignore"):
         share = ends.sum(axis=(1, 2)) / known.sum(axis=(1, 2))
@@ -76,7 +76,7 @@ def disturbance_scale(cells: Parameters) -> Floats:
     return np.asarray(np.abs(cells["belt_speed"]) + by.load * model_with(cells).start_of(cells) / by.impedance)
 
 
-def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict[str, Floats]:
+def critical_disturbances(cells: Parameters, steady: Floats, work: Motions) -> dict[str, Floats]:
     """The smallest disturbances of steady sliding after which it does not come back, of a scan narrowed by halving.
 
     Returns arrays by name: shock_along, shock_against (m/s), shift_along, shift_against (m), along and against the
@@ -85,14 +85,14 @@ def critical_disturbances(cells: Parameters, steady: Floats, work: Work) -> dict
     """
     speed, sign = disturbance_scale(cells), np.sign(cells["belt_speed"])
     length, none = speed * Scales(cells).time, np.zeros(steady.size)
-    found = {}
+    smallest = {}
     for way, turn in (("along", sign), ("against", -sign)):
-        found[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)
-        found[f"shift_{way}"] = length * _first_lost(cells, steady, turn * length, none, work)
-    return found
+        smallest[f"shock_{way}"] = speed * _first_lost(cells, steady, none, turn * speed, work)
+        smallest[f"shift_{way}"] = length * _first_lost(cells, steady, turn * length, none, work)
+    return smallest
 
 
-def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Work) -> Floats:
+def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats, work: Motions) -> Floats:
     """Return how many times a disturbance of displacement and velocity is enough, per cell."""
 
     def looked(line: Integers, place: Floats) -> Looked:
@@ -103,11 +103,11 @@ def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats,
     lines = steady.size
     brackets, _ = search_lines(lines, SCAN, TOLERANCE, looked)
     start = looked(np.arange(lines), np.full(lines, SCAN.low))
-    found = np.where(start.labels == _SETTLES, np.inf, 0.0)
-    found[~start.decided] = np.nan
+    lost = np.where(start.labels == _SETTLES, np.inf, 0.0)
+    lost[~start.decided] = np.nan
     for bracket in brackets[::-1]:  # the lowest of a line comes last
         line = bracket["line"]
-        if bracket["below"] == _SETTLES and found[line] != 0.0:
+        if bracket["below"] == _SETTLES and lost[line] != 0.0:
             wide = bracket["high"] - bracket["low"] > 1.5 * TOLERANCE * bracket["high"]
-            found[line] = np.nan if wide else 0.5 * (bracket["low"] + bracket["high"])
-    return found
+            lost[line] = np.nan if wide else 0.5 * (bracket["low"] + bracket["high"])
+    return lost

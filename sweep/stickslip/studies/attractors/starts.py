@@ -28,7 +28,7 @@ def decided(regimes: Regimes) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class Work:
+class Motions:
     """Computing from starting states of cells.
 
     Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing. moved : called with
@@ -46,8 +46,8 @@ class Work:
 
     def results(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Results:
         """All results of cells that start from a state."""
-        some = cells | {"displacement": displacement, "velocity": velocity}
-        return solve(some, self.options, self.stop, self.moved)
+        state = cells | {"displacement": displacement, "velocity": velocity}
+        return solve(state, self.options, self.stop, self.moved)
 
 
 def steady_state(cells: Parameters, options: Options) -> Floats:
@@ -62,11 +62,11 @@ def unloaded(cells: Parameters) -> tuple[Floats, Floats]:
     return x, np.full_like(x, np.nan)
 
 
-def from_sliding(cells: Parameters, steady: Floats, work: Work) -> Regimes:
+def from_sliding(cells: Parameters, steady: Floats, work: Motions) -> Regimes:
     """From close to steady sliding; not computed where the belt is at rest."""
     moving = np.isfinite(steady)
-    found = np.zeros(steady.size, np.int8)
+    regimes = np.zeros(steady.size, np.int8)
     if moving.any():
-        some = {name: values[moving] for name, values in cells.items()}
-        found[moving] = work.regimes(some, steady[moving], DISTURBANCE * some["belt_speed"])
-    return found
+        state = {name: values[moving] for name, values in cells.items()}
+        regimes[moving] = work.regimes(state, steady[moving], DISTURBANCE * state["belt_speed"])
+    return regimes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,19 +18,16 @@ from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, stud
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, Path
-from stickslip.studies.attractors import cycle, exact, sampled, starts
+from stickslip.studies.attractors import starts
 from stickslip.studies.attractors.exact import exact_results
 from stickslip.studies.attractors.plain import slips_on_curve
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
-from stickslip.studies.attractors.section import RANDOMISATIONS, VARIABLES, Attractors
+from stickslip.studies.attractors.section import VARIABLES, Attractors
 from stickslip.studies.borders.lines import CellsOrConfig
-from stickslip.studies.report import MOST_ROWS, attributes, cells_over
+from stickslip.studies.report import MOST_ROWS, axis_names, parts_over
 from stickslip.studies.study import joined
-from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
-from stickslip.vocabulary.models import BREAKAWAY
-from stickslip.vocabulary.quantities import PARAMETERS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,75 +41,70 @@ TOGETHER = 256  # cells that are held with their samples
 
 
 def find_attractors(
-    cells: Cells,
-    items: range,
-    box: Attractors,
-    options: Options,
-    stop: StopFlag,
-    moved: Callable[[int], None] | None = None,
+    cells: Cells, items: range, box: Attractors, options: Options, stop: StopFlag, moved: Moved | None = None
 ) -> Results:
     """By names of `VARIABLES`, of the cells with these numbers; in this thread.
 
     The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
     Raises StoppedError once `stop` is raised.
     """
-    work = starts.Work(replace(options, early_stop=True), stop, moved)
-    found = [{name: np.zeros(0) for name in COLUMNS}]
+    work = starts.Motions(replace(options, early_stop=True), stop, moved)
+    parts = [{name: np.zeros(0) for name in COLUMNS}]
     for first in range(items.start, items.stop, TOGETHER):
         last = min(first + TOGETHER, items.stop)
-        found.append(_attractors(cells[first:last], box, work))
-    return {name: np.concatenate([part[name] for part in found]).astype(kind) for name, kind in COLUMNS.items()}
+        parts.append(_attractors(cells[first:last], box, work))
+    return {name: np.concatenate([part[name] for part in parts]).astype(kind) for name, kind in COLUMNS.items()}
 
 
-def _attractors(cells: Parameters, box: Attractors, work: starts.Work) -> Results:
+def _attractors(cells: Parameters, box: Attractors, work: starts.Motions) -> Results:
     """The same of cells that are held together."""
     n, steady = cells["mass"].size, starts.steady_state(cells, work.options)
-    found: Results = {name: np.full(n, np.nan) for name in COLUMNS}
+    results: Results = {name: np.full(n, np.nan) for name in COLUMNS}
     start = work.results(cells, *starts.unloaded(cells))
     stick, sliding = start["regime"], starts.from_sliding(cells, steady, work)
-    found["damping_ratio"] = start["damping_ratio"]
-    found["regime_from_stick"], found["regime_from_sliding"] = stick, sliding
+    results["damping_ratio"] = start["damping_ratio"]
+    results["regime_from_stick"], results["regime_from_sliding"] = stick, sliding
     reached = np.arange(len(REGIMES)) == stick[:, np.newaxis]
     reached |= np.arange(len(REGIMES)) == sliding[:, np.newaxis]
     exact, known = exact_results(cells, stick, box, work)
-    found |= known
+    results |= known
     for name in ("settling_share_low", "settling_share_high"):
-        found[name] = np.where(exact, found["settling_share"], np.nan)
-    found["share_error"] = np.where(exact, 0.0, np.nan)
-    found["share_method"] = np.where(exact, SHARE_METHODS.index("exact"), SHARE_METHODS.index("sampled"))
+        results[name] = np.where(exact, results["settling_share"], np.nan)
+    results["share_error"] = np.where(exact, 0.0, np.nan)
+    results["share_method"] = np.where(exact, SHARE_METHODS.index("exact"), SHARE_METHODS.index("sampled"))
     rest = np.flatnonzero(~exact)
     if rest.size:
-        some = taken(cells, rest)
-        reached[rest] |= _sample(some, steady[rest], sliding[rest], rest, box, work, found)
-    _settle_exactly(found, exact, reached)
+        others = taken(cells, rest)
+        reached[rest] |= _sample(others, steady[rest], sliding[rest], rest, box, work, results)
+    _settle_exactly(results, exact, reached)
     for kind in ("shock", "shift"):
-        ways = found[f"critical_{kind}_along"], found[f"critical_{kind}_against"]
-        found[f"critical_{kind}"] = np.minimum(*ways)
-    found["coexisting"] = reached[:, 1:] @ 2.0 ** np.arange(len(REGIMES) - 1)  # a cell not computed reaches nothing
-    return found
+        ways = results[f"critical_{kind}_along"], results[f"critical_{kind}_against"]
+        results[f"critical_{kind}"] = np.minimum(*ways)
+    results["coexisting"] = reached[:, 1:] @ 2.0 ** np.arange(len(REGIMES) - 1)  # a cell not computed reaches nothing
+    return results
 
 
 def _sample(
     cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Attractors,
-    work: starts.Work, found: Results,
+    work: starts.Motions, results: Results,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Fill in what sampling tells of some cells; the regimes their starting states reached."""
     shares = sampled_shares(cells, box, work)
-    found["settling_share"][where], found["share_error"][where] = shares.share, shares.error
-    found["settling_share_low"][where], found["settling_share_high"][where] = shares.low, shares.high
+    results["settling_share"][where], results["share_error"][where] = shares.share, shares.error
+    results["settling_share_low"][where], results["settling_share_high"][where] = shares.low, shares.high
     slides = starts.settled(sliding)
     for name, values in critical_disturbances(taken(cells, slides), steady[slides], work).items():
-        found[f"critical_{name}"][where] = np.where(starts.decided(sliding), 0.0, np.nan)
-        found[f"critical_{name}"][where[slides]] = values
+        results[f"critical_{name}"][where] = np.where(starts.decided(sliding), 0.0, np.nan)
+        results[f"critical_{name}"][where[slides]] = values
     return shares.reached
 
 
-def _settle_exactly(found: Results, exact: NDArray[np.bool_], reached: NDArray[np.bool_]) -> None:
+def _settle_exactly(results: Results, exact: NDArray[np.bool_], reached: NDArray[np.bool_]) -> None:
     """Have cells of which some states settle for certain settle, though no motion was started there."""
     ends = [REGIMES.index("damped"), REGIMES.index("creep")]
-    unseen = exact & (found["settling_share"] > 0) & ~reached[:, ends].any(axis=1)
-    reached[unseen & (found["damping_ratio"] < 1), ends[0]] = True
-    reached[unseen & (found["damping_ratio"] >= 1), ends[1]] = True
+    unseen = exact & (results["settling_share"] > 0) & ~reached[:, ends].any(axis=1)
+    reached[unseen & (results["damping_ratio"] < 1), ends[0]] = True
+    reached[unseen & (results["damping_ratio"] >= 1), ends[1]] = True
 
 
 _STATE = ("displacement", "velocity")  # of a start, which the box replaces
@@ -162,18 +154,17 @@ class AttractorStudy(Study):
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
         """Which regimes coexist, how much of the box settles, and what a shock may be."""
-        share, masks = ds["settling_share"].values, ds["coexisting"].values
+        share, exact = ds["settling_share"], ds["share_method"] == SHARE_METHODS.index("exact")
         if share.size <= MOST_ROWS:
-            for where, cell in cells_over(ds, ds["settling_share"].dims):
-                regimes = _regimes_in(int(cell["coexisting"])) or "not computed"
-                yield f"{where}{regimes}; {_share(cell)}; {_shock(cell)}"
+            words = [*axis_names(ds, share.dims), "regimes", "critical shock"]
+            rows = [[*where, *_row(cell)] for where, cell in parts_over(ds, share.dims)]
+            yield Table("", words, ["share that settles", "standard error"], rows)
         else:
-            for mask, count in zip(*np.unique(masks, return_counts=True), strict=True):
-                yield f"cells    {count:,} with {_regimes_in(int(mask)) or 'nothing computed'}"
-            if (known := share[np.isfinite(share)]).size:
-                yield f"settling {known.mean():.1%} of the starting states on average"
-        yield from attributes(ds, shares="attractors_found")
-        yield f"box      displacement {ds.attrs['box_displacement']}, velocity {ds.attrs['box_velocity']}"
+            masks, counts = np.unique(ds["coexisting"].values, return_counts=True)
+            rows = [[_regimes_in(int(mask)), f"{count:,}"] for mask, count in zip(masks, counts, strict=True)]
+            yield Table("", ["regimes"], ["cells"], rows)
+            yield f"settling {float(share.mean()):.1%} of the starting states on average"
+        yield f"shares   {int(exact.sum()):,} of {exact.size:,} exact, the others sampled"
 
     @classmethod
     def figure(
@@ -196,7 +187,10 @@ class AttractorStudy(Study):
         """The attractors with the dimensions of the cells."""
         whole = joined(parts)
         coordinates = {name: c for name, c in grid_coordinates(self._cells).items() if name not in _STATE}
-        attributes = dict(attributes) | _attributes(whole, self._box, self.options)
+        attributes = dict(attributes) | {
+            "box_displacement": np.array(self._box.displacement), "box_velocity": np.array(self._box.velocity),
+            "attractors_seed": self._box.seed, "attractors_rtol": self.options.rtol,
+        }  # fmt: skip
         values = {name: whole[name] for name in VARIABLES}
         ds = study_dataset("attractors", VARIABLES, values, self.dims, self.shape, coordinates, attributes)
         coexisting = ds["coexisting"].variable
@@ -212,23 +206,15 @@ class AttractorStudy(Study):
 
 def _regimes_in(mask: int) -> str:
     """`stick_slip or damped`: the regimes of a mask."""
-    return " or ".join(name for code, name in enumerate(REGIMES) if code and mask >> (code - 1) & 1)
+    return " or ".join(name for code, name in enumerate(REGIMES) if code and mask >> (code - 1) & 1) or "not computed"
 
 
-def _share(cell: xr.Dataset) -> str:
-    share, error = float(cell["settling_share"]), float(cell["share_error"])
-    low, high = float(cell["settling_share_low"]), float(cell["settling_share_high"])
-    bounds = f", {low:.4g} to {high:.4g} with undecided states" if high > low else ""
-    return f"share that settles {share:.6g} ({f'+- {error:.2g}' if error else 'exact'}{bounds})"
-
-
-def _shock(cell: xr.Dataset) -> str:
-    shock = float(cell["critical_shock"])
-    if shock != shock:
-        return "critical shock unknown"
-    if shock == float("inf"):
-        return "no shock ends sliding"
-    return f"critical shock {unit_of(cell['critical_shock']).text(shock)}" if shock else "any shock ends sliding"
+def _row(cell: xr.Dataset) -> tuple[str, ...]:
+    """What a table says of a cell."""
+    share, error, shock = (float(cell[name]) for name in ("settling_share", "share_error", "critical_shock"))
+    special = {0.0: "any", np.inf: "none is enough"}
+    text = "unknown" if shock != shock else special.get(shock) or unit_of(cell["critical_shock"]).text(shock)
+    return _regimes_in(int(cell["coexisting"])), text, f"{share:.6g}", f"{error:.2g}" if error else "exact"
 
 
 def _state_axes(config: Config) -> Iterator[Path]:
@@ -236,30 +222,3 @@ def _state_axes(config: Config) -> Iterator[Path]:
         for member in axis.members:
             if member.name in _STATE:
                 yield ("axes", axis.name, "zip", member.name) if isinstance(axis, Group) else ("axes", axis.name)
-
-
-def _attributes(found: Results, box: Attractors, options: Options) -> dict[str, str | float]:
-    """Return what was asked, how it was found, and how good it is, as global attributes."""
-    scan = sampled.SCAN
-    counts = {name: int((found["share_method"] == code).sum()) for code, name in enumerate(SHARE_METHODS)}
-    bounds = int((found["settling_share_high"] > found["settling_share_low"]).sum())
-    result = f"{counts['exact']} cells exact, {counts['sampled']} sampled"
-    if bounds:
-        result += f"; {bounds} with undecided starting states"
-    return {
-        "box_displacement": _range("displacement", box.displacement),
-        "box_velocity": _range("velocity", box.velocity),
-        "attractors_found": result,
-        "attractors_start": f"steady sliding: {starts.DISTURBANCE:g} of the belt speed from it",
-        "share_exact": f"by theorems of the plane; the unstable cycle at rtol {cycle.RTOL:g}, known to {cycle.CLOSED:g}"
-        f" of the belt speed, its area to {exact.AREA_ERROR:g}",
-        "share_sampled": f"{RANDOMISATIONS} randomisations of {box.points} scrambled Sobol points, seed "
-        f"{box.seed}; the error is that of their mean, or of one point in {box.samples} where all agree",
-        "disturbances_sampled": f"{scan.points} places from {scan.low:g} to {scan.high:g} times "
-        f"belt speed plus load {BREAKAWAY}/sqrt(k m), then halved to {sampled.TOLERANCE:g}",
-        "attractors_rtol": options.rtol,
-    }
-
-
-def _range(name: str, ends: tuple[float, float]) -> str:
-    return f"{ends[0]!r} to {ends[1]!r} {units.spelled(PARAMETERS[name].units)}"

@@ -2,45 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.sections import RANGE, StudySection, of_row
+from stickslip.config.sections import of_row
 from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
-from stickslip.dataset.display import MapAxis, unit_of
+from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.studies.borders.lines import (
-    PARAMETER,
     CellsOrConfig,
     Lines,
+    LineSection,
     Side,
-    check_line,
+    check_lines,
     fine_enough,
     growth_of,
     guide_of,
     limits,
-    line_along,
-    lines_along,
-    range_along,
+    lines_of,
+    opened,
     search_options,
-)
+)  # fmt: skip
 from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
-from stickslip.studies.report import attributes, axes_over, cells_over, first, parts_over
+from stickslip.studies.report import axis_names, parts_over, search_attributes, search_settings, shown
 from stickslip.studies.study import joined
-from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import QUANTITIES
 
 _OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line
@@ -57,7 +53,7 @@ _VARIABLES = table(
 )
 
 
-class Border(StudySection):
+class Border(LineSection):
     """Border of the regimes along a parameter; the other axes are the lines that are searched."""
 
     key = "border"
@@ -67,12 +63,6 @@ class Border(StudySection):
         Parameter("scan", "1", "places of each line that are looked at first", key,
                   default=64, at_least=2, at_most=10_000_000, whole=True),
     )  # fmt: skip
-    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell to search along")
-    between: Annotated[tuple[float, float] | None, BeforeValidator(range_along)] = Field(
-        None,
-        description="both ends of the range to search, the lower one first; those of the axis unless given",
-        json_schema_extra=RANGE,
-    )
     tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     scan: int = of_row(rows["scan"])
     rtol: float | None = of_row(rows["rtol"])
@@ -98,7 +88,7 @@ class BorderStudy(Study):
     }  # fmt: skip
 
     def __init__(self, cells: Cells, side: Side, section: Border, options: Options) -> None:
-        self._cells, self._side, self._tolerance = cells, side, section.tolerance
+        self._cells, self._side, self._section = cells, side, section
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each = section.scan + int(-np.log2(section.tolerance))
         self.weight = max(section.scan // _LANES_FED, 1)
@@ -108,35 +98,37 @@ class BorderStudy(Study):
     def of(cls, given: CellsOrConfig, section: Border, options: Options) -> BorderStudy:
         """The borders along the parameter of the section."""
         section, options = fine_enough(section, options)
-        return cls(*lines_along(given, section.along, section.between, section.scan, options), section, options)
+        cells, (side,) = opened(given, section.ranges(given), section.scan, options)
+        return cls(cells, side, section, options)
 
     @classmethod
     def check(cls, section: Border, config: Config, problems: ProblemCollector) -> None:
         """Note lines that cannot be searched."""
-        check_line(section, config, problems)
+        check_lines(section, config, problems)
 
     @classmethod
     def lines_in(cls, section: Border, config: Config) -> Lines:
         """The lines that are searched."""
-        return {section.along: line_along(config, section.along, section.between)}
+        return lines_of(config, section.ranges(config))
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
-        """The first borders, how many there are, and what can be missed."""
-        rows = int(ds["border"].notnull().sum())
-        if "regime_throughout" in ds:
-            rows += int((ds["regime_throughout"] != 0).sum())
-        yield from first(_lines(ds), rows)
-        yield from attributes(ds, borders="border_found", scan="border_scan")
+        """The first borders, how many there are, and how they were looked for."""
+        yield from shown(cls.table(ds))
+        on_line = ds["border"].notnull().sum("crossing")
+        yield f"borders  {int(on_line.sum()):,} on {int((on_line > 0).sum()):,} of {on_line.size:,} lines"
+        if undecided := int(ds["scan_undecided"].sum()):
+            yield f"scan     {undecided:,} cells unresolved or failed, which say nothing"
+        yield search_settings(ds, "border")
 
     @classmethod
     def table(cls, ds: xr.Dataset) -> Table:
         """The borders along each line, with the regimes on either side; and lines without a border."""
         ds = ds.transpose(..., "crossing")
-        axes = axes_over(ds, ds["border"].dims[:-1])
+        dims = ds["border"].dims[:-1]
         along = str(ds.attrs.get("border_parameter", "border")).replace("_", " ")
-        words = [*(axis.name for axis in axes), along, "below it", "above it"]
-        return Table("The borders", words, ["known within"], _rows(ds, axes))
+        words = [*axis_names(ds, dims), along, "below it", "above it", "by"]
+        return Table("The borders", words, ["known within"], _rows(ds, dims))
 
     @classmethod
     def is_drawn(cls, ds: xr.Dataset) -> bool:
@@ -171,7 +163,7 @@ class BorderStudy(Study):
             return answer
 
         guide = growth_of(cells, self.options)
-        brackets, undecided = search_lines(len(items), self._side, self._tolerance, regimes, guide)
+        brackets, undecided = search_lines(len(items), self._side, self._section.tolerance, regimes, guide)
         labels, decided = (values.reshape(len(items), self._side.points) for values in scanned[0][:2])
         first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
         return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
@@ -187,101 +179,46 @@ class BorderStudy(Study):
         """The borders with the dimensions of the lines and ``crossing``."""
         whole, side = joined(parts), self._side
         throughout = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
-        results = _table(whole, self.options) | {"regime_throughout": throughout, "scan_undecided": whole["undecided"]}
-        attributes = dict(attributes) | _attributes(whole, side, self._tolerance, self.options)
-        return labelled(side, results, self.dims, self.shape, grid_coordinates(self._cells), attributes)
+        results = _columns(whole, self.options) | {
+            "regime_throughout": throughout,
+            "scan_undecided": whole["undecided"],
+        }
+        rows = _VARIABLES | {name: of_parameter(_VARIABLES[name], side.name) for name in ("border", "border_width")}
+        values = {name: results[name] for name in rows}
+        settings = search_attributes(self._section, self.options) | {"border_parameter": side.name}
+        coordinates, attributes = grid_coordinates(self._cells), {**attributes, **settings}
+        ds = study_dataset("border", rows, values, self.dims, self.shape, coordinates, attributes)
+        for name in ("border", "border_width"):
+            shown_in(ds[name].variable, side.written_in)
+        return ds
 
 
-def labelled(
-    side: Side, results: Mapping[str, NDArray[Any]], dims: Sequence[str], shape: Sequence[int],
-    coordinates: Mapping[str, xr.Variable], attributes: Mapping[str, Any],
-) -> xr.Dataset:  # fmt: skip
-    """The borders along a parameter as a dataset; dims, shape and coordinates are those of the lines."""
-    rows = _VARIABLES | {name: of_parameter(_VARIABLES[name], side.name) for name in ("border", "border_width")}
-    ds = study_dataset("border", rows, {name: results[name] for name in rows}, dims, shape, coordinates, attributes)
-    for name in ("border", "border_width"):
-        shown_in(ds[name].variable, side.written_in)
-    return ds
-
-
-def _crossings(line: xr.Dataset) -> list[xr.Dataset]:
-    """The borders on a line."""
-    return [line.isel(crossing=int(i)) for i in np.flatnonzero(np.isfinite(line["border"].values))]
-
-
-def _sides(crossing: xr.Dataset) -> list[str]:
-    return [REGIMES[int(crossing[name])] for name in ("regime_below", "regime_above")]
-
-
-def _lines(ds: xr.Dataset) -> Iterator[str]:
-    """A line of text per border: the regimes on either side, where it is, how it was found; or for a line without."""
-    unit = unit_of(ds["border"])
-    for where, line in cells_over(ds, ds["border"].dims[:-1]):
-        crossings = _crossings(line)
-        if not crossings and (code := int(line["regime_throughout"]) if "regime_throughout" in line else 0):
-            yield f"{where}{REGIMES[code]} throughout, no border"
-        for border in crossings:
-            below, above = _sides(border)
-            how = f"width {unit.of(float(border['border_width'])):.2g}, by {METHODS[int(border['method'])]}"
-            yield f"{where}{below} -> {above} at {unit.text(float(border['border']), 12)} ({how})"
-
-
-def _rows(ds: xr.Dataset, axes: Sequence[MapAxis]) -> Iterator[list[str]]:
+def _rows(ds: xr.Dataset, dims: Sequence[Hashable]) -> Iterator[list[str]]:
     """A row of a table per border, or per line without any."""
     unit = unit_of(ds["border"])
-    for place, line in parts_over(ds, ds["border"].dims[:-1]):
-        where = [axis.text(i) for axis, i in zip(axes, place, strict=True)]
-        crossings = _crossings(line)
-        for crossing in crossings:
-            width = f"{unit.of(float(crossing['border_width'])):.2g} {unit.name}"
-            yield [*where, unit.text(float(crossing["border"])), *map(Regime, _sides(crossing)), width]
-        if not crossings:
-            yield [*where, "none: one regime throughout", "", "", ""]
+    for where, line in parts_over(ds, dims):
+        crossings = np.flatnonzero(np.isfinite(line["border"].values))
+        for crossing in (line.isel(crossing=int(i)) for i in crossings):
+            border, width = float(crossing["border"]), float(crossing["border_width"])
+            below, above = (Regime(REGIMES[int(crossing[name])]) for name in ("regime_below", "regime_above"))
+            how = METHODS[int(crossing["method"])]
+            yield [*where, unit.text(border, 12), below, above, how, f"{unit.of(width):.2g} {unit.name}"]
+        if not crossings.size:
+            code = int(line["regime_throughout"]) if "regime_throughout" in line else 0
+            yield [*where, f"none: {REGIMES[code]} throughout" if code else "none", "", "", "", ""]
 
 
-def _table(found: Results, options: Options) -> dict[str, NDArray[np.float64]]:
+def _columns(whole: Results, options: Options) -> dict[str, NDArray[np.float64]]:
     """Borders as tables (line, crossing), NaN where a line has fewer."""
-    counts = found["found"].astype(np.int64)
+    counts = whole["found"].astype(np.int64)
     line = np.repeat(np.arange(counts.size), counts)
     crossing = np.arange(line.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    low, high = found["low"], found["high"]
     bisection, guide = (METHODS.index(name) for name in ("bisection", model_of(options.law).guide))
     columns = {
-        "border": found["place"], "regime_below": found["below"], "regime_above": found["above"],
-        "border_width": high - low, "method": np.where(found["guided"] == 1, guide, bisection),
+        "border": whole["place"], "regime_below": whole["below"], "regime_above": whole["above"],
+        "border_width": whole["high"] - whole["low"], "method": np.where(whole["guided"] == 1, guide, bisection),
     }  # fmt: skip
     tables = {name: np.full((counts.size, int(counts.max(initial=0))), np.nan) for name in columns}
     for name, values in columns.items():
         tables[name][line, crossing] = values
     return tables
-
-
-def _attributes(found: Results, scan: Side, tolerance: float, options: Options) -> dict[str, str | float]:
-    """Return what was done and what it cannot see, as global attributes."""
-    row = QUANTITIES[scan.name]
-    places, unit = scan.places, units.spelled(row.units)
-    apart = f"{places[1] - places[0]:.6g} {unit}".rstrip()
-    if scan.spacing == "log":
-        apart = f"a factor of {places[1] / places[0]:.6g}"
-    low, high = found["low"], found["high"]
-    wide = int(np.count_nonzero(high - low > scan.width(tolerance, low, high)))
-    undecided = int(found["undecided"].sum(dtype=np.int64))
-    result = f"{low.size} on {np.count_nonzero(found['found'])} of {found['found'].size} lines"
-    if not low.size:
-        result = f"none: no change of regime was found on {found['found'].size} lines"
-    if wide:
-        result += f"; {wide} wider than the tolerance, around cells that are undecided or of a third regime"
-    if undecided:
-        result += f"; {undecided} cells of the scan were unresolved or failed and say nothing"
-    return {
-        "border_parameter": scan.name,
-        "border_range": f"{scan.low!r} to {scan.high!r} {unit}".rstrip(),
-        "border_scan": f"{scan.points} points, {scan.spacing} spacing, {apart} apart: a regime that begins and ends "
-        "between two of them can be missed",
-        "border_scan_points": scan.points,
-        "border_method": f"{model_of(options.law).guide} where it passes zero at the border, by a bracketed secant "
-        "(ITP), else bisection of the regime: see `method`",
-        "border_tolerance": tolerance,
-        "border_rtol": options.rtol,
-        "border_found": result,
-    }

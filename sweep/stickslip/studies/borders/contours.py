@@ -9,32 +9,35 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
-from stickslip.config.model import Config
+from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.ranges import interval
 from stickslip.config.sections import RANGE, Read, StudySection, choice, of_row, refused
-from stickslip.config.studies import Moved, Study, Table
+from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
 from stickslip.engine import Options, Results, StopFlag
+from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import (
     PARAMETER,
     CellsOrConfig,
     Lines,
+    OpenSection,
+    Ranges,
     Side,
     by_model,
     check_lines,
     fine_enough,
     limits,
-    plane_along,
-    plane_over,
+    lines_of,
+    opened,
     search_options,
-)
-from stickslip.studies.borders.plane import JUNCTION, PlaneSearch, share_of
+)  # fmt: skip
+from stickslip.studies.borders.plane import PlaneSearch
 from stickslip.studies.borders.search import Integers
-from stickslip.studies.report import attributes, first
-from stickslip.studies.study import joined as end_to_end
+from stickslip.studies.report import search_attributes, search_settings, shown
+from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import STRIBECK
@@ -77,7 +80,7 @@ def _ranges(value: object) -> object:
     return {name: interval(QUANTITIES[name], value[name]) for name in names}
 
 
-class Contours(StudySection):
+class Contours(OpenSection):
     """Borders of the regimes in planes of two parameters, as lines; the other axes are the panels."""
 
     key, options = "contours", {"axes": "--over"}
@@ -104,6 +107,21 @@ class Contours(StudySection):
     tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
     scan: int = of_row(rows["scan"])
     rtol: float | None = of_row(rows["rtol"])
+
+    def ranges(self, given: CellsOrConfig) -> Ranges:
+        """The parameters of the plane, by default the last two axes of a configuration, with their ranges."""
+        axes, between = self.axes, self.between or {}
+        if axes is None:
+            if not isinstance(given, Config):
+                raise ArgumentError("axes", "missing; cells need the names of the two parameters that vary, (y, x)")
+            names = [axis.name for axis in given.axes[-2:] if not isinstance(axis, Group)]
+            if len(names) < 2:
+                message = "missing; the last two axes of the configuration are not two single parameters"
+                raise ArgumentError("axes", message)
+            axes = names[0], names[1]
+        if other := [name for name in between if name not in axes]:
+            raise ArgumentError("between", f"got a range for {other[0]!r}, expected {axes[0]} or {axes[1]}")
+        return {name: between.get(name) for name in axes}
 
 
 class ContourStudy(Study):
@@ -145,25 +163,26 @@ class ContourStudy(Study):
     def of(cls, given: CellsOrConfig, section: Contours, options: Options) -> ContourStudy:
         """The lines in the plane of the section."""
         section, options = fine_enough(section, options)
-        return cls(*plane_over(given, section.axes, section.between or {}, section.points, options), section, options)
+        cells, (y, x) = opened(given, section.ranges(given), section.points, options)
+        return cls(cells, y, x, section, options)
 
     @classmethod
     def check(cls, section: Contours, config: Config, problems: ProblemCollector) -> None:
         """Note a plane that cannot be searched."""
-        check_lines(section.key, lambda: cls.lines_in(section, config), section.between or (), config, problems)
+        check_lines(section, config, problems)
 
     @classmethod
     def lines_in(cls, section: Contours, config: Config) -> Lines:
         """The lines along both parameters, y and x."""
-        return plane_along(config, section.axes, section.between or {})
+        return lines_of(config, section.ranges(config))
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
-        """The first lines, how many there are, and what can be missed."""
-        yield from first(_lines(ds), ds.sizes["line"])
-        yield from attributes(
-            ds, lines="contour_found", grid="contour_grid", scan="contour_scan", looked="contour_looked_at"
-        )
+        """The first lines, how many there are, and how they were looked for."""
+        yield from shown(_table(ds))
+        yield f"lines    {ds.sizes['line']:,}, {int((ds['closed'] != 0).sum()):,} of them closed"
+        yield line_counts(ds)
+        yield search_settings(ds, "contour")
 
     @classmethod
     def is_drawn(cls, ds: xr.Dataset) -> bool:
@@ -173,7 +192,7 @@ class ContourStudy(Study):
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The lines of a range of panels."""
         parts = [self._searched(panel, stop, moved) for panel in items]
-        whole = end_to_end(parts) if parts else self.blank(items)
+        whole = joined(parts) if parts else self.blank(items)
         return {name: whole[name].astype(dtype) for name, dtype in self.columns.items()}
 
     def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
@@ -188,13 +207,9 @@ class ContourStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The lines of all panels (`lines_dataset`)."""
-        whole, y, x = end_to_end(parts), self._y, self._x
+        whole, y, x = joined(parts), self._y, self._x
         panel = np.repeat(np.arange(self._cells.size), whole["lines"])
-        attributes = {
-            **attributes,
-            **attributes_of_lines(whole, y, x, self._section, self.options),
-            "result": "contours",
-        }
+        attributes = {**attributes, **attributes_of_lines(whole, self._section, self.options), "result": "contours"}
         return lines_dataset(whole, VARIABLES, y, x).assign_attrs(attributes).assign_coords(self._panels(panel))
 
     def _panels(self, panel: Integers) -> dict[str, xr.Variable]:
@@ -242,51 +257,29 @@ def lines_dataset(whole: Results, rows: Mapping[str, Variable], y: Side, x: Side
     return xr.Dataset(variables, nodes)
 
 
-def _lines(ds: xr.Dataset) -> Iterator[str]:
-    """A line of text per contour."""
+def _table(ds: xr.Dataset) -> Table:
+    """A row per contour."""
     names = plane_names(ds)
     units = [unit_of(ds[name]) for name in names]
-    panels = [name for name, coordinate in ds.coords.items() if coordinate.dims == ("line",)]
+    panels = [str(name) for name, coordinate in ds.coords.items() if coordinate.dims == ("line",)]
+    rows = []
     for number, line in enumerate(polylines(ds)):
-        where = ", ".join(f"{name} = {ds[name].values[number]}" for name in panels)
-        ranges = ", ".join(
-            f"{name} {unit.of(values.min()):.6g} to {unit.text(values.max())}"
-            for name, values, unit in zip(names, (line.x, line.y), units, strict=True)
-        )
-        kind = "loop" if line.closed else "line"
-        sides = f"{REGIMES[line.left]} | {REGIMES[line.right]}"
-        yield f"{where}{': ' if where else ''}{sides}: {kind} of {len(line.x)} points, {ranges}"
+        where = [str(ds[name].values[number]) for name in panels]
+        ranges = [f"{unit.of(values.min()):.6g} to {unit.text(values.max())}"
+                  for values, unit in zip((line.x, line.y), units, strict=True)]  # fmt: skip
+        sides = (Regime(REGIMES[side]) for side in (line.left, line.right))
+        rows.append([*where, *sides, "loop" if line.closed else "line", *ranges, f"{len(line.x):,}"])
+    return Table("The lines", [*panels, "to the left", "to the right", "", *names], ["points"], rows)
 
 
-def attributes_of_lines(
-    whole: Results, y: Side, x: Side, section: Contours, options: Options
-) -> dict[str, str | float]:
-    """Return what was done and what it cannot see, as global attributes."""
-    rows, columns = y.points, x.points
-    lines, loops = whole["closed"].size, np.count_nonzero(whole["closed"])
-    inside = whole["node_along"] == JUNCTION
-    meetings = np.unique(np.stack([whole["x"][inside], whole["y"][inside]]), axis=1).shape[1]
-    narrow = 2 * max(share_of(side, section.tolerance) for side in (x, y))
-    wide = np.count_nonzero(whole["node_width"][~inside] > narrow)
-    found = f"{lines} lines, {loops} of them closed, with {meetings} junctions"
-    if not lines:
-        found = "none: no change of regime was found"
-    if wide:
-        found += f"; {wide} of {inside.size} nodes wider than the tolerance, around cells that are undecided"
-    looked, computed, undecided = (int(whole[name].sum()) for name in _COUNTS[1:])
-    if undecided:
-        found += (
-            "; undecided grid points taken for the regime of a decided one, on their side of where small motions "
-            f"neither grow nor decay: {undecided}"
-        )
-    return {
-        "contour_parameters": f"{x.name} {y.name}",
-        "contour_grid": f"{rows} x {columns} points over {y.name} and {x.name}: what is narrower than "
-        "their distance can be passed over",
-        "contour_scan": f"{min(section.scan, rows)} x {min(section.scan, columns)} of these points were looked at "
-        "first: a loop between them is missed",
-        "contour_looked_at": f"{looked} of {whole['lines'].size * rows * columns} grid points, {computed} cells in all",
-        "contour_tolerance": section.tolerance,
-        "contour_rtol": options.rtol,
-        "contour_found": found,
-    }
+def attributes_of_lines(whole: Results, section: Contours, options: Options) -> dict[str, Any]:
+    """How lines were looked for, and how many grid points and cells that took, as global attributes."""
+    prefix = section.key.removesuffix("s")
+    counts = {f"{prefix}_{name}": int(whole[name].sum()) for name in _COUNTS[1:]}
+    return search_attributes(section, options) | counts
+
+
+def line_counts(ds: xr.Dataset, prefix: str = "contour") -> str:
+    """The same as a line for the screen."""
+    looked, computed, undecided = (ds.attrs[f"{prefix}_{name}"] for name in _COUNTS[1:])
+    return f"looked   at {looked:,} grid points, {undecided:,} of them undecided; {computed:,} cells in all"

@@ -1,14 +1,14 @@
 """Cells of which one or two parameters are left open, and the ranges in which borders are searched along these."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple, TypeVar
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import ValidationInfo
+from pydantic import BeforeValidator, Field, ValidationInfo
 
 from stickslip.config.checks import add_finding
 from stickslip.config.grid import build_grid
@@ -16,7 +16,7 @@ from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.ranges import interval
 from stickslip.config.rules import Finding, Space, findings
-from stickslip.config.sections import StudySection, one_of
+from stickslip.config.sections import RANGE, StudySection, one_of
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
@@ -31,12 +31,36 @@ from stickslip.vocabulary.suggest import listed
 
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config
 Between = tuple[float, float]
+Ranges = Mapping[str, Between | None]
 PARAMETER = one_of(SEARCHABLE, "a parameter of a cell")  # of a field of a section
 
 
-def range_along(value: object, info: ValidationInfo) -> Between:
+def _range_along(value: object, info: ValidationInfo) -> Between:
     """The range of the parameter `along` of a section, unless that is refused already."""
     return interval(QUANTITIES[info.data["along"]], value) if "along" in info.data else (NAN, NAN)
+
+
+class OpenSection(StudySection):
+    """A section that leaves parameters of cells open: one along lines, two of a plane (y, x)."""
+
+    def ranges(self, given: CellsOrConfig) -> Ranges:
+        """These parameters with their ranges; None for that of the axis. Raises ArgumentError."""
+        raise NotImplementedError
+
+
+class LineSection(OpenSection):
+    """What studies of lines along a parameter have in common; the other axes are the lines."""
+
+    along: Annotated[str, PARAMETER] = Field(description="parameter of a cell to go along")
+    between: Annotated[Between | None, BeforeValidator(_range_along)] = Field(
+        None,
+        description="both ends of its range, the lower one first; those of the axis unless given",
+        json_schema_extra=RANGE,
+    )
+
+    def ranges(self, given: CellsOrConfig) -> Ranges:
+        """The parameter, with its range."""
+        return {self.along: self.between}
 
 
 def by_model(of_curve: float, with_memory: float) -> str:
@@ -71,9 +95,9 @@ def fine_enough(section: AnySearch, options: Options) -> tuple[AnySearch, Option
     model, given = model_of(options.law), section.resolved()
     tolerance = given.get("tolerance", model.border_tolerance)
     rtol = given.get("rtol", float(np.clip(tolerance / 100, 1e-12, 1e-6)))
-    found = {"tolerance": tolerance, "points": given.get("points", model.contour_points)}
-    found = {name: value for name, value in found.items() if name in type(section).model_fields}
-    return section.model_copy(update=found), replace(options, rtol=rtol, early_stop=True)
+    settings = {"tolerance": tolerance, "points": given.get("points", model.contour_points)}
+    settings = {name: value for name, value in settings.items() if name in type(section).model_fields}
+    return section.model_copy(update=settings), replace(options, rtol=rtol, early_stop=True)
 
 
 def search_options(options: Options) -> Options:
@@ -127,7 +151,7 @@ class Side(Scan):
 # --- of a configuration -----------------------------------------------------------------------------------------------
 
 
-class Line(NamedTuple):
+class OpenLine(NamedTuple):
     """Lines along one parameter. axis : of the parameter, None if it is fixed. spacing : of that axis where its range
     is searched, else None."""
 
@@ -136,60 +160,40 @@ class Line(NamedTuple):
     spacing: str | None
 
 
-Lines = dict[str, Line]  # by parameter; of a plane y and x
+Lines = dict[str, OpenLine]  # by parameter; of a plane y and x
 
 
-def line_along(config: Config, along: str, between: Between | None) -> Line:
-    """The lines along a parameter; without a range, over that of its axis. Raises ArgumentError."""
+def lines_of(config: Config, ranges: Ranges) -> Lines:
+    """The lines along parameters; without a range, over that of their axes. Raises ArgumentError."""
+    key = "axes" if len(ranges) > 1 else "along"
+    return {name: _line_along(config, name, between, key) for name, between in ranges.items()}
+
+
+def _line_along(config: Config, along: str, between: Between | None, key: str) -> OpenLine:
     if not config.has_cells:
-        raise ArgumentError("along", "the configuration has a drive: cells of a rig have no regime to search for")
+        raise ArgumentError(key, "the configuration has a drive: cells of a rig have no regime to search for")
     if config.uncertain is not None:
         message = "the configuration has uncertain quantities, and a border is that of known ones; leave uncertain out"
-        raise ArgumentError("along", message)
+        raise ArgumentError(key, message)
     names = {member.name for axis in config.axes for member in axis.members} | set(config.fixed())
     model = model_of(config.friction.law)
     forms = (model.replaced, tuple(model.measured))
     for form, other, whole in zip(forms, reversed(forms), model.forms, strict=False):
         if along in form and names & set(other):
             follows = f"{along} follows from {listed(other, 'and')} in this configuration"
-            raise ArgumentError("along", f"{follows}; give the curve by {listed(whole, 'and')} to search along it")
+            raise ArgumentError(key, f"{follows}; give the curve by {listed(whole, 'and')} to search along it")
     for axis in config.axes:
         if isinstance(axis, Group) and any(member.name == along for member in axis.members):
-            raise ArgumentError("along", f"{along} varies together with others in the axis {axis.name}")
+            raise ArgumentError(key, f"{along} varies together with others in the axis {axis.name}")
     own = next((axis for axis in config.axes if not isinstance(axis, Group) and axis.name == along), None)
     if between is not None:
-        return Line(own, between, None)
+        return OpenLine(own, between, None)
     if own is None:
         raise ArgumentError("between", f"missing; {along} is no axis of the configuration, so it needs a range")
     numbers = own.points()[~np.isnan(own.points())]
     if np.unique(numbers).size < 2:
         raise ArgumentError("between", f"missing; the axis {along} has no range, which takes two numbers")
-    return Line(own, (float(numbers.min()), float(numbers.max())), own.spacing if isinstance(own, Range) else None)
-
-
-def plane_along(config: Config, axes: tuple[str, str] | None, between: Mapping[str, Between]) -> Lines:
-    """The plane over two parameters, y and x; the last two axes unless named. Raises ArgumentError."""
-    if axes is None:
-        names = [axis.name for axis in config.axes[-2:] if not isinstance(axis, Group)]
-        if len(names) < 2:
-            message = "missing; the last two axes of the configuration are not two single parameters"
-            raise ArgumentError("axes", message)
-        axes = names[0], names[1]
-    plane = {}
-    for name in _with_ranges(axes, between):
-        try:
-            plane[name] = line_along(config, name, between.get(name))
-        except ArgumentError as error:
-            raise ArgumentError("axes" if error.key == "along" else error.key, error.what) from None
-    return plane
-
-
-def _with_ranges(axes: tuple[str, str], between: Mapping[str, Between]) -> tuple[str, str]:
-    """The parameters of a plane, to one of which every range belongs. Raises ArgumentError."""
-    for name in between:
-        if name not in axes:
-            raise ArgumentError("between", f"got a range for {name!r}, expected {axes[0]} or {axes[1]}")
-    return axes
+    return OpenLine(own, (float(numbers.min()), float(numbers.max())), own.spacing if isinstance(own, Range) else None)
 
 
 def broken_rules(config: Config, lines: Lines) -> Iterator[Finding]:
@@ -208,65 +212,33 @@ def broken_rules(config: Config, lines: Lines) -> Iterator[Finding]:
         yield finding._replace(path=between) if is_searched else finding
 
 
-def check_lines(
-    key: str, lines: Callable[[], Lines], given: Collection[str], config: Config, problems: ProblemCollector
-) -> None:
-    """Note what keeps the lines, or the plane, of a section from being searched: they exist, and cells are possible.
-
-    key : of the section. given : the parameters whose range it says.
-    """
+def check_lines(section: OpenSection, config: Config, problems: ProblemCollector) -> None:
+    """Note what keeps the lines, or the plane, of a section from being searched: they exist, and cells are possible."""
     try:
-        searched = lines()
+        ranges = section.ranges(config)
+        lines = lines_of(config, ranges)
     except ArgumentError as error:
-        problems.add((key, error.key), error.what)
+        problems.add((section.key, error.key), error.what)
         return
-    for finding in broken_rules(config, searched):
+    for finding in broken_rules(config, lines):
         path = finding.path
         if path[0] == "between":
-            name = path[-1] if len(searched) > 1 else next(iter(searched))
-            path = (key, *path) if name in given else ("axes", name)
+            name = str(path[-1]) if len(lines) > 1 else next(iter(lines))
+            path = (section.key, *path) if ranges[name] else ("axes", name)
         add_finding(problems, finding._replace(path=path))
-
-
-def check_line(section: Any, config: Config, problems: ProblemCollector) -> None:
-    """The same of a section with a parameter `along` and its range `between`."""
-    along, between = section.along, section.between
-    given = () if between is None else (along,)
-    check_lines(section.key, lambda: {along: line_along(config, along, between)}, given, config, problems)
 
 
 # --- lines and planes of cells ----------------------------------------------------------------------------------------
 
 
-def lines_along(
-    given: CellsOrConfig, along: str, between: Between | None, points: int, options: Options
-) -> tuple[Cells, Side]:
-    """Lines of cells along a parameter, whatever the cells say of it; without a range, over that of its axis.
+def opened(given: CellsOrConfig, ranges: Ranges, points: int, options: Options) -> tuple[Cells, list[Side]]:
+    """Cells of which some parameters are left open, whatever the cells say of these, with so many points along each.
 
-    Raises TypeError or ValueError for what cannot be searched.
+    Without a range, over that of the axis. Raises TypeError or ValueError for what cannot be searched.
     """
     if isinstance(given, Config):
-        cells, (side,) = _of_config(given, {along: line_along(given, along, between)}, points)
-    else:
-        cells, (side,) = _of_cells(given, {along: between}, points, options)
-    return cells, side
-
-
-def plane_over(
-    given: CellsOrConfig, axes: tuple[str, str] | None, between: Mapping[str, Between], points: int, options: Options
-) -> tuple[Cells, Side, Side]:
-    """Planes of cells over two parameters (y, x), by default the last two axes of a configuration; and both.
-
-    Raises TypeError or ValueError for what cannot be searched.
-    """
-    if isinstance(given, Config):
-        cells, (y, x) = _of_config(given, plane_along(given, axes, between), points)
-    elif axes is None:
-        raise ValueError("axes: missing; cells need the names of the two parameters that vary, (y, x)")
-    else:
-        ranges = {name: between.get(name) for name in _with_ranges(axes, between)}
-        cells, (y, x) = _of_cells(given, ranges, points, options)
-    return cells, y, x
+        return _of_config(given, lines_of(given, ranges), points)
+    return _of_cells(given, ranges, points, options)
 
 
 def _of_config(config: Config, lines: Lines, points: int) -> tuple[Cells, list[Side]]:
@@ -280,7 +252,7 @@ def _of_config(config: Config, lines: Lines, points: int) -> tuple[Cells, list[S
 
 
 def _of_cells(
-    given: Mapping[str, Any] | xr.Dataset, ranges: Mapping[str, Between | None], points: int, options: Options
+    given: Mapping[str, Any] | xr.Dataset, ranges: Ranges, points: int, options: Options
 ) -> tuple[Cells, list[Side]]:
     """Cells are checked at the corners of the ranges: bounds that hold there hold between, since they are linear."""
     sides = []

@@ -124,12 +124,12 @@ def search_lines(
     line, place = np.repeat(np.arange(lines), places.size), np.tile(places, lines)
     looked = labels_at(line, place)
     undecided = np.count_nonzero(~looked.decided.reshape(lines, places.size), axis=1)
-    found = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at)
-    found = _without_slivers(found, scan, tolerance)
-    found["place"] = found["low"] + (found["high"] - found["low"]) / 2
+    brackets = _narrowed(_brackets(line, place, looked), scan, tolerance, labels_at)
+    brackets = _without_slivers(brackets, scan, tolerance)
+    brackets["place"] = brackets["low"] + (brackets["high"] - brackets["low"]) / 2
     if guide_at is not None:
-        _place_by_guide(found, guide_at)
-    return found, undecided
+        _place_by_guide(brackets, guide_at)
+    return brackets, undecided
 
 
 def _brackets(line: Integers, place: Floats, looked: Looked) -> Brackets:
@@ -138,36 +138,36 @@ def _brackets(line: Integers, place: Floats, looked: Looked) -> Brackets:
     low, high = known[:-1], known[1:]
     changes = (line[low] == line[high]) & (labels[low] != labels[high])
     low, high = low[changes], high[changes]
-    found = np.zeros(low.size, BRACKET)
-    found["line"], found["low"], found["high"] = line[low], place[low], place[high]
-    found["below"], found["above"] = labels[low], labels[high]
+    brackets = np.zeros(low.size, BRACKET)
+    brackets["line"], brackets["low"], brackets["high"] = line[low], place[low], place[high]
+    brackets["below"], brackets["above"] = labels[low], labels[high]
     apart = high > low + 1
-    found["gap_low"] = np.where(apart, place[np.where(apart, low + 1, 0)], np.nan)
-    found["gap_high"] = np.where(apart, place[np.where(apart, high - 1, 0)], np.nan)
+    brackets["gap_low"] = np.where(apart, place[np.where(apart, low + 1, 0)], np.nan)
+    brackets["gap_high"] = np.where(apart, place[np.where(apart, high - 1, 0)], np.nan)
     guide = np.full(place.size, np.nan) if looked.guide is None else looked.guide
-    found["at_low"], found["at_high"] = guide[low], guide[high]
-    return found
+    brackets["at_low"], brackets["at_high"] = guide[low], guide[high]
+    return brackets
 
 
-def _narrowed(found: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt) -> Brackets:
+def _narrowed(brackets: Brackets, scan: Scan, tolerance: float, labels_at: LabelsAt) -> Brackets:
     """Narrow all brackets until they are narrow enough; a third label on the way splits one into two.
 
     A bracket with undecided places is narrowed from both sides towards them; then it is looked at between them, once.
     """
-    done = [found[:0]]
-    while found.size:
-        width, gap = scan.width(tolerance, found["low"], found["high"]), ~np.isnan(found["gap_low"])
-        left = _middle(found["low"], np.where(gap, found["gap_low"], found["high"]), width)
-        right = np.where(gap, _middle(found["gap_high"], found["high"], width), np.nan)
-        _follow_guide(found, left, right, width)
+    done = [brackets[:0]]
+    while brackets.size:
+        width, gap = scan.width(tolerance, brackets["low"], brackets["high"]), ~np.isnan(brackets["gap_low"])
+        left = _middle(brackets["low"], np.where(gap, brackets["gap_low"], brackets["high"]), width)
+        right = np.where(gap, _middle(brackets["gap_high"], brackets["high"], width), np.nan)
+        _follow_guide(brackets, left, right, width)
         narrow = np.isnan(left) & np.isnan(right)
-        between = narrow & (found["gap_high"] - found["gap_low"] > width) & ~found["probed"]
-        done.append(found[narrow & ~between])
-        found["probed"][between] = True
-        start, end = found["gap_low"][between], found["gap_high"][between]
-        probed = _looked_at(found[between], start[:, np.newaxis] + np.outer(end - start, _PROBES), labels_at)
-        found = _looked_at(found[~narrow], np.stack([left, right], axis=1)[~narrow], labels_at)
-        found = np.concatenate([found, probed])
+        between = narrow & (brackets["gap_high"] - brackets["gap_low"] > width) & ~brackets["probed"]
+        done.append(brackets[narrow & ~between])
+        brackets["probed"][between] = True
+        start, end = brackets["gap_low"][between], brackets["gap_high"][between]
+        probed = _looked_at(brackets[between], start[:, np.newaxis] + np.outer(end - start, _PROBES), labels_at)
+        brackets = _looked_at(brackets[~narrow], np.stack([left, right], axis=1)[~narrow], labels_at)
+        brackets = np.concatenate([brackets, probed])
     return np.concatenate(done)
 
 
@@ -182,48 +182,48 @@ def _far_apart(low: Floats, high: Floats) -> Flags:
     return np.asarray((low > 0) & (high >= _FAR * low))
 
 
-def _follow_guide(found: Brackets, left: Floats, right: Floats, width: Floats) -> None:
+def _follow_guide(brackets: Brackets, left: Floats, right: Floats, width: Floats) -> None:
     """Let the guide, where there is one, say which places inside each bracket are looked at next, in place of middles.
 
     It may have led right to the border, where places tend to be undecided: then both sides of these are next.
     left, right : the middles, NaN where it is narrow enough; changed, as the notes on the guide in `found` are.
     """
-    low, high, at_low, at_high = (found[name] for name in ("low", "high", "at_low", "at_high"))
+    low, high, at_low, at_high = (brackets[name] for name in ("low", "high", "at_low", "at_high"))
     leads = ((at_low < 0) != (at_high < 0)) & np.isfinite(at_low) & np.isfinite(at_high)
-    begins = leads & (found["first"] == 0) & ~_far_apart(low, high)
+    begins = leads & (brackets["first"] == 0) & ~_far_apart(low, high)
     for name, values in {"first": high - low, "change": np.abs(at_high - at_low)}.items():
-        found[name][begins] = values[begins]
-    found["reach"][begins] = first_reach(high[begins] - low[begins], width[begins])
-    leads &= found["first"] > 0
-    found["guided"] = leads & (np.abs(at_high - at_low) <= _JUMP * found["change"])
-    gap = ~np.isnan(found["gap_low"])
+        brackets[name][begins] = values[begins]
+    brackets["reach"][begins] = first_reach(high[begins] - low[begins], width[begins])
+    leads &= brackets["first"] > 0
+    brackets["guided"] = leads & (np.abs(at_high - at_low) <= _JUMP * brackets["change"])
+    gap = ~np.isnan(brackets["gap_low"])
     at = np.flatnonzero(leads & gap)
-    aside = np.maximum(width[at] / 4, found["gap_high"][at] - found["gap_low"][at])
-    left[at] = np.maximum(left[at], found["gap_low"][at] - aside)  # NaN stays NaN
-    right[at] = np.minimum(right[at], found["gap_high"][at] + aside)
+    aside = np.maximum(width[at] / 4, brackets["gap_high"][at] - brackets["gap_low"][at])
+    left[at] = np.maximum(left[at], brackets["gap_low"][at] - aside)  # NaN stays NaN
+    right[at] = np.minimum(right[at], brackets["gap_high"][at] + aside)
     at = np.flatnonzero(leads & ~gap & ~np.isnan(left))
     ends = low[at] + width[at] / 2, high[at] - width[at] / 2  # so that both ends close in
-    there = guess(low[at], high[at], at_low[at], at_high[at], found["first"][at], found["reach"][at])
+    there = guess(low[at], high[at], at_low[at], at_high[at], brackets["first"][at], brackets["reach"][at])
     there = np.clip(there, *ends)
     left[at] = np.where((low[at] < there) & (there < high[at]), there, left[at])
-    found["reach"] /= 2
+    brackets["reach"] /= 2
 
 
-def _looked_at(found: Brackets, new: Floats, labels_at: LabelsAt) -> Brackets:
+def _looked_at(brackets: Brackets, new: Floats, labels_at: LabelsAt) -> Brackets:
     """The brackets within these once the places `new` (n, k; NaN: none) have labels."""
-    if not found.size:
-        return found
-    known = np.stack([found[name] for name in ("low", "high", "gap_low", "gap_high")], axis=1)
+    if not brackets.size:
+        return brackets
+    known = np.stack([brackets[name] for name in ("low", "high", "gap_low", "gap_high")], axis=1)
     places = np.concatenate([known, new], axis=1)
     labels, decided = np.zeros(places.shape, np.int8), np.zeros(places.shape, np.bool_)
     guide = np.full(places.shape, np.nan)
-    labels[:, 0], labels[:, 1] = found["below"], found["above"]
-    guide[:, 0], guide[:, 1] = found["at_low"], found["at_high"]
+    labels[:, 0], labels[:, 1] = brackets["below"], brackets["above"]
+    guide[:, 0], guide[:, 1] = brackets["at_low"], brackets["at_high"]
     decided[:, :2] = True
-    bracket = np.broadcast_to(np.arange(found.size)[:, np.newaxis], places.shape)
+    bracket = np.broadcast_to(np.arange(brackets.size)[:, np.newaxis], places.shape)
     there = ~np.isnan(places)
     unknown = there & (np.arange(places.shape[1]) >= known.shape[1])
-    looked = labels_at(found["line"][bracket[unknown]], places[unknown])
+    looked = labels_at(brackets["line"][bracket[unknown]], places[unknown])
     labels[unknown], decided[unknown] = looked.labels, looked.decided
     if looked.guide is not None:
         guide[unknown] = looked.guide
@@ -232,17 +232,17 @@ def _looked_at(found: Brackets, new: Floats, labels_at: LabelsAt) -> Brackets:
         bracket[there][order], places[there][order],
         Looked(labels[there][order], decided[there][order], guide[there][order]),
     )  # fmt: skip
-    outer = found[inner["line"]]
+    outer = brackets[inner["line"]]
     for name in ("line", "first", "change", "reach"):
         inner[name] = outer[name]
     inner["probed"] = outer["probed"] & (inner["low"] == outer["low"]) & (inner["high"] == outer["high"])
     return inner
 
 
-def _place_by_guide(found: Brackets, guide_at: GuideAt) -> None:
-    """Put borders within brackets with undecided places where the guide vanishes, if it does there; changes `found`."""
-    at = np.flatnonzero(~np.isnan(found["gap_low"]) & (found["at_low"] * found["at_high"] < 0))
-    line, low, high = found["line"][at], found["low"][at], found["high"][at]
+def _place_by_guide(brackets: Brackets, guide_at: GuideAt) -> None:
+    """Put borders within brackets with undecided places where the guide vanishes, if it does there; changes these."""
+    at = np.flatnonzero(~np.isnan(brackets["gap_low"]) & (brackets["at_low"] * brackets["at_high"] < 0))
+    line, low, high = brackets["line"][at], brackets["low"][at], brackets["high"][at]
 
     def sign_at(which: Integers, share: Floats) -> Looked:
         guide = guide_at(line[which], low[which] + share * (high - low)[which])
@@ -250,15 +250,15 @@ def _place_by_guide(found: Brackets, guide_at: GuideAt) -> None:
 
     zeros, _ = search_lines(at.size, Scan(0.0, 1.0, 2, "linear"), _OF_GUIDE, sign_at)
     which = zeros["line"]
-    found["place"][at[which]] = low[which] + zeros["place"] * (high - low)[which]
-    found["guided"][at[which]] = True
+    brackets["place"][at[which]] = low[which] + zeros["place"] * (high - low)[which]
+    brackets["guided"][at[which]] = True
 
 
-def _without_slivers(found: Brackets, scan: Scan, tolerance: float) -> Brackets:
+def _without_slivers(brackets: Brackets, scan: Scan, tolerance: float) -> Brackets:
     """Brackets in order; two that enclose a label on less than the tolerance are one, unless nothing changes then."""
-    found = found[np.lexsort((found["low"], found["line"]))]
-    while found.size > 1:
-        first, second = found[:-1], found[1:]
+    brackets = brackets[np.lexsort((brackets["low"], brackets["line"]))]
+    while brackets.size > 1:
+        first, second = brackets[:-1], brackets[1:]
         near = (first["line"] == second["line"]) & (first["below"] != second["above"])
         near &= second["low"] - first["high"] <= scan.width(tolerance, first["low"], first["high"])
         near[1:] &= ~near[:-1]
@@ -266,5 +266,5 @@ def _without_slivers(found: Brackets, scan: Scan, tolerance: float) -> Brackets:
             break
         first["high"][near], first["above"][near] = second["high"][near], second["above"][near]
         first["guided"][near] &= second["guided"][near]
-        found = np.delete(found, np.flatnonzero(near) + 1)
-    return found
+        brackets = np.delete(brackets, np.flatnonzero(near) + 1)
+    return brackets

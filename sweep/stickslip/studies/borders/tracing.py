@@ -9,7 +9,7 @@ Junctions are closed in upon in all such cells together.
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from stickslip.studies.borders.search import Floats, Integers, Labels
 Node = int
 
 
-@dataclass(frozen=True)
-class Crossing:
+class Crossing(NamedTuple):
     """A change of label on the way around a cell."""
 
     node: Node
@@ -27,8 +26,7 @@ class Crossing:
     after: int
 
 
-@dataclass(frozen=True)
-class Segment:
+class Segment(NamedTuple):
     """A piece of a border from one node to another, with the labels to its left and right."""
 
     start: Node
@@ -37,8 +35,7 @@ class Segment:
     right: int
 
 
-@dataclass(frozen=True)
-class Chain:
+class Chain(NamedTuple):
     """A line through nodes; a closed one ends where it began."""
 
     nodes: tuple[Node, ...]
@@ -57,16 +54,16 @@ def joined(around: Sequence[Crossing], centre: int | None, junction: Node) -> li
     around : its crossings counter-clockwise. centre : label in the middle of the cell, which is not cut off as long as
     another can be; None if not known. junction : the node to be used where three or more labels meet.
     """
-    left, found = list(around), []
+    left, segments = list(around), []
     while len(left) > 1:
         cuts = [i for i in range(len(left)) if left[i].before == left[(i + 1) % len(left)].after]
         if not cuts:
             break
         i = next((i for i in cuts if left[i].after != centre), cuts[0])
         first, second = left[i], left[(i + 1) % len(left)]
-        found.append(Segment(first.node, second.node, first.before, first.after))
-        left = [one for one in left if one is not first and one is not second]
-    return found + [Segment(one.node, junction, one.before, one.after) for one in left]
+        segments.append(Segment(first.node, second.node, first.before, first.after))
+        left = [crossing for crossing in left if crossing is not first and crossing is not second]
+    return segments + [Segment(crossing.node, junction, crossing.before, crossing.after) for crossing in left]
 
 
 def chained(segments: Iterable[Segment]) -> list[Chain]:
@@ -92,9 +89,8 @@ def chained(segments: Iterable[Segment]) -> list[Chain]:
                 return Chain(tuple(nodes), pieces[i].left, pieces[i].right)
             i = leaving[end][0]
 
-    starts = [i for i, piece in enumerate(pieces) if meeting[piece.start] != 2]
-    found = [follow(i) for i in starts]
-    return found + [follow(i) for i in range(len(pieces)) if not used[i]]
+    lines = [follow(i) for i, piece in enumerate(pieces) if meeting[piece.start] != 2]
+    return lines + [follow(i) for i in range(len(pieces)) if not used[i]]
 
 
 LabelsInCells = Callable[[Integers, Floats, Floats], Labels]  # of (cell, share along x, share along y)
@@ -110,29 +106,23 @@ def meeting_points(cells: int, labels_at: LabelsInCells, rounds: int) -> tuple[F
     """
     corner, width = np.zeros((cells, 2)), np.ones(cells)
     active = np.arange(cells)
-    steps = np.linspace(0.0, 1.0, _SIDE)
+    steps = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, _SIDE)] * 2), axis=-1).reshape(-1, 2)  # of (x, y)
     for _ in range(rounds):
         if not active.size:
             break
-        x = corner[active, 0, np.newaxis, np.newaxis] + width[active, np.newaxis, np.newaxis] * steps
-        y = corner[active, 1, np.newaxis, np.newaxis] + width[active, np.newaxis, np.newaxis] * steps[:, np.newaxis]
-        x, y = np.broadcast_arrays(x, y)
-        labels = labels_at(np.repeat(active, _SIDE * _SIDE), x.ravel(), y.ravel()).reshape(-1, _SIDE, _SIDE)
+        places = (corner[active, np.newaxis] + width[active, np.newaxis, np.newaxis] * steps).reshape(-1, 2)
+        labels = labels_at(np.repeat(active, len(steps)), *places.T).reshape(-1, _SIDE, _SIDE)
         windows = np.lib.stride_tricks.sliding_window_view(labels, (_HALF, _HALF), axis=(1, 2))
         thirds = _third_most(windows.reshape(len(active), _HALF * _HALF, -1))
         best = np.argmax(thirds, axis=1)
-        row, column = np.divmod(best, _HALF)
-        met = thirds[np.arange(len(active)), best] > 0
-        step = width[active] / (_SIDE - 1)
-        corner[active[met]] += (np.stack([column, row], axis=1) * step[:, np.newaxis])[met]
-        width[active[met]] /= 2
-        active = active[met]
+        active, best = (values[thirds[np.arange(len(active)), best] > 0] for values in (active, best))
+        step = width[active, np.newaxis] / (_SIDE - 1)
+        corner[active] += np.stack(np.divmod(best, _HALF)[::-1], axis=1) * step
+        width[active] /= 2
     return corner + width[:, np.newaxis] / 2, width
 
 
 def _third_most(labels: Labels) -> Integers:
     """Return how often the third most frequent of labels occurs, along the last axis."""
-    counts = np.stack([(labels == one).sum(axis=-1) for one in range(int(labels.max(initial=0)) + 1)], axis=-1)
-    if counts.shape[-1] < 3:
-        return np.zeros(counts.shape[:-1], np.int64)
-    return np.asarray(np.sort(counts, axis=-1)[..., -3], np.int64)
+    counts = np.stack([(labels == label).sum(axis=-1) for label in range(max(3, int(labels.max(initial=0)) + 1))])
+    return np.asarray(np.sort(counts, axis=0)[-3], np.int64)

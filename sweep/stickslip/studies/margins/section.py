@@ -24,6 +24,7 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
+from stickslip.dataset.build import of_parameter
 from stickslip.errors import ArgumentError
 from stickslip.studies.borders.lines import PARAMETER, limits
 from stickslip.studies.margins.reach import Floats, parameters_of
@@ -32,6 +33,7 @@ from stickslip.vocabulary.flags import DECIDED, VIBRATING
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
+from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 from stickslip.vocabulary.suggest import listed
 
 SIDES = ("below", "above")
@@ -56,7 +58,7 @@ VARIABLES = table(
     Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
              comment="1: after so many steps of integration that there may be a cheaper joint change"),
 )  # fmt: skip
-ON_SIDES = {name: row.units == "flag" for name, row in VARIABLES.items() if row.dims}  # flags: True
+_OF_CELL = ("joint_cost", "joint_checked", "joint_ended")  # not of single parameters
 COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
 FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
 _CHANGED: Schema = {"enum": list(PARAMETERS)}
@@ -74,7 +76,17 @@ def entered(into: Sequence[str] | None, home: str) -> tuple[str, ...]:
     if into is None:
         return tuple(name for name in DECIDED if name != home)
     other_kind = _QUIET if home in VIBRATING else VIBRATING
-    return tuple(dict.fromkeys(name for one in into for name in (other_kind if one == OPPOSITE else (one,))))
+    return tuple(dict.fromkeys(name for wanted in into for name in (other_kind if wanted == OPPOSITE else (wanted,))))
+
+
+def rows_of(section: Margins) -> dict[str, Variable]:
+    """The variables of a result, of a section of which `of_cells` is known: of the cell, and of each parameter."""
+    rows = {"regime": CELL_VARIABLES["regime"]}
+    for name, row in VARIABLES.items():
+        row = replace(row, name="regime", units="1") if row.units == "flag" else row
+        if section.joint or not name.startswith("joint"):
+            rows |= {name: row} if name in _OF_CELL else {f"{name}_{p}": of_parameter(row, p) for p in section.reaches}
+    return rows
 
 
 def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:

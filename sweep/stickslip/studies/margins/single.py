@@ -8,22 +8,19 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, StopFlag, solve
 from stickslip.studies.borders.lines import growth_of, guide_of
-from stickslip.studies.borders.search import Brackets, GuideAt, Looked, Scan, search_lines
+from stickslip.studies.borders.search import Brackets, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.margins.reach import Reach
 from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Parameters
+from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import model_of
 
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
-Labels = NDArray[np.int8]
 NOT_COMPUTED = REGIMES.index("not_computed")
 _VIBRATING = [REGIMES.index(name) for name in VIBRATING]
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class MarginSearch:
     """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
 
     speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
@@ -65,27 +62,26 @@ class Search:
 
         def cells(line: Integers, place: Floats) -> Parameters:
             which, changed = cells_at(line, place)
-            some = {name: values[which] for name, values in self.cells.items()} | changed
-            return model_of(self.options.law).without_measured(some)
+            return model_of(self.options.law).without_measured(taken(self.cells, which) | changed)
 
         return growth_of(cells, self.options)
 
     def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
         law, model = self.options.law, model_of(self.options.law)
-        some = model.without_measured({name: v[which] for name, v in self.cells.items()} | changed)
-        possible = np.flatnonzero(~impossible(some, model.rules[law]))
-        found, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
+        cells = model.without_measured(taken(self.cells, which) | changed)
+        possible = np.flatnonzero(~impossible(cells, model.rules[law]))
+        regimes, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
         if possible.size:
             each = max(len(self.speeds), 1)
-            cells = {name: np.repeat(values[possible], each) for name, values in some.items()}
+            lanes = taken(cells, np.repeat(possible, each))
             if self.speeds:
-                cells["belt_speed"] = np.tile(self.speeds, possible.size)
-            results = solve(cells, self.options, self.stop, self.moved)
+                lanes["belt_speed"] = np.tile(self.speeds, possible.size)
+            results = solve(lanes, self.options, self.stop, self.moved)
             np.add.at(self.steps, which[possible], results["steps"].reshape(-1, each).sum(axis=1))
-            found[possible] = worst(results["regime"].reshape(-1, each))
+            regimes[possible] = worst(results["regime"].reshape(-1, each))
             if not self.speeds:  # of several speeds none leads to where all are quiet
                 guide[possible] = guide_of(results, self.options)
-        return found, guide
+        return regimes, guide
 
 
 def worst(regimes: Labels) -> Labels:
@@ -117,7 +113,7 @@ class Borders:
 
 
 def nearest(
-    search: Search, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
+    search: MarginSearch, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
 ) -> Borders:
     """The first change of regime on the way down and up.
 
@@ -136,31 +132,31 @@ def nearest(
     lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)
     lines = lines[room[lines % 2, lines // 2] > 0]
     scan = Scan(0.0, 1.0, points + 1, "linear")
-    found, _ = search_lines(
+    brackets, _ = search_lines(
         lines.size, scan, tolerance, lambda line, place: search.looked(*cells_at(line, place), into),
         search.guide_at(cells_at),
     )  # fmt: skip
-    found["line"] = lines[found["line"]]
-    return _table(first_entries(found, into), search, reach, size)
+    brackets["line"] = lines[brackets["line"]]
+    return _table(first_entries(brackets, into), search, reach, size)
 
 
-def first_entries(found: Brackets, into: list[int] | None) -> Brackets:
+def first_entries(brackets: Brackets, into: list[int] | None) -> Brackets:
     """The first bracket of each line; with `into`, whose labels are 0 and 1, the first that enters."""
-    entries = found if into is None else found[found["above"] == 1]
+    entries = brackets if into is None else brackets[brackets["above"] == 1]
     _, first = np.unique(entries["line"], return_index=True)
     return entries[first]
 
 
-def _table(found: Brackets, search: Search, reach: Reach, size: int) -> Borders:
+def _table(brackets: Brackets, search: MarginSearch, reach: Reach, size: int) -> Borders:
     """First brackets as tables (n, 2)."""
-    cell, up = found["line"] // 2, found["line"] % 2
+    cell, up = brackets["line"] // 2, brackets["line"] % 2
     sign = np.where(up == 1, 1.0, -1.0)
     room = np.stack(reach.room)[up, cell]
-    near, far, place = (reach.at(found[end] * room * sign, cell) for end in ("low", "high", "place"))
+    near, far, place = (reach.at(brackets[end] * room * sign, cell) for end in ("low", "high", "place"))
     low, high, border, change = (np.full((size, 2), np.nan) for _ in range(4))
     low[cell, up], high[cell, up] = np.minimum(near, far), np.maximum(near, far)
     border[cell, up] = place
-    change[cell, up] = found["high"] * room * sign
+    change[cell, up] = brackets["high"] * room * sign
     beyond = np.zeros((size, 2), np.int8)
     beyond[cell, up] = search.regimes(cell, {reach.name: far})
     return Borders(low, high, border, change, beyond)

@@ -72,32 +72,19 @@ class Boxes:
             label = np.pad(label, [(0, 1)] * label.ndim, "edge")[tuple(slice(n) for n in self.shape)]
         return np.where(self.known, self._labels, label) if self.depth else self._labels
 
-    def leaves(self) -> NDArray[np.int8]:
-        """The level of the largest box that holds a point and is not split, of every point; -1 if there is none.
-
-        A box of level n has 2^n + 1 points a side. A point on a face belongs to the box that begins there.
-        """
-        level = np.full(self._split[-1].shape, -1, np.int8)
-        for number in range(self.depth, 0, -1):
-            level = _twice(level, self._split[number].shape)
-            level[(level < 0) & ~self._split[number]] = number
-        if self.depth:
-            level = _twice(level, tuple(n - 1 for n in self._low.shape))
-        return np.pad(level, [(0, 1)] * level.ndim, "edge")[tuple(slice(n) for n in self.shape)]
-
     def _hulls(self) -> list[tuple[Labels, Labels]]:
         """Smallest and largest label of the computed points of each box, faces included; for levels 1 to depth."""
         low, high = self._low, self._high
         for axis in range(low.ndim):
             low = np.minimum(_from(low, 0, 1, axis), _from(low, 1, 1, axis))
             high = np.maximum(_from(high, 0, 1, axis), _from(high, 1, 1, axis))
-        found = []
+        hulls = []
         for _ in range(self.depth):
             for axis in range(low.ndim):
                 low = np.minimum(_from(low, 0, 2, axis), _from(low, 1, 2, axis))
                 high = np.maximum(_from(high, 0, 2, axis), _from(high, 1, 2, axis))
-            found.append((low, high))
-        return found
+            hulls.append((low, high))
+        return hulls
 
     def _places(self, first: NDArray[Any], level: int) -> Places:
         """Corners and centres, where not yet known, of the boxes of a level with these first corners: (boxes, dims)."""

@@ -11,8 +11,8 @@ makes the map better than the bound says.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
@@ -59,40 +59,9 @@ def drawn(tile: Tile, density: float) -> Places:
     return np.ravel_multi_index(points, tile.shape).astype(np.int64)
 
 
-Asking = Generator[Places, Labels, Audit]
-Look = Callable[[Indices], Labels]
-
-
-def asking(tile: Tile, depth: int, density: float) -> Asking:
-    """Gives the places of the window to compute, takes their labels, and so on; returns the audit.
-
-    Boxes are split until all are uniform; then the audit; then boxes in which it found something wrong are split,
-    until all are uniform again.
-    """
-    boxes = Boxes(tile.shape, depth)
-    yield from _settled(boxes, boxes.first())
-    places = drawn(tile, density)
-    places = places[~boxes.known.ravel()[places]]
-    own = ~boxes.known[tile.own]
-    said, wrong = boxes.inferred().ravel()[places], 0
-    if places.size:
-        different, which = np.unique(places, return_inverse=True)
-        found = yield different
-        wrong = int((found[which] != said).sum())
-        boxes.learn(different, found)
-        yield from _settled(boxes, boxes.wanted())
-    return Audit(places.size, wrong, int(own.sum()))
-
-
-def _settled(boxes: Boxes, places: Places) -> Generator[Places, Labels, None]:
-    while places.size:
-        boxes.learn(places, (yield places))
-        places = boxes.wanted()
-
-
 @dataclass(frozen=True)
 class Refined:
-    """Computed cells of several tiles, in the order it was asked for.
+    """Computed cells of several tiles, in the order they were computed in.
 
     tiles : to which of them, counted from 0, each computed cell belongs. places : where it is in its window.
     audits : of each tile.
@@ -103,29 +72,44 @@ class Refined:
     audits: list[Audit]
 
 
-def refine(tiles: Sequence[Tile], depth: int, density: float, look: Look) -> Refined:
-    """Refine tiles side by side: what they ask for in a round is computed together.
+def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[Indices], Labels]) -> Refined:
+    """Refine tiles side by side: what they need in a round is computed together.
 
-    look : computes cells of the grid and gives their labels. Where windows overlap, the same cell may be asked for more
-    than once.
+    Boxes are split until all are uniform; then the audit; then boxes in which it was wrong are split, until all are
+    uniform again. look : computes cells of the grid and gives their labels. Where windows overlap, the same cell may be
+    computed more than once.
     """
-    running = {i: asking(tile, depth, density) for i, tile in enumerate(tiles)}
-    wanted = {i: next(one) for i, one in running.items()}
-    asked: list[tuple[int, Places]] = []
-    audits: dict[int, Audit] = {}
-    while wanted:
-        labels = look(np.concatenate([tiles[i].cells(places) for i, places in wanted.items()]))
-        asked += wanted.items()
-        ends = np.cumsum([places.size for places in wanted.values()])[:-1]
-        answers = zip(list(wanted), np.split(labels, ends), strict=True)
-        wanted = {}
-        for i, answer in answers:
-            try:
-                wanted[i] = running[i].send(answer)
-            except StopIteration as end:
-                audits[i] = end.value
+    boxes = [Boxes(tile.shape, depth) for tile in tiles]
+    rounds: list[tuple[int, Places]] = []
+
+    def learn(wanted: list[Places]) -> list[Labels]:
+        """The labels of places of each tile, once they are computed."""
+        labels = look(np.concatenate([tile.cells(places) for tile, places in zip(tiles, wanted, strict=True)]))
+        of_tiles = np.split(labels, np.cumsum([places.size for places in wanted])[:-1])
+        for i, (places, of_tile) in enumerate(zip(wanted, of_tiles, strict=True)):
+            boxes[i].learn(places, of_tile)
+            rounds.append((i, places))
+        return of_tiles
+
+    def settle(wanted: list[Places]) -> None:
+        while any(places.size for places in wanted):
+            learn(wanted)
+            wanted = [of_tile.wanted() for of_tile in boxes]
+
+    settle([of_tile.first() for of_tile in boxes])
+    audits, tried, inferred = [], [], [of_tile.inferred().ravel() for of_tile in boxes]
+    for tile, of_tile in zip(tiles, boxes, strict=True):
+        places = drawn(tile, density)
+        tried.append(places[~of_tile.known.ravel()[places]])
+        audits.append(Audit(tried[-1].size, 0, int((~of_tile.known[tile.own]).sum())))
+    if any(places.size for places in tried):
+        different, which = zip(*(np.unique(places, return_inverse=True) for places in tried), strict=True)
+        for i, labels in enumerate(learn([*different])):
+            wrong = labels[which[i]] != inferred[i][tried[i]]
+            audits[i] = replace(audits[i], wrong=int(wrong.sum()))
+        settle([of_tile.wanted() for of_tile in boxes])
     return Refined(
-        np.repeat([i for i, _ in asked], [places.size for _, places in asked]),
-        np.concatenate([places for _, places in asked]),
-        [audits[i] for i in range(len(tiles))],
+        np.repeat([i for i, _ in rounds], [places.size for _, places in rounds]),
+        np.concatenate([places for _, places in rounds]),
+        audits,
     )

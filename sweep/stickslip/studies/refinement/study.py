@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from itertools import product
 from math import prod
-from typing import Annotated, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import Field
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Range
 from stickslip.config.options import map_options_of
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.sections import BOOLEAN, StudySection, of_row
+from stickslip.config.sections import StudySection, of_row
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
 from stickslip.studies.refinement.boxes import Boxes, Labels, Places
-from stickslip.studies.refinement.rounds import CONFIDENCE, Audit, Refined, density, refine
+from stickslip.studies.refinement.rounds import Audit, Refined, density, refine
 from stickslip.studies.refinement.tiles import Indices, Tile, Tiles
 from stickslip.studies.study import joined
 from stickslip.vocabulary.flags import UNDECIDED
@@ -47,9 +43,6 @@ class Refine(StudySection):
     )  # fmt: skip
     depth: int = of_row(rows["depth"])
     audit: float = of_row(rows["audit"])
-    interpolate: Annotated[bool, BOOLEAN] = Field(
-        False, description="whether cells that are not computed get metrics between others"
-    )
 
     def along(self, axes: Sequence[Axis]) -> tuple[int, ...]:
         """The positions of the axes along which boxes extend: ranges of at least the points that a box has on a side.
@@ -104,10 +97,9 @@ class RefinedMap(Study):
 
     @classmethod
     def explain(cls, section: Refine, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The size of boxes, where they extend, and what the cells get that are not computed."""
+        """The size of boxes, and where they extend."""
         names = [config.axes[i].name for i in section.along(config.axes)]
-        others = "interpolated" if section.interpolate else "only where they were computed"
-        meaning = f"audit {section.audit:g}; other metrics {others}"
+        meaning = f"audit {section.audit:g}; other metrics only where they were computed"
         yield "refine", f"boxes of 2^{section.depth} + 1 cells along {', '.join(names)}", meaning
 
     def _cells_per_tile(self) -> int:
@@ -154,34 +146,25 @@ class RefinedMap(Study):
             "audit_points": audit.tried,
             "audit_wrong": audit.wrong,
             "audit_bound": wrong,
-            "audit": _told(audit, wrong),
         }
 
-    def painter(self, found: Callable[[int], tuple[Results, int]]) -> Painter:
-        """Full maps, range by range. found : the results that hold a tile, and the number of the tile among theirs."""
+    def painter(self, held_by: Callable[[int], tuple[Results, int]]) -> Painter:
+        """Full maps, range by range. held_by : the results that hold a tile, and its number among theirs."""
 
         def sketch(number: int) -> Sketch | None:
-            results, at = found(number)
+            results, at = held_by(number)
             ends = np.cumsum(results["computed_cells"], dtype=np.int64)
             part = slice(int(ends[at] - results["computed_cells"][at]), int(ends[at]))
             if part.start == part.stop:
                 return None
             cells = {name: results[name][part] for name in columns(self.options)}
-            return Sketch(self.tiles.tile(number), self._section.depth, results[_PLACE][part].astype(np.int64), cells)
+            places = results[_PLACE][part].astype(np.int64)
+            return Sketch.of(self.tiles.tile(number), self._section.depth, places, cells)
 
-        return Painter(self.tiles, sketch, self._blank_cells, self._section.interpolate)
+        return Painter(self.tiles, sketch, self._blank_cells)
 
     def _blank_cells(self, count: int) -> Results:
         return blank_results(count, self.options) | {"computed": np.zeros(count, np.int8)}
-
-
-def _told(audit: Audit, wrong: float) -> str:
-    """The audit for people. wrong : bound of the share of all cells that are wrong."""
-    if not audit.tried:
-        return "nothing was inferred" if not audit.inferred else "no random points were tried; nothing is known"
-    points = f"{audit.tried:,} random point{'s' * (audit.tried != 1)} among the inferred cells"
-    bound = f"at most {100 * wrong:.3g} % of all cells ({100 * CONFIDENCE:g} %, Clopper-Pearson)"
-    return f"{points}, {audit.wrong:,} of them wrong: {bound}"
 
 
 def _columns(refined: Refined, computed: Results) -> Results:
@@ -199,7 +182,6 @@ def _columns(refined: Refined, computed: Results) -> Results:
 
 
 COMPUTED = 1  # of the flag `computed`
-_COUNTS = ("equilibrium_crossings", "sticks")  # there is nothing between two of them
 
 
 def labels_of(regimes: NDArray[np.int8]) -> Labels:
@@ -207,71 +189,23 @@ def labels_of(regimes: NDArray[np.int8]) -> Labels:
     return np.where(np.isin(regimes, UNDECIDED), -1 - regimes, regimes).astype(np.int8)
 
 
-@dataclass(frozen=True)
-class Sketch:
-    """Computed cells of a tile. places : of its window, each once; results : of the cells there, by column."""
+class Sketch(NamedTuple):
+    """What is known of a tile. regimes : of every place of its window, inferred ones among them. rows : where in the
+    results each is, -1 for what was not computed. results : of computed cells, by column."""
 
     tile: Tile
-    depth: int
-    places: Places
+    regimes: NDArray[np.int8]
+    rows: NDArray[np.int32]
     results: Results
 
-    @cached_property
-    def _boxes(self) -> Boxes:
-        boxes = Boxes(self.tile.shape, self.depth)
-        boxes.learn(self.places, labels_of(self.results["regime"]))
-        boxes.wanted()  # finds out which boxes are split; nothing is left to be computed
-        return boxes
-
-    @cached_property
-    def _regimes(self) -> NDArray[np.int8]:
-        """The regime of every place of the window that was not computed."""
-        return self._boxes.inferred().ravel()
-
-    @cached_property
-    def _levels(self) -> NDArray[np.int8]:
-        return self._boxes.leaves()
-
-    @cached_property
-    def _rows(self) -> NDArray[np.int32]:
-        """Return where in the results each place of the window is; -1 for what was not computed."""
-        rows = np.full(self._boxes.known.size, -1, np.int32)
-        rows[self.places] = np.arange(self.places.size, dtype=np.int32)
-        return rows
-
-    def paint(self, into: Results, at: NDArray[np.intp], places: Places, interpolate: bool) -> None:
-        """Put what is known of some places of the window into results, where they are at the indices `at`."""
-        rows = self._rows[places]
-        computed = rows >= 0
-        into["regime"][at] = self._regimes[places]
-        into["computed"][at[computed]] = COMPUTED
-        for name, values in self.results.items():
-            into[name][at[computed]] = values[rows[computed]]
-        if interpolate and not computed.all():
-            self._interpolate(into, at[~computed], places[~computed])
-
-    def _interpolate(self, into: Results, at: NDArray[np.intp], places: Places) -> None:
-        """Metrics linearly from the corners of the box around each place, all of one regime; NaN where one has none."""
-        corners = list(self._corners(places))
-        for name, values in self.results.items():
-            if values.dtype == np.float64 and name not in _COUNTS:
-                into[name][at] = sum(weight * values[rows] for rows, weight in corners)
-
-    def _corners(self, places: Places) -> list[tuple[NDArray[np.int32], NDArray[np.float64]]]:
-        """The rows of each corner of the boxes around places, and its weight."""
-        shape = self.tile.shape
-        points = np.unravel_index(places, shape)
-        inside = tuple(np.minimum(at, n - 2) for at, n in zip(points, shape, strict=True))
-        level = self._levels[inside].astype(np.int64)
-        first = [(at >> level) << level for at in inside]
-        last = [np.minimum(start + (1 << level), n - 1) for start, n in zip(first, shape, strict=True)]
-        share = [(at - a) / (b - a) for at, a, b in zip(points, first, last, strict=True)]
-        found = []
-        for upper in product((False, True), repeat=len(shape)):
-            corner = [b if up else a for up, a, b in zip(upper, first, last, strict=True)]
-            weight = np.prod([part if up else 1.0 - part for up, part in zip(upper, share, strict=True)], axis=0)
-            found.append((self._rows[np.ravel_multi_index(corner, shape)], weight))
-        return found
+    @classmethod
+    def of(cls, tile: Tile, depth: int, places: Places, results: Results) -> Sketch:
+        """The sketch from computed cells at places of the window, each once."""
+        boxes = Boxes(tile.shape, depth)
+        boxes.learn(places, labels_of(results["regime"]))
+        rows = np.full(boxes.known.size, -1, np.int32)
+        rows[places] = np.arange(places.size, dtype=np.int32)
+        return cls(tile, boxes.inferred().ravel(), rows, results)
 
 
 class Painter:
@@ -281,10 +215,8 @@ class Painter:
     blank : results of so many cells that are not computed, the flag `computed` among them.
     """
 
-    def __init__(
-        self, tiles: Tiles, sketch: Callable[[int], Sketch | None], blank: Callable[[int], Results], interpolate: bool
-    ) -> None:
-        self._tiles, self._load, self._blank, self._interpolate = tiles, sketch, blank, interpolate
+    def __init__(self, tiles: Tiles, sketch: Callable[[int], Sketch | None], blank: Callable[[int], Results]) -> None:
+        self._tiles, self._load, self._blank = tiles, sketch, blank
         self._sketches: dict[int, Sketch | None] = {}
 
     def cells(self, cells: range) -> Results:
@@ -297,5 +229,10 @@ class Painter:
         for number, sketch in self._sketches.items():
             if sketch is not None:
                 at = np.flatnonzero(owners == number)
-                sketch.paint(results, at, sketch.tile.places(flat[at]), self._interpolate)
+                places = sketch.tile.places(flat[at])
+                results["regime"][at], rows = sketch.regimes[places], sketch.rows[places]
+                at, rows = at[rows >= 0], rows[rows >= 0]
+                results["computed"][at] = COMPUTED
+                for name, values in sketch.results.items():
+                    results[name][at] = values[rows]
         return results

@@ -40,9 +40,9 @@ class SobolPoints:
         """
         points = np.empty((number.size, self._dimensions))
         places = np.stack([scrambling, number // self._together])
-        for one, part in np.unique(places, axis=1).T.tolist():
-            here = (places[0] == one) & (places[1] == part)
-            points[here] = self._part(one, part)[number[here] % self._together]
+        for scrambled, part in np.unique(places, axis=1).T.tolist():
+            here = (places[0] == scrambled) & (places[1] == part)
+            points[here] = self._part(scrambled, part)[number[here] % self._together]
         return points + 0.5 * 2.0**-BITS
 
     def _part_of(self, scrambling: int, part: int) -> Floats:
@@ -55,7 +55,7 @@ class SobolPoints:
         return np.asarray(engine.random(self._together), np.float64)
 
 
-class Place(NamedTuple):
+class DrawPlace(NamedTuple):
     """Places of items: four rows of numbers. matrix : 0 is A, 1 is B, 2 + i is A with the column i of B."""
 
     cell: Integers
@@ -103,12 +103,12 @@ class Design:
         """In the unit cube; the columns of B after those of A."""
         return SobolPoints(self.plain * self.quantities, self.draws, self.seed)
 
-    def place(self, start: int, stop: int) -> Place:
+    def place(self, start: int, stop: int) -> DrawPlace:
         """Return where the items from `start` to `stop` stand."""
         shape = (-(-stop // self.per_cell) or 1, self.scramblings, self.matrices, self.draws)
-        return Place(*np.unravel_index(np.arange(start, stop, dtype=np.int64), shape))
+        return DrawPlace(*np.unravel_index(np.arange(start, stop, dtype=np.int64), shape))
 
-    def normals(self, place: Place) -> Floats:
+    def normals(self, place: DrawPlace) -> Floats:
         """Independent standard normal deviates of items, (n, quantities)."""
         points, d = self.points.at(place.scrambling, place.number), self.quantities
         drawn = points[:, :d].copy()

@@ -1,6 +1,6 @@
 """The cells behind draws: what the configuration fixes or varies, and what it leaves to chance."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.studies import Moved
 from stickslip.config.uncertain import Uncertain
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
@@ -96,12 +97,7 @@ class Inputs:
         return drawn_cells(self.grid, numbers, self.uncertain.values(normals), self.config.friction.law)
 
     def compute(
-        self,
-        numbers: NDArray[np.int64],
-        normals: Floats,
-        options: Options,
-        stop: StopFlag,
-        moved: Callable[[int], None] | None = None,
+        self, numbers: NDArray[np.int64], normals: Floats, options: Options, stop: StopFlag, moved: Moved | None = None
     ) -> Results:
         """Their results, by the calling thread. Raises StoppedError."""
         return computed_where(*self.cells(numbers, normals), options, stop, moved)
@@ -122,15 +118,10 @@ class Inputs:
         if "quantile" in used:
             about = {"units": "1", "long_name": "share of the draws below the quantile"}
             coordinates["quantile"] = xr.Variable("quantile", np.asarray(quantiles, np.float64), about, NO_FILL)
-        undecided = f"{100 * float(results['undecided'].mean()):.3g} %"
+        quantities = (f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items())
         attributes = dict(attributes) | {
-            "uncertain_method": uncertain.method_in_words,
-            "uncertain_quantities": "; ".join(
-                f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items()
-            ),
-            "uncertain_correlation": uncertain.correlation_in_words,
-            "uncertain_undecided": f"{undecided} of all draws were unresolved, failed or not computed",
-        }
+            "uncertain_method": uncertain.method_in_words, "uncertain_quantities": "; ".join(quantities),
+        }  # fmt: skip
         return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
 
 
@@ -147,9 +138,8 @@ def drawn_cells(
 
 
 def computed_where(
-    cells: Parameters, possible: NDArray[np.bool_], options: Options, stop: StopFlag,
-    moved: Callable[[int], None] | None = None,
-) -> Results:  # fmt: skip
+    cells: Parameters, possible: NDArray[np.bool_], options: Options, stop: StopFlag, moved: Moved | None = None
+) -> Results:
     """The results of cells, by the calling thread; those of impossible ones are `failed`. Raises StoppedError."""
     chosen = Cells.of(taken(cells, possible))
     computed = compute_range(chosen, 0, chosen.size, options, stop, moved)

@@ -10,13 +10,14 @@ too large, and one scrambling alone has none. (Owen 1997; L'Ecuyer, Nakayama, Ow
 the most reliable of those tried.)
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine import Results
+from stickslip.studies.study import joined
 from stickslip.studies.uncertainty.design import Design
 from stickslip.vocabulary.flags import REGIMES
 
@@ -48,13 +49,6 @@ def ratio(above: Floats, below: Floats) -> Mean:
     return Mean(np.where(known, whole, np.nan), np.where(known, error, np.nan))
 
 
-class Indices(NamedTuple):
-    """First-order and total Sobol indices, (..., quantities)."""
-
-    first: Mean
-    total: Mean
-
-
 class IndexSums(NamedTuple):
     """Sums behind the indices of one scrambling: (..., quantities), the variance with a last dimension 1."""
 
@@ -79,10 +73,10 @@ def index_sums(a: Floats, b: Floats, mixed: Floats) -> IndexSums:
     return IndexSums(first, total, 0.5 * np.mean(a**2 + b**2, axis=-1)[..., None])
 
 
-def indices_of(sums: list[IndexSums]) -> Indices:
-    """The indices from the sums of all scramblings; NaN where nothing varies."""
-    first, total, variance = (np.array([getattr(one, name) for one in sums]) for name in IndexSums._fields)
-    return Indices(ratio(first, variance + 0 * first), ratio(total, variance + 0 * total))
+def indices_of(sums: IndexSums) -> dict[str, Mean]:
+    """The indices from the sums of all scramblings, the first dimension; NaN where nothing varies."""
+    variance = sums.variance + 0 * sums.first
+    return {"sobol_first": ratio(sums.first, variance), "sobol_total": ratio(sums.total, variance)}
 
 
 STATES = ("stick_slip", "damped", "creep", "sustained", "stuck")  # what a draw can be known to be
@@ -96,144 +90,110 @@ class Summary(NamedTuple):
     quantiles: Sequence[float]
 
 
-class _Unit(NamedTuple):
-    """Estimates by one scrambling of one cell.
-
-    counts : of each state (states,), and of draws that are known at all, `known`. sums, held, quantiles : of each
-    metric, how many have it, and their quantiles (metrics, quantiles). inside, outside : sums of the indices with
-    unknown draws counted in and out of each state.
-    """
-
-    counts: Floats
-    known: float
-    sums: Floats
-    held: Floats
-    quantiles: Floats
-    outside: IndexSums | None
-    inside: IndexSums | None
-
-
 def reduced(blocks: Iterable[Results], cells: int, design: Design, summary: Summary) -> dict[str, Floats]:
     """Return what the draws say, by name, the first dimension that of the cells.
 
     blocks : the items of the run, in order.
     """
     rows: dict[str, list[Floats]] = {}
-    units = _units(blocks, design, summary)
+    units = (_estimates(unit, design, summary) for unit in _units(blocks, design.unit))
     for _ in range(cells):
         of_cell = [next(units) for _ in range(design.scramblings)]
-        for name, value in _cell(of_cell, design, summary).items():
+        stacked = {name: np.array([unit[name] for unit in of_cell]) for name in of_cell[0]}
+        for name, value in _cell(stacked, design, summary).items():
             rows.setdefault(name, []).append(value)
     return {name: np.array(values) for name, values in rows.items()}
 
 
-def _units(blocks: Iterable[Results], design: Design, summary: Summary) -> Iterator[_Unit]:
+def _units(blocks: Iterable[Results], size: int) -> Iterator[Results]:
     """The items in pieces of one scrambling of one cell, whatever the length of the blocks."""
-    names = ("regime", *summary.metrics)
-    pieces: dict[str, list[NDArray[Any]]] = {name: [] for name in names}
-    held = 0
+    pieces: list[Results] = []
+    count = 0
     for block in blocks:
-        size, start = block["regime"].size, 0
-        while start < size:
-            stop = min(size, start + design.unit - held)
-            for name in names:
-                pieces[name].append(block[name][start:stop])
-            held, start = held + stop - start, stop
-            if held == design.unit:
-                yield _unit({name: np.concatenate(pieces[name]) for name in names}, design, summary)
-                pieces, held = {name: [] for name in names}, 0
+        start, end = 0, block["regime"].size
+        while start < end:
+            stop = min(end, start + size - count)
+            pieces.append({name: values[start:stop] for name, values in block.items()})
+            count, start = count + stop - start, stop
+            if count == size:
+                yield joined(pieces)
+                pieces, count = [], 0
 
 
-def _unit(results: Results, design: Design, summary: Summary) -> _Unit:
+def _estimates(results: Results, design: Design, summary: Summary) -> dict[str, Floats]:
+    """Estimates by one scrambling of one cell.
+
+    counts : of each state. sums, having, quantiles : of each metric, how many draws have it, its quantiles (metrics,
+    quantiles). open : whether draws are unknown. out_, in_ : sums of the indices with these counted out of each state,
+    and into each.
+    """
     regime = results["regime"].reshape(design.matrices, design.draws)
     plain = design.plain * design.draws
-    counts = np.bincount(regime[: design.plain].ravel(), minlength=len(REGIMES))[_CODES].astype(np.float64)
     metrics = [values[np.isfinite(values)] for values in (results[name][:plain] for name in summary.metrics)]
-    quantiles = [
-        np.quantile(values, summary.quantiles) if values.size else np.full(len(summary.quantiles), np.nan)
-        for values in metrics
-    ]
-    outside = inside = None
+    none = np.full(len(summary.quantiles), np.nan)
+    quantiles = [np.quantile(values, summary.quantiles) if values.size else none for values in metrics]
+    estimates = {
+        "counts": np.bincount(regime[: design.plain].ravel(), minlength=len(REGIMES))[_CODES].astype(np.float64),
+        "sums": np.array([values.sum() for values in metrics]),
+        "having": np.array([values.size for values in metrics], np.float64),
+        "quantiles": np.array(quantiles).reshape(len(summary.metrics), len(summary.quantiles)),
+    }  # fmt: skip
     if design.indices:
-        outside, inside = _index_sums(regime)
-    return _Unit(
-        counts,
-        float(counts.sum()),
-        np.array([values.sum() for values in metrics]),
-        np.array([values.size for values in metrics], np.float64),
-        np.array(quantiles).reshape(len(summary.metrics), len(summary.quantiles)),
-        outside,
-        inside,
-    )
+        unknown = ~np.isin(regime, _CODES)
+        estimates["open"] = np.asarray(unknown.any())
+        for prefix, into in (("out_", np.zeros_like(unknown)), ("in_", unknown)):
+            estimates |= {prefix + name: values for name, values in _index_sums(regime, into)._asdict().items()}
+    return estimates
 
 
-def _index_sums(regime: Labels) -> tuple[IndexSums, IndexSums | None]:
-    """The sums of the indicator of each state: unknown draws are not in it; and, if there are some, all are in it."""
-    present = np.isin(_CODES, regime)
-    unknown = ~np.isin(regime, _CODES)
-
-    def sums(more: NDArray[np.bool_]) -> IndexSums:
-        size = regime.shape[0] - 2
-        found = IndexSums(*(np.zeros((len(STATES), n)) for n in (size, size, 1)))
-        for i in np.flatnonzero(present | more.any()):
-            values = ((regime == _CODES[i]) | more).astype(np.float64)
-            for whole, one in zip(found, index_sums(values[0], values[1], values[2:]), strict=True):
-                whole[i] = one
-        return found
-
-    none = np.zeros_like(unknown)
-    return sums(none), sums(unknown) if unknown.any() else None
+def _index_sums(regime: Labels, more: NDArray[np.bool_]) -> IndexSums:
+    """The sums of the indicator of each state, with `more` draws counted into it."""
+    quantities = regime.shape[0] - 2
+    whole = IndexSums(*(np.zeros((len(STATES), n)) for n in (quantities, quantities, 1)))
+    for i in np.flatnonzero(np.isin(_CODES, regime) | more.any()):
+        values = ((regime == _CODES[i]) | more).astype(np.float64)
+        for of_all, of_state in zip(whole, index_sums(values[0], values[1], values[2:]), strict=True):
+            of_all[i] = of_state
+    return whole
 
 
-def _cell(units: Sequence[_Unit], design: Design, summary: Summary) -> dict[str, Floats]:
-    """Return what all scramblings of a cell say together."""
-    counts, known = np.array([one.counts for one in units]), np.array([one.known for one in units])
-    total = float(design.scramblings * design.plain * design.draws)
-    found = _probabilities(counts, known[:, None], total)
-    sums, held = np.array([one.sums for one in units]), np.array([one.held for one in units])
-    means = ratio(sums, held)
-    for i, name in enumerate(summary.metrics):
-        found[f"mean_{name}"], found[f"mean_{name}_error"] = means.value[i], means.error[i]
-        found[f"count_{name}"] = held[:, i].sum()
-        quantiles = np.array([one.quantiles[i] for one in units])
-        weighted = ratio(np.where(held[:, i : i + 1] > 0, quantiles, 0.0) * held[:, i : i + 1], held[:, i : i + 1])
-        found[f"quantile_{name}"], found[f"quantile_{name}_error"] = weighted.value, weighted.error
-    if design.indices:
-        found |= _indices(units)
-    return found
+def _cell(units: Mapping[str, Floats], design: Design, summary: Summary) -> dict[str, Floats]:
+    """Return what all scramblings of a cell say together; units : of each, the first dimension.
 
-
-def _probabilities(counts: Floats, known: Floats, total: float) -> dict[str, Floats]:
-    """Shares of the states among the draws that are known, and bounds that hold whatever the others are.
-
-    The error is at least that of one draw in one scrambling: where all scramblings agree, as they do if a state was
-    never met, their spread would be 0.
+    The error of a probability is at least that of one draw in one scrambling: where all scramblings agree, as they do
+    if a state was never met, their spread would be 0. The bounds hold whatever the unknown draws are.
     """
-    share: Mean = ratio(counts, known)
-    error = np.where(np.isnan(share.value), np.nan, np.fmax(share.error, 1.0 / total))
-    unknown = total - known.sum()
-    return {
+    counts, having, total = units["counts"], units["having"], float(design.per_cell // design.matrices * design.plain)
+    share = ratio(counts, counts.sum(1, keepdims=True))
+    unknown = total - counts.sum()
+    cell = {
         "probability": share.value,
-        "probability_error": error,
+        "probability_error": np.where(np.isnan(share.value), np.nan, np.fmax(share.error, 1.0 / total)),
         "probability_low": counts.sum(0) / total,
         "probability_high": (counts.sum(0) + unknown) / total,
         "undecided": np.float64(unknown / total),
     }
+    means = ratio(units["sums"], having)
+    for i, name in enumerate(summary.metrics):
+        cell[f"mean_{name}"], cell[f"mean_{name}_error"] = means.value[i], means.error[i]
+        cell[f"count_{name}"] = having[:, i].sum()
+        weight = having[:, i : i + 1]
+        quantiles = ratio(np.where(weight > 0, units["quantiles"][:, i], 0.0) * weight, weight)
+        cell[f"quantile_{name}"], cell[f"quantile_{name}_error"] = quantiles.value, quantiles.error
+    return cell | (_indices(units) if design.indices else {})
 
 
-def _indices(units: Sequence[_Unit]) -> dict[str, Floats]:
+def _indices(units: Mapping[str, Floats]) -> dict[str, Floats]:
     """Sobol indices per state; to their errors is added what counting unknown draws the other way would change.
 
     NaN where nothing would vary any more if they were counted the other way.
     """
-    outside = indices_of([one.outside for one in units if one.outside])
-    found = {}
-    other = None
-    if any(one.inside for one in units):
-        other = indices_of([one.inside or one.outside for one in units if one.outside])
-    for i, name in enumerate(("sobol_first", "sobol_total")):
-        found[name], found[f"{name}_error"] = outside[i].value, outside[i].error
-        if other is not None:
-            error = outside[i].error + np.abs(other[i].value - outside[i].value)
-            found[name], found[f"{name}_error"] = np.where(np.isfinite(error), found[name], np.nan), error
-    return found
+    out, into = (indices_of(IndexSums(*(units[prefix + name] for name in IndexSums._fields)))
+                 for prefix in ("out_", "in_"))  # fmt: skip
+    cell = {}
+    for name, (value, error) in out.items():
+        if units["open"].any():
+            error = error + np.abs(into[name].value - value)
+            value = np.where(np.isfinite(error), value, np.nan)
+        cell[name], cell[f"{name}_error"] = value, error
+    return cell

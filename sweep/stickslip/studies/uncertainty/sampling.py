@@ -14,7 +14,6 @@ from stickslip.config.model import Config
 from stickslip.config.studies import Moved, Study, Table
 from stickslip.config.uncertain import Uncertain
 from stickslip.engine import Options, Results, StopFlag, columns
-from stickslip.studies.report import attributes
 from stickslip.studies.uncertainty.design import Design
 from stickslip.studies.uncertainty.inputs import VARIABLES, Inputs
 from stickslip.studies.uncertainty.reduction import STATES, Summary, reduced
@@ -77,11 +76,17 @@ class SampleStudy(Study):
         headings = ("probability", "standard error") if not dims else ("from", "to", "largest error")
         yield Table("", ("regime",), headings, rows)
         if not dims and "sobol_total" in ds:
-            yield from _indices(ds)
-        if float(ds["undecided"].max()) > 0:
-            undecided = ds.attrs["uncertain_undecided"]
-            yield f"bounds   {undecided}: probability_low and probability_high allow for them"
-        yield from attributes(ds, method="uncertain_method")
+            known = ds["state"].values[ds["sobol_total"].notnull().any("quantity").values]
+            places = [(str(name), str(quantity)) for name in known for quantity in ds["quantity"].values]
+            rows = [
+                [flag_label(name), quantity, *(f"{float(ds[key].sel(state=name, quantity=quantity)):.2f}"
+                                               for key in ("sobol_first", "sobol_total"))]
+                for name, quantity in places
+            ]  # fmt: skip
+            yield Table("", ("regime", "quantity"), ("first-order index", "total"), rows)
+        if (undecided := float(ds["undecided"].mean())) > 0:
+            yield f"bounds   probability_low and probability_high allow for {undecided:.3g} of the draws, undecided"
+        yield f"method   {ds.attrs['uncertain_method']}"
 
     @classmethod
     def is_drawn(cls, ds: xr.Dataset) -> bool:
@@ -123,14 +128,3 @@ class SampleStudy(Study):
         uncertain, grid = self.inputs.uncertain, self.inputs.grid
         results = reduced(parts, grid.size, self.design, Summary(uncertain.metrics, uncertain.quantiles))
         return self.inputs.dataset(STATES, uncertain.quantiles, results, attributes)
-
-
-def _indices(ds: xr.Dataset) -> Iterator[str]:
-    """The Sobol indices of the first regime that has some."""
-    for name in ds["state"].values:
-        regime = ds.sel(state=name)
-        if not bool(regime["sobol_total"].isnull().all()):
-            names, one, total = (regime[key].values for key in ("quantity", "sobol_first", "sobol_total"))
-            texts = ", ".join(f"{names[i]} {one[i]:.2f} ({total[i]:.2f})" for i in np.argsort(-total))
-            yield f"indices  of {str(name).replace('_', '-')}, first order (total): {texts}"
-            return

@@ -78,8 +78,7 @@ def subset_simulation(
         order = np.argsort(g, kind="stable")
         next_level = 0.5 * (g[order[starts - 1]] + g[order[starts]])
         if next_level <= 0:
-            found = chance * float(np.mean(g < 0))
-            return Rare(found, number, evaluations, unknown / evaluations)
+            return Rare(chance * float(np.mean(g < 0)), number, evaluations, unknown / evaluations)
         if not next_level < level:
             met = chance * float(np.mean(g < 0))
             return Rare(met if met > 0 else np.nan, number, evaluations, unknown / evaluations)
@@ -139,9 +138,9 @@ class RareStudy(Study):
             cell, repetition = divmod(item, self.subset.repetitions)
             # The same numbers in every cell, so that cells differ by what they are and not by luck.
             rng = np.random.default_rng([self.subset.seed, repetition])
-            found = subset_simulation(self._limit_state(cell, stop, moved), quantities, self.subset.samples, rng)
+            outcome = subset_simulation(self._limit_state(cell, stop, moved), quantities, self.subset.samples, rng)
             for name in results:
-                results[name][place] = getattr(found, name)
+                results[name][place] = getattr(outcome, name)
         return results
 
     def _limit_state(self, cell: int, stop: StopFlag, moved: Moved | None) -> Callable[[Floats], Floats]:
