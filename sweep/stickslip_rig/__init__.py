@@ -5,8 +5,9 @@
 
     extension.py   what the engine is told      api.py         the names in `stickslip.rig`
     commands/      `stickslip rig ...`          sections.py, checks.py, drive.py, vocabulary.py   configurations
-    records.py, settings.py, signals.py, labels.py, quantities.py   records, read and named
-    sticks.py, hum.py, defects.py, evaluation.py   stick phases, features, what is wrong with a record
+    records.py, settings.py, signals.py, quantities.py   records, read and named
+    sticks.py, drive_motion.py, evaluation.py, tables.py   stick phases, features, tables of them
+    dropouts.py, hum.py, defects.py   what is wrong with a record
     apparatus.py, simulation.py   simulated rigs     risk.py, calibration.py, pairs.py   the risk number
     observation.py, observed_records.py   records as observations      plots.py, report.py   pictures and pages
 """

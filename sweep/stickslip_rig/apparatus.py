@@ -89,16 +89,20 @@ def midway(values: Floats) -> Floats:
     return np.asarray(0.5 * (values[1:] + values[:-1]))
 
 
-def sensed(values: Floats, sensor: Sensor) -> Floats:
-    """The sensor's record, without noise, of a signal given between the samples of the motion."""
-    fine = sensor.rate * sensor.oversampling
+def sensed(values: Floats, sensor: Sensor, deviation: float = 0.0, noise: np.random.Generator | None = None) -> Floats:
+    """The sensor's record of a signal given between the samples of the motion.
+
+    deviation : of its white Gaussian noise, which is drawn from `noise`.
+    """
     if sensor.bandwidth is not None:
-        values = band_limited(values, fine, sensor.bandwidth)
-    if sensor.oversampling == 1:
-        return values
-    padded = np.pad(values, _HALF_LENGTH * sensor.oversampling, mode="edge")
-    weights = _weights(int(sensor.oversampling))
-    return np.asarray(signal.oaconvolve(padded, weights, mode="valid")[:: sensor.oversampling])
+        values = band_limited(values, sensor.rate * sensor.oversampling, sensor.bandwidth)
+    if sensor.oversampling > 1:
+        padded = np.pad(values, _HALF_LENGTH * sensor.oversampling, mode="edge")
+        weights = _weights(int(sensor.oversampling))
+        values = signal.oaconvolve(padded, weights, mode="valid")[:: sensor.oversampling]
+    if noise is not None and deviation > 0.0:
+        values = values + noise.normal(0.0, deviation, values.size)
+    return np.asarray(values)
 
 
 @cache
@@ -106,8 +110,3 @@ def _weights(oversampling: int) -> Floats:
     """Of the symmetric low-pass."""
     window = ("kaiser", signal.kaiser_beta(_ATTENUATION))
     return np.asarray(signal.firwin(2 * _HALF_LENGTH * oversampling + 1, _CUTOFF / oversampling, window=window))
-
-
-def noisy(values: Floats, deviation: float, noise: np.random.Generator) -> Floats:
-    """Values with white Gaussian noise of a standard deviation."""
-    return values if deviation == 0.0 else values + noise.normal(0.0, deviation, values.size)

@@ -3,39 +3,34 @@
 Ridge regression: least squares of the level against the number, and of base and weights against their defaults, from
 which they are expected one level away; weights are never negative. A number has the 0.29 of rounding to whole ones, or
 what the residuals show if that is more. One at an end of the scale (1 or 10) says that the level is there or beyond:
-levels beyond it are no misfit, so such pairs do not count. Few pairs, or pairs whose features vary together, thus move
-the model only along what they determine.
-
-Its quality is that of predictions: each pair is left out in turn, and the others predict it (in closed form).
+levels beyond it are no misfit, so such pairs do not count. Its quality is that of predictions: each pair is left out in
+turn, and the others predict it (in closed form).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import nan, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import lsq_linear  # type: ignore[import-untyped]
 
-from stickslip.vocabulary import units
 from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, rms, student
-from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, band_of, decades, number_of
-from stickslip_rig.vocabulary import RISK
+from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, decades
 
 FITTED = ("base", *(f"weight_{name}" for name in INPUTS))
-PRIOR_SD = 1.0  # before any pair; levels: of the base, and of a weight per decade
 ROUNDING_SD = 1.0 / sqrt(12.0)  # levels: a number is a level rounded
 _ROUNDS = 50  # of noise, of what counts, and of the fit in turn, at most; a few do
-_DETERMINED = 0.5  # of the variance of the prior: what is left of it where the pairs say something of a parameter
+_DETERMINED = 0.5  # of the variance of the prior, 1: what is left of it where the pairs say something of a parameter
 
 
 @dataclass(frozen=True)
 class Calibration:
     """A fitted risk model.
 
-    risk : with the range of the features of the pairs. interval : of base and weights, 95 %; without pairs it would be
-    that of the prior, +- 1.96. unidentified : those of which the pairs say little. noise : of a number, levels.
-    level, rpn : fitted and measured, pair by pair. left_out : the level of each pair from a fit to the others.
+    risk : with the range of the features of the pairs. interval : of base and weights, 95 %. unidentified : those of
+    which the pairs say little. noise : of a number, levels. level, rpn : fitted and measured, pair by pair.
+    left_out : the level of each pair from a fit to the others.
     default : its level without calibration. names : of the pairs. omitted : pairs without the features, and why.
     """
 
@@ -61,11 +56,6 @@ class Calibration:
         return _misfit(self.level, self.rpn)
 
     @property
-    def number(self) -> Floats:
-        """The fitted number, pair by pair."""
-        return number_of(self.level)
-
-    @property
     def error(self) -> float:
         """Leave-one-out error: rms of level minus number, each pair predicted from the others."""
         return rms(_misfit(self.left_out, self.rpn))
@@ -82,47 +72,18 @@ class Calibration:
 
     def prediction(self) -> str:
         """The quality of predictions for pairs that the model has not seen, in words."""
-        n = self.rpn.size
-        text = f"leave-one-out error {self.error:.2g} levels rms, {self._bands(self.left_out)} of {n} in their band; "
-        text += f"the default model: {self.default_error:.2g}, {self._bands(self.default)} of {n}"
-        if self.is_better:
-            return text
-        return f"{text}\nThe calibrated model predicts no better than the default one: do not use it"
+        errors = f"leave-one-out error {self.error:.2g} levels rms, that of the default model {self.default_error:.2g}"
+        return f"{self.rpn.size} pairs: {errors}{'' if self.is_better else ', which is no worse: do not use this one'}"
 
     def text(self) -> str:
         """The parameters as a section of a configuration, intervals as comments."""
-        lines = [f"# {line}" for line in self.prediction().splitlines()]
-        lines.append(f"risk:  # {RPN_NAME}; fitted to {self.rpn.size} pairs")
+        lines = [f"# {self.prediction()}", f"risk:  # {RPN_NAME}"]
         for name, value in self.risk.resolved().items():
-            unit, text = units.spelled(RISK[name].units), f"  {name}: {value:.6g}"
-            lines.append(f"{text:44}# {unit + ', ' if unit else ''}{self._remark(name)}")
+            low, high = self.interval.get(name, (nan, nan))
+            unsure = ", not determined by the pairs" * (name in self.unidentified)
+            remark = f"  # 95 %: {low:.3g} to {high:.3g}{unsure}" if name in self.interval else ""
+            lines.append(f"  {name}: {value:.6g}{remark}")
         return "\n".join(lines)
-
-    def quality(self) -> str:
-        """The quality of the fit, in words."""
-        exact = int(np.sum(self.number == np.floor(self.rpn + 0.5)))
-        near = int(np.sum(np.abs(self.number - self.rpn) <= 1.0))
-        n = self.rpn.size
-        text = f"{n} pairs: {exact} numbers reproduced, {near} within one, {self._bands(self.level)} in their band; "
-        text += f"residual rms {rms(self.residuals):.2g} (rounding to whole numbers alone gives about 0.29)."
-        if self.unidentified:
-            names = ", ".join(self.unidentified)
-            text += f"\nThe pairs do not determine {names}, which stay near their defaults: "
-            text += "add pairs whose features vary independently."
-        return text
-
-    def _bands(self, level: Floats) -> int:
-        """The number of pairs in their band."""
-        numbers = zip(number_of(level).tolist(), number_of(self.rpn).tolist(), strict=True)
-        return sum(band_of(a) == band_of(b) for a, b in numbers)
-
-    def _remark(self, name: str) -> str:
-        if name.startswith(("lowest_", "highest_")):
-            return "of the pairs"
-        if name not in FITTED:
-            return "as given"
-        low, high = self.interval[name]
-        return f"95 %: {low:.3g} to {high:.3g}" + ", not determined by the pairs" * (name in self.unidentified)
 
 
 def calibrate(
@@ -148,27 +109,30 @@ def calibrate(
     """
     begin, measured = start or Risk(), np.atleast_1d(np.asarray(rpn, np.float64))
     columns = np.array([np.broadcast_to(np.asarray(inputs[name], np.float64), measured.shape) for name in INPUTS])
-    _check_pairs(columns, measured, len(FITTED))
+    _check_pairs(columns, measured)
     terms = np.vstack([np.ones(measured.size), decades(columns, np.array(begin.scales)[:, None])]).T
     best, noise, counts = _fit(terms, measured)
     rows, level, is_base = terms[counts] / noise, terms @ best, np.arange(best.size) == 0
-    precision = rows.T @ rows + np.eye(best.size) / PRIOR_SD**2  # the prior makes it regular
+    precision = rows.T @ rows + np.eye(best.size)  # the prior makes it regular
     covariance, free = np.linalg.inv(precision), is_base | (best > 1e-9)  # a weight at zero stays there without a pair
     moving = terms[:, free] / noise
     own = np.sum(moving * np.linalg.solve(precision[np.ix_(free, free)], moving.T).T, axis=1)  # a number in its level
-    left_out = np.where(counts, measured - (measured - level) / (1.0 - own), level)
     half = student(np.inf if noise == ROUNDING_SD else int(counts.sum())) * np.sqrt(np.diag(covariance))
     low = np.where(is_base, best - half, np.maximum(best - half, 0.0))
-    bounds = {n: (float(a), float(b)) for n, a, b in zip(FITTED, low, best + half, strict=True)}
-    blank = np.diag(covariance) > _DETERMINED * PRIOR_SD**2
-    ends = {f"lowest_{name}": float(column.min()) for name, column in zip(INPUTS, columns, strict=True)}
-    ends |= {f"highest_{name}": float(column.max()) for name, column in zip(INPUTS, columns, strict=True)}
-    default = Risk().level(dict(zip(INPUTS, columns, strict=True)))
+    fitted = dict(zip(FITTED, best.tolist(), strict=True))
+    for name, column in zip(INPUTS, columns, strict=True):
+        fitted |= {f"lowest_{name}": float(column.min()), f"highest_{name}": float(column.max())}
     return Calibration(
-        begin.model_copy(update=ends | dict(zip(FITTED, best.tolist(), strict=True))), bounds,
-        tuple(n for n, b in zip(FITTED, blank, strict=True) if b), noise, level, left_out, default, measured,
-        tuple(names) or tuple(str(i + 1) for i in range(measured.size)),
-    )  # fmt: skip
+        risk=begin.model_copy(update=fitted),
+        interval=dict(zip(FITTED, zip(low.tolist(), (best + half).tolist(), strict=True), strict=True)),
+        unidentified=tuple(np.array(FITTED)[np.diag(covariance) > _DETERMINED].tolist()),
+        noise=noise,
+        level=level,
+        left_out=np.where(counts, measured - (measured - level) / (1.0 - own), level),
+        default=Risk().level(dict(zip(INPUTS, columns, strict=True))),
+        rpn=measured,
+        names=tuple(names) or tuple(str(i + 1) for i in range(measured.size)),
+    )
 
 
 def _fit(terms: Floats, rpn: Floats) -> tuple[Floats, float, Flags]:
@@ -176,12 +140,12 @@ def _fit(terms: Floats, rpn: Floats) -> tuple[Floats, float, Flags]:
     default, noise, counts = np.array([getattr(Risk(), name) for name in FITTED]), ROUNDING_SD, np.ones(rpn.size, bool)
     lowest = np.array([-np.inf, 0.0, 0.0, 0.0])
     for _ in range(_ROUNDS):
-        rows = np.vstack([terms[counts] / noise, np.eye(default.size) / PRIOR_SD])
-        best = lsq_linear(rows, np.append(rpn[counts] / noise, default / PRIOR_SD), (lowest, np.inf), tol=1e-12).x
+        rows = np.vstack([terms[counts] / noise, np.eye(default.size)])
+        best = lsq_linear(rows, np.append(rpn[counts] / noise, default), (lowest, np.inf), tol=1e-12).x
         before, counts_before, level = noise, counts, terms @ best
         counts = ~_beyond(level, rpn)
         used = terms[counts] / noise
-        share = np.trace(np.linalg.solve(used.T @ used + np.eye(default.size) / PRIOR_SD**2, used.T @ used))
+        share = np.trace(np.linalg.solve(used.T @ used + np.eye(default.size), used.T @ used))
         spread = sqrt(float(np.sum(_misfit(level, rpn) ** 2)) / max(float(counts.sum() - share), 1.0))
         noise = max(ROUNDING_SD, spread)
         if abs(noise - before) < 1e-6 * before and (counts == counts_before).all():
@@ -199,13 +163,13 @@ def _misfit(level: Floats, rpn: Floats) -> Floats:
     return np.where(_beyond(level, rpn), 0.0, level - rpn)
 
 
-def _check_pairs(columns: Floats, rpn: Floats, parameters: int) -> None:
+def _check_pairs(columns: Floats, rpn: Floats) -> None:
     for name, values in zip(INPUTS, columns, strict=True):
         for i in np.flatnonzero(~(np.isfinite(values) & (values >= 0)))[:1]:
             raise ValueError(f"pair {i + 1}: got {name} = {values[i]:g}, expected a finite number >= 0")
     for i in np.flatnonzero(~((rpn >= LOWEST) & (rpn <= HIGHEST)))[:1]:
         raise ValueError(f"pair {i + 1}: got the RPN {rpn[i]:g}, expected {LOWEST} to {HIGHEST}")
-    different = len(np.unique(columns, axis=1).T)
+    different, parameters = len(np.unique(columns, axis=1).T), len(FITTED)
     if rpn.ndim != 1 or different <= parameters:
         of_them = f", {different} of different features," if different < rpn.size else ""
         raise ValueError(f"{rpn.size} pairs{of_them} for {parameters} parameters, expected at least {parameters + 1}")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from scipy import signal  # type: ignore[import-untyped]
+from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
 from stickslip.vocabulary.suggest import listed
 from stickslip_rig.drive_motion import counted_step, drive_displacement, drive_velocity, unusable_drive
@@ -18,8 +19,17 @@ from stickslip_rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceler
 from stickslip_rig.hum import LAG, Tone, bend_of
 from stickslip_rig.quantities import FORCES
 from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
-from stickslip_rig.signals import Flags, Floats, Positions, cumulative, find_drops, noise_of, runs_of, turning_points
-from stickslip_rig.sticks import Sticks, within
+from stickslip_rig.signals import (
+    Flags,
+    Floats,
+    Positions,
+    find_drops,
+    noise_of,
+    runs_of,
+    turning_points,
+    within,
+)
+from stickslip_rig.sticks import Sticks
 
 RAMPS = ("friction_speeding_up", "friction_slowing_down")
 FRICTION = ("static_friction", "static_friction_first", "dynamic_friction", *RAMPS)
@@ -30,8 +40,6 @@ ACCELERATION = ("acceleration_max", "acceleration_integral", *LIMITED, "peak_fre
 MOTION = ("energy_per_stroke", "strokes", "travel", "impulse_rate")
 DRIVE = ("drive_displacement", "drive_velocity")
 _CONTRADICTIONS = ("loading rate", "unit", "channels", "zero", "speed", "clock", "columns")
-_GROUPS = {"counts": COUNTS, "accelerations": ACCELERATION, "forces and friction": FORCE, "strokes and travel": MOTION,
-           "friction": FRICTION, "static friction": FRICTION[:2]}  # fmt: skip
 TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", "drop_max", "static_force_first",
           "static_friction_first")  # fmt: skip
 
@@ -47,6 +55,7 @@ _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
 _ENOUGH = 1_000_000  # samples to see whether channels belong together
+_LATE = 2e-3  # s: channels that are less apart share a clock
 SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
 _DIFFERS = 0.05  # of a way
 _FASTER = 0.2  # of a speed, with its noise
@@ -54,7 +63,7 @@ _FASTER = 0.2  # of a speed, with its noise
 
 @dataclass(frozen=True)
 class Defect:
-    """One defect: facts in words, a semicolon between them, and the features that do not survive it.
+    """One defect: facts, a semicolon between them, and the features that do not survive it.
 
     again : whether only another record has those features.
     """
@@ -69,7 +78,7 @@ def remarks_of(defects: Sequence[Defect]) -> str:
     """A verdict, what is not determined, and a line for each fact; nothing of a clean record."""
     if not defects:
         return ""
-    lost = {name: None for defect in defects for name in defect.spoils}
+    lost = dict.fromkeys(name for defect in defects for name in defect.spoils)
     if any(defect.again for defect in defects):
         verdict = "record it again"
     elif any(defect.name in _CONTRADICTIONS for defect in defects):
@@ -77,9 +86,7 @@ def remarks_of(defects: Sequence[Defect]) -> str:
     else:
         verdict = "use the other numbers" if lost else "use the numbers"
     if lost:
-        groups = {label: names for label, names in _GROUPS.items() if lost.keys() >= set(names)}
-        rest = lost.keys() - {name for names in groups.values() for name in names}
-        verdict += f"\nnot determined: {', '.join([*groups, *(name for name in lost if name in rest)])}"
+        verdict += f"\nnot determined: {', '.join(lost)}"
     facts = [f"{defect.name}: {fact}" for defect in defects for fact in defect.text.split("; ")]
     return "\n".join([verdict, *facts])
 
@@ -100,14 +107,7 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
     force = next(name for name in FORCES if name in record)
     defects, missing = [], np.zeros(record.sizes["time"], np.bool_)
     for name in (str(name) for name in record.data_vars if name != "stick"):
-        values = record[name].values
-        if name == "acceleration":
-            bad = dropouts_of_acceleration(values, record[force].values)
-        elif name == force:
-            jumps = name == "friction_force" and has_inertia(record)
-            bad = dropouts(values, acceleration_of(record), jumps)
-        else:  # friction beside a spring force jumps where the contact breaks away
-            bad = spikes(values, 4.0 * counted_step(values)) if name in DRIVE else markers(values)
+        bad = _samples_that_are_none(record, name, force)
         if not bad.any():
             continue
         text = f"{name} shows a marker, a spike or a value held in {_samples(record, bad)}; those samples are left out"
@@ -116,7 +116,7 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
         brief = ends - starts < SHORT
         short = within(starts[brief], ends[brief], bad.size)
         missing |= bad & ~short
-        record = record.assign({name: record[name].copy(data=bridged(values, short))})
+        record = record.assign({name: record[name].copy(data=bridged(record[name].values, short))})
     if missing.any() and missing.mean() < 0.9:
         record = record.isel(time=~missing)
     acceleration = acceleration_of(record)
@@ -138,6 +138,17 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
         defects.append(Defect("sign", f"{force} is opposite to the motion of the drive; it is turned"))
         record = record.assign({name: -record[name] for name in FORCES if name in record})
     return record, defects
+
+
+def _samples_that_are_none(record: xr.Dataset, name: str, force: str) -> Flags:
+    """Samples of a channel that are none. force : the channel that the rig measures."""
+    values = record[name].values
+    if name == "acceleration":
+        return dropouts_of_acceleration(values, record[force].values)
+    if name == force:
+        return dropouts(values, acceleration_of(record), name == "friction_force" and has_inertia(record))
+    # friction beside a spring force jumps where the contact breaks away
+    return spikes(values, 4.0 * counted_step(values)) if name in DRIVE else markers(values)
 
 
 def _flat(values: Floats, acceleration: Floats) -> Flags:
@@ -219,22 +230,22 @@ def of_scales(
 ) -> Iterator[Defect]:
     """Units, stiffness and speed that cannot be true together; channels and a zero that are not those of the motion."""
     record, ratio = sticks.record, sticks.loading / sticks.expected
-    force, mass, stiffness = force_of(record), condition_of(record, "mass"), condition_of(record, "stiffness")
+    force, acceleration, step = force_of(record), acceleration_of(record), 1.0 / float(values["sample_rate"])
+    mass, stiffness = condition_of(record, "mass"), condition_of(record, "stiffness")
     wrong = max(ratio, 1.0 / ratio) if np.isfinite(ratio) else 1.0
     known = [values[name] for name in FRICTION if np.isfinite(values[name])]
     plausible = bool(known) and _PLAUSIBLE[0] <= max(known) <= _PLAUSIBLE[1]
     if wrong > 1.0:
-        text = (f"the force rises by {sticks.loading:.4g} N/s where it sticks, stiffness times speed are "
-                f"{sticks.expected:.4g} N/s; one of force, stiffness and speed is wrong by a factor of {wrong:.4g}; "
-                "sticks are those of the measured rate")  # fmt: skip
+        rates = f"{sticks.loading:.4g} N/s where it sticks, stiffness times speed are {sticks.expected:.4g} N/s"
+        text = f"the force rises by {rates}; one of the three is wrong by a factor of {wrong:.4g}"
         spoils: tuple[str, ...] = () if drive_displacement(record) is not None else ("travel", "impulse_rate")
         if wrong > _DECADES and not plausible:
             text, spoils = text + "; is the force in N or mN?", (*FORCE, *spoils)
         yield Defect("loading rate", text, spoils)
     elif known and not plausible:
         yield Defect("unit", f"a friction coefficient of {max(known):.3g}: are force (N or mN?) and load right?", FORCE)
-    drop, top = values["drop_max"], float(np.quantile(np.abs(acceleration_of(record)), 0.9999))
-    share = 2.0 * mass * top / float(drop) if mass and top and np.isfinite(drop) and wrong < _DECADES else 0.0
+    drop, top = float(values["drop_max"]), float(np.quantile(np.abs(acceleration), 0.9999))
+    share = 2.0 * mass * top / drop if mass and top and np.isfinite(drop) and wrong < _DECADES else 0.0
     if share and not 1.0 / _DECADES < share < _DECADES:
         text = f"mass times acceleration is {share:.2g} of the force it comes from: is it in m/s2, and the force in N?"
         yield Defect("unit", text, ACCELERATION)
@@ -242,15 +253,15 @@ def of_scales(
     yield from _of_sampling(force, sticks, values, natural)
     whole, clear = sticks.sliding_forces()
     if not abs(whole - clear) <= SAME_FORCE * clear and np.isfinite(clear):
-        low, high = sorted((whole, clear))
-        text = (f"the sliding force is {low:.3g} or {high:.3g} N, depending on whether the drive rests before it "
-                "reverses; a column of its speed or displacement tells")  # fmt: skip
+        ends = f"{min(whole, clear):.3g} or {max(whole, clear):.3g} N"
+        text = f"the sliding force is {ends}, as the drive rests before it reverses or not; record its displacement"
         yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
-    if _are_swapped(force, acceleration_of(record), 1.0 / float(values["sample_rate"])):
+    near, swapped = _shared(force, acceleration, step), _shared(acceleration, force, step)
+    if swapped.max() > 0.9 and near.max() < 0.5:
         yield Defect("columns", "force and acceleration are of one motion only if they are swapped: are they?",
                      (*ACCELERATION, *FORCE, *COUNTS))  # fmt: skip
-    late = _lag(force, acceleration_of(record), 1.0 / float(values["sample_rate"]))
-    if late:
+    late = (int(np.argmax(near)) - near.size // 2) * step
+    if near.max() > 0.5 and near[near.size // 2] < 0.7 * near.max() and abs(late) > _LATE:
         spoils = FORCE if "spring_force" not in record else ()
         yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force: do they share a clock?", spoils)
     if "stick" not in record:
@@ -269,9 +280,8 @@ def _of_counts(force: Floats, sticks: Sticks) -> Iterator[Defect]:
     swings = turning_points(force, _SWING * float(np.abs(force).max())).size // 2 if force.any() else 0
     strokes = np.count_nonzero(np.diff(np.sign(force[np.abs(force) > _CLEAR * np.abs(force).max()]))) + 1
     if large > max(2 * sticks.count, 2) or sticks.count > 2 * (max(sizes.size, swings) + strokes):
-        text = (f"{sticks.count} sticks and {sizes.size} drops of the force: is each column what its heading says, and "
-                "is it the motion of the drive, not of the specimen? Else it vibrates without sticking")  # fmt: skip
-        yield Defect("columns", text)
+        count = f"{sticks.count} sticks and {sizes.size} drops of the force"
+        yield Defect("columns", f"{count}: is each column what its heading says? Else it vibrates without sticking")
 
 
 def _shared(force: Floats, acceleration: Floats, step: float) -> Floats:
@@ -281,18 +291,6 @@ def _shared(force: Floats, acceleration: Floats, step: float) -> Floats:
     most, middle = min(force.size // 4, round(0.5 / step)), force.size // 2
     shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))[middle - most : middle + most + 1]
     return np.asarray(shared / max(float(np.linalg.norm(own) * np.linalg.norm(other)), 1e-300))
-
-
-def _are_swapped(force: Floats, acceleration: Floats, step: float) -> bool:
-    """True if the columns are of one motion only when each is taken for the other."""
-    return bool(_shared(acceleration, force, step).max() > 0.9 and _shared(force, acceleration, step).max() < 0.5)
-
-
-def _lag(force: Floats, acceleration: Floats, step: float) -> float:
-    """Time (s) by which the acceleration is later than the bend of the force; 0 within 2 ms, or where it is unclear."""
-    near = _shared(force, acceleration, step)
-    late = (int(np.argmax(near)) - near.size // 2) * step
-    return late if near.max() > 0.5 and near[near.size // 2] < 0.7 * near.max() and abs(late) > 2e-3 else 0.0
 
 
 def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats], natural: float) -> Iterator[Defect]:
@@ -330,7 +328,7 @@ def _of_drive(record: xr.Dataset, force: Floats, velocity: Floats | None) -> Ite
         yield Defect("speed", f"the drive moves at up to {top:.4g} m/s, the speed given is {speed:.4g} m/s")
     if {*DRIVE} <= {*record}:
         way = float(np.ptp(record["drive_displacement"].values))
-        moved = float(np.ptp(cumulative(record["drive_velocity"].values, record["time"].values)))
+        moved = float(np.ptp(cumulative_trapezoid(record["drive_velocity"].values, record["time"].values, initial=0)))
         if way > 0 and abs(moved / way - 1.0) > _DIFFERS:
             text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement; clock or unit?"
             yield Defect("clock", text, MOTION)
@@ -347,19 +345,18 @@ def of_hum(
     tolerance: float,
 ) -> Iterator[Defect]:  # fmt: skip
     """Lines that were subtracted, how features moved by that, and which ones the rest of it may still spoil."""
-    for channel, unit, spoils in (("force", "N", (*COUNTS, *FORCE)), ("acceleration", "m/s2", ACCELERATION)):
+    for channel, unit, features in (("force", "N", (*COUNTS, *FORCE)), ("acceleration", "m/s2", ACCELERATION)):
         own = [tone for tone in tones if tone.channel == channel]
         if not own:
             continue
         lines = ", ".join(f"{t.amplitude:.3g} {unit} at {t.frequency:.2f} Hz" for t in own)
-        shown = [name for name in _SHOWN if name in spoils and np.isfinite(before[name]) | np.isfinite(after[name])]
-        moved = [f"{name} from {before[name]:.4g} to {after[name]:.4g}" for name in shown
-                 if f"{before[name]:.4g}" != f"{after[name]:.4g}"]  # fmt: skip
+        numbers = {name: (f"{before[name]:.4g}", f"{after[name]:.4g}") for name in _SHOWN if name in features}
+        moved = [f"{name} from {old} to {new}" for name, (old, new) in numbers.items() if old != new]
+        facts = [f"{lines} in the {channel}, subtracted", f"that changes {', '.join(moved)}" if moved else ""]
         rate = sum(2.0 * np.pi * t.frequency * min(t.left, t.amplitude) for t in own)
         lasting = float(np.median(sticks.time[sticks.ends] - sticks.time[sticks.starts])) if sticks.count else np.inf
         lowest = min(t.frequency for t in own)
         unsure = lasting < 0.5 / lowest or lowest > _FUNDAMENTAL  # sticks are those of the hum, or more of it is there
-        too_strong = channel == "force" and (unsure or not rate <= 0.1 * tolerance * sticks.loading)
-        strong = ["it is too strong to be subtracted well enough"] * too_strong
-        facts = [f"{lines} in the {channel}, subtracted", f"that changes {', '.join(moved)}" if moved else "", *strong]
-        yield Defect("hum", "; ".join(filter(None, facts)), spoils if strong else (), bool(strong))
+        strong = channel == "force" and (unsure or not rate <= 0.1 * tolerance * sticks.loading)
+        facts.append("it is too strong to be subtracted well enough" if strong else "")
+        yield Defect("hum", "; ".join(filter(None, facts)), features if strong else (), strong)

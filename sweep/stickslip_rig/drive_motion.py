@@ -5,10 +5,10 @@ import math
 import numpy as np
 import xarray as xr
 from scipy import ndimage  # type: ignore[import-untyped]
+from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
 from stickslip_rig.signals import (
     Floats,
-    cumulative,
     evenly,
     find_drops,
     noise_of,
@@ -36,7 +36,7 @@ def drive_displacement(record: xr.Dataset) -> Floats | None:
         return np.asarray(record["drive_displacement"].values, np.float64)
     if "drive_velocity" not in record:
         return None
-    return cumulative(record["drive_velocity"].values, record["time"].values)
+    return np.asarray(cumulative_trapezoid(record["drive_velocity"].values, record["time"].values, initial=0))
 
 
 def drive_velocity(record: xr.Dataset, tolerance: float, narrowest: int = 5) -> Floats | None:
@@ -51,7 +51,7 @@ def drive_velocity(record: xr.Dataset, tolerance: float, narrowest: int = 5) -> 
         return None
     own = record["drive_velocity"].values if "drive_velocity" in record else None
     if own is not None:
-        way = cumulative(own, record["time"].values)
+        way = np.asarray(cumulative_trapezoid(own, record["time"].values, initial=0))
 
     def scatter(width: int) -> float:
         if own is not None:

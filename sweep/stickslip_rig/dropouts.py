@@ -43,11 +43,11 @@ def dropouts_of_acceleration(acceleration: Floats, force: Floats) -> Flags:
     bad = markers(acceleration)
     if bad.all():
         return bad
-    found = spikes(bridged(acceleration, bad), _LEAST * float(np.abs(acceleration[~bad]).max()))
+    spiky = spikes(bridged(acceleration, bad), _LEAST * float(np.abs(acceleration[~bad]).max()))
     steps = np.abs(np.diff(force, append=force[-1]))
     calm = ndimage.maximum_filter1d(steps, _SPAN) <= _CALM * float(np.median(steps))
-    beyond = np.abs(acceleration) > _BEYOND * float(np.abs(acceleration[~(bad | found)]).max())
-    return np.asarray(bad | (found & calm & beyond))
+    beyond = np.abs(acceleration) > _BEYOND * float(np.abs(acceleration[~(bad | spiky)]).max())
+    return np.asarray(bad | (spiky & calm & beyond))
 
 
 def spikes(values: Floats, least: float) -> Flags:

@@ -1,29 +1,24 @@
 """The features of a record; `rig/quantities.py` names them with their units."""
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
-from stickslip.dataset.build import NO_FILL, attributes_of
-from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
+from stickslip.dataset.build import attributes_of
 from stickslip_rig import defects
 from stickslip_rig.drive_motion import drive_displacement, drive_velocity, forces_in_ramps
 from stickslip_rig.hum import subtract_hum
-from stickslip_rig.labels import dimensions, point_name
-from stickslip_rig.quantities import FEATURES, PER_PEAK, RATINGS
+from stickslip_rig.quantities import FEATURES, PER_PEAK
 from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
-from stickslip_rig.risk import BANDS, INPUTS, Risk, band_of, number_of
 from stickslip_rig.sections import FeatureSettings
-from stickslip_rig.settings import Settings
 from stickslip_rig.signals import (
     Floats,
     Positions,
     band_limited,
     closed,
-    cumulative,
     find_drops,
     gaps_of,
     sample_rate,
@@ -68,8 +63,7 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
     conditions["remarks"] = xr.Variable((), defects.remarks_of(wrong), {"long_name": "what is wrong with the record"})
     variables = {
-        name: xr.Variable(("peak",) if name in PER_PEAK else (), numbers[name], attributes_of(declared))
-        for name, declared in FEATURES.items()
+        name: xr.Variable(declared.dims, numbers[name], attributes_of(declared)) for name, declared in FEATURES.items()
     }
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
@@ -95,33 +89,31 @@ def strokes_of(sticks: Sticks, ends: Floats, settings: FeatureSettings) -> dict[
 def _evaluated(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks, list[defects.Defect]]:
     """The features of a record without defects that can be mended, its stick phases, and what was wrong with it."""
     record, wrong = defects.mended(record, settings.tolerance)
-    numbers, sticks = _measured(record, settings)
-    even = sticks.record
+    sticks = find_sticks(record, settings)
+    numbers, even = _numbers(record, sticks, settings), sticks.record
     step = 1.0 / sample_rate(even["time"].values)
     force, acceleration, tones = subtract_hum(force_of(even), acceleration_of(even), step)
     if tones:
-        before, (numbers, sticks) = numbers, _measured(_replaced(even, force, acceleration), settings)
+        quiet, before = _replaced(even, force, acceleration), numbers
+        sticks = find_sticks(quiet, settings)
+        numbers = _numbers(quiet, sticks, settings)
         wrong += defects.of_hum(tones, sticks, before, numbers, settings.tolerance)
     time = record["time"].values
-    return (
-        numbers,
-        sticks,
-        wrong
-        + [*defects.of_time(time, gaps_of(time)), *defects.of_scales(record, sticks, numbers, settings.tolerance)],
-    )
-
-
-def _measured(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks]:
-    """The features of a record as it is, and its stick phases."""
-    sticks = find_sticks(record, settings)
-    return _numbers(record, sticks, settings), sticks
+    wrong += defects.of_time(time, gaps_of(time))
+    wrong += defects.of_scales(record, sticks, numbers, settings.tolerance)
+    return numbers, sticks, wrong
 
 
 def _numbers(record: xr.Dataset, sticks: Sticks, settings: FeatureSettings) -> Numbers:
     """The features of a record with these stick phases."""
-    numbers = _acceleration(record, sticks.record, settings) | _contact(sticks, condition_of(record, "normal_load"))
-    numbers |= _in_ramps(sticks, condition_of(record, "normal_load"), settings.tolerance)
-    return numbers | _drops(sticks.record, settings) | _motion(record, sticks)
+    load = condition_of(record, "normal_load")
+    return (
+        _acceleration(record, sticks.record, settings)
+        | _contact(sticks, load)
+        | _in_ramps(sticks, load, settings.tolerance)
+        | _drops(sticks.record, settings)
+        | _motion(record, sticks)
+    )
 
 
 def _replaced(record: xr.Dataset, force: Floats, acceleration: Floats) -> xr.Dataset:
@@ -133,159 +125,27 @@ def _replaced(record: xr.Dataset, force: Floats, acceleration: Floats) -> xr.Dat
     return record.assign({name: record[name].copy(data=values[name]) for name in values if name in record})
 
 
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
-def feature_table(records: Mapping[str, xr.Dataset], settings: Settings | None = None) -> xr.Dataset:
-    """Compute features and model RPN of several records.
-
-    Parameters
-    ----------
-    records
-        By name.
-    settings
-        Of features and risk.
-
-    Returns
-    -------
-    Dataset
-        Along the dimension `record`, whose index are the names. A condition that only some records know is NaN, or an
-        empty text, for the others.
-    """
-    settings = settings or Settings()
-    rows = [rate(features(record, settings.features), settings.risk) for record in records.values()]
-    shared = list(dict.fromkeys(str(name) for row in rows for name in row.coords))
-    names = xr.Variable("record", np.asarray(list(records), str), {"long_name": "record"})
-    coordinates: dict[str, Any] = {"record": names, **{name: _column(rows, name) for name in shared}}
-    return xr.Dataset({name: _column(rows, str(name)) for name in rows[0].data_vars}, coordinates)
-
-
-def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
-    """One quantity of all records, with the attributes it has where it is known."""
-    known = next(row[name].variable for row in rows if name in row.variables)
-    gap = "" if known.dtype.kind == "U" else np.nan
-    values = [row[name].values if name in row.variables else gap for row in rows]
-    encoding = NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
-    return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)
-
-
-def as_columns(table: xr.Dataset) -> xr.Dataset:
-    """Features with a variable of its own for each peak of the spectrum: a row of a table for each record."""
-    peaks = {f"{name}_{i + 1}": table[name].isel(peak=i) for name in PER_PEAK for i in range(table.sizes["peak"])}
-    return table.drop_dims("peak").assign(peaks)
-
-
-def rate(table: xr.Dataset, risk: Risk) -> xr.Dataset:
-    """The features with the model RPN, its level before rounding and its band beside them; and, of a calibrated model,
-    whether a feature lies outside the range of its pairs."""
-    inputs, meanings = risk_inputs(table), ("unknown", *BANDS)
-    level = risk.level(inputs)
-    number = number_of(level)
-    band = [meanings.index(band_of(n)) for n in number.ravel().tolist()]
-    ratings: dict[str, Any] = {"model_rpn_level": level, "model_rpn": number}
-    ratings["model_rpn_band"] = np.asarray(band, np.int8).reshape(number.shape)
-    if risk.is_calibrated:
-        ratings["model_rpn_extrapolated"] = np.any([*risk.outside(inputs).values()], axis=0).astype(np.int8)
-    dims = table["sticks"].dims
-    return table.assign({
-        name: xr.Variable(dims, values, attributes_of(RATINGS[name], meanings if name == "model_rpn_band" else ()),
-                          NO_FILL if values.dtype == np.int8 else None)
-        for name, values in ratings.items()
-    })  # fmt: skip
-
-
-def risk_inputs(table: xr.Dataset) -> dict[str, Floats]:
-    """The inputs of the risk model: band-limited accelerations where there are any, else sampled ones."""
-    return {name: rated(table, name) for name in INPUTS}
-
-
-def rated(table: xr.Dataset, feature: str) -> Floats:
-    """A feature, band-limited where the risk model uses that."""
-    plain = table[feature].values.astype(np.float64)
-    name = f"{feature}_limited"
-    return np.where(np.isnan(table[name].values), plain, table[name].values) if name in table else plain
-
-
-# --- tables for people ------------------------------------------------------------------------------------------------
-
-
-class Shown(NamedTuple):
-    """A column of tables for people: a feature, its heading, the unit or what else stands `below`, the `size` of that
-    unit in SI, and how numbers are written."""
-
-    feature: str
-    heading: str
-    below: str = ""
-    size: float = 1.0
-    form: str = ".3g"
-
-
-SHOWN = (
-    Shown("sticks", "sticks", form=".0f"),
-    Shown("acceleration_max", "max |a|", "m/s2"),
-    Shown("acceleration_integral", "int |a|", "m/s"),
-    Shown("drops", "drops", form=".0f"),
-    Shown("drop_mean", "drop", "N"),
-    Shown("impulse_rate", "slips", "per mm", 1e3),
-    Shown("static_friction_first", "mu_s", "first", form=".3f"),
-    Shown("static_friction", "mu_s", form=".3f"),
-    Shown("dynamic_friction", "mu_d", form=".3f"),
-)
-
-
-def shown_text(column: Shown, value: float) -> str:
-    """A value of a column in SI as text; a dash where there is none."""
-    return "–" if np.isnan(value) else format(value / column.size, column.form)
-
-
-def unfinished(matrix: xr.Dataset) -> Iterator[tuple[str, list[int]]]:
-    """A sentence, and numbers, for each reason why tests of a matrix were not integrated to their end."""
-    status = matrix["status"].values.ravel()
-    for code in np.unique(status[status != STATUSES.index("horizon_reached")]).tolist():
-        numbers = np.flatnonzero(status == code).tolist()
-        tests = "1 test was" if len(numbers) == 1 else f"{len(numbers):,} tests were"
-        yield f"{tests} not integrated to the end: {STATUS_MESSAGES[STATUSES[code]]}", numbers
-
-
-def as_records(matrix: xr.Dataset) -> xr.Dataset:
-    """The tests of a matrix as records: along the dimension `record`, whose index are their names."""
-    if "record" in matrix.dims:
-        return matrix
-    along = dimensions(matrix, matrix["sticks"].dims)
-    table = matrix.drop_vars(matrix.coords)
-    if along:
-        table = table.stack(record=matrix["sticks"].dims, create_index=False)
-    else:
-        table = table.expand_dims("record")
-    names = [point_name(along, n) or str(matrix.attrs.get("title", "")) for n in range(table.sizes["record"])]
-    return table.transpose("record", ...).assign_coords(record=names)
-
-
 # --- the parts --------------------------------------------------------------------------------------------------------
 
 
 def _acceleration(record: xr.Dataset, even: xr.Dataset, settings: FeatureSettings) -> Numbers:
     """Maximum and integral of the magnitude, from the samples as they are; the band-limited ones and the spectrum from
     equidistant samples. No integral bridges a gap."""
-    time, rate_ = record["time"].values, sample_rate(even["time"].values)
+    time, rate = record["time"].values, sample_rate(even["time"].values)
+    numbers: Numbers = dict.fromkeys(defects.ACCELERATION, np.nan)
+    numbers |= {**dict.fromkeys(PER_PEAK, np.full(PEAKS, np.nan)), "sample_rate": rate}
     if "acceleration" not in record:
-        missing: Numbers = dict.fromkeys(defects.ACCELERATION, np.nan)
-        return missing | dict.fromkeys(PER_PEAK, np.full(PEAKS, np.nan)) | {"sample_rate": rate_}
+        return numbers
     plain, spaced = record["acceleration"].values, even["acceleration"].values
     if settings.subtract_offset:
         plain, spaced = plain - np.median(plain), spaced - np.median(spaced)
-    numbers: Numbers = {
-        "acceleration_max": float(np.abs(plain).max()),
-        "acceleration_integral": _integral(np.abs(plain), closed(time, gaps_of(time))),
-        "acceleration_max_limited": np.nan,
-        "acceleration_integral_limited": np.nan,
-        "sample_rate": rate_,
-    }
+    numbers["acceleration_max"] = float(np.abs(plain).max())
+    numbers["acceleration_integral"] = _integral(np.abs(plain), closed(time, gaps_of(time)))
     if settings.bandwidth is not None:
-        limited = np.abs(band_limited(spaced, rate_, settings.bandwidth))
+        limited = np.abs(band_limited(spaced, rate, settings.bandwidth))
         numbers["acceleration_max_limited"] = float(limited.max())
         numbers["acceleration_integral_limited"] = _integral(limited, even["time"].values)
-    numbers["peak_frequency"], numbers["peak_acceleration"] = spectrum_peaks(spaced, rate_, PEAKS)
+    numbers["peak_frequency"], numbers["peak_acceleration"] = spectrum_peaks(spaced, rate, PEAKS)
     return numbers
 
 
@@ -294,27 +154,26 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
     force, time = np.abs(force_of(sticks.record)), sticks.time
     starts, ends = sticks.slips()
     static = force[starts]
-    work = cumulative(force, time)
-    lasting, means = time[ends] - time[starts], np.full(starts.size, np.nan)
-    np.divide(work[ends] - work[starts], lasting, out=means, where=lasting > 0)
-    dynamic = sticks.sliding_forces()[1]
     numbers: Numbers = {
         "sticks": float(sticks.count),
         "slips": float(starts.size),
         "stick_fraction": _integral(sticks.flags().astype(np.float64), time) / float(time[-1] - time[0]),
         "static_force": _median(static),
         "static_force_first": float(static[0]) if static.size else np.nan,
-        "dynamic_force": dynamic,
-        "time_to_sliding": _median(_times_to_sliding(force, time, starts, ends, means)),
+        "dynamic_force": sticks.sliding_forces()[1],
+        "time_to_sliding": _median(_times_to_sliding(force, time, starts, ends)),
         "stick_slip_period": _usual(np.diff(time[starts])),
     }
-    for force_name in ("static_force", "static_force_first", "dynamic_force"):
-        numbers[force_name.replace("force", "friction")] = float(numbers[force_name]) / load if load else np.nan
+    for name in ("static_force", "static_force_first", "dynamic_force"):
+        numbers[name.replace("force", "friction")] = float(numbers[name]) / load if load else np.nan
     return numbers
 
 
-def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Positions, means: Floats) -> Floats:
+def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Positions) -> Floats:
     """Times from break-away until the force has fallen to its mean over the slip, of the slips with such samples."""
+    work, lasting = cumulative_trapezoid(force, time, initial=0), time[ends] - time[starts]
+    means = np.full(starts.size, np.nan)
+    np.divide(work[ends] - work[starts], lasting, out=means, where=lasting > 0)
     sizes = ends - starts + 1
     slip = np.repeat(np.arange(starts.size), sizes)
     at = np.arange(slip.size) + np.repeat(starts - np.cumsum(sizes) + sizes, sizes)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft, interpolate, ndimage, signal, special  # type: ignore[import-untyped]
 
-from stickslip_rig.signals import Flags, Floats
+from stickslip_rig.signals import Flags, Floats, vertex
 
 LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
@@ -263,8 +263,5 @@ def _mains(frequency: Floats, power: Floats, peak: int) -> int:
 
 def _top_of(frequency: Floats, power: Floats, peak: int) -> float:
     """The top of a parabola through the logarithms around a peak (Hz)."""
-    if not 0 < peak < power.size - 1:
-        return float(frequency[peak])
-    left, top, right = np.log(power[peak - 1 : peak + 2])
-    bow = left - 2.0 * top + right
-    return float(frequency[peak] + (0.5 * (left - right) / bow if bow < 0 else 0.0) * frequency[1])
+    is_inside = 0 < peak < power.size - 1
+    return float(frequency[peak] + (vertex(np.log(power[peak - 1 : peak + 2])) if is_inside else 0.0) * frequency[1])

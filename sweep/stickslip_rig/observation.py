@@ -1,12 +1,12 @@
 """A record of a rig as an observation of `explain`: its features stroke by stroke, and those of simulated rigs.
 
 The first stroke starts from rest, and the last one ends with the record: both are left out. All others repeat each
-other, so that they tell how features scatter, and of a simulated rig the second stroke is enough.
+other: they tell how features scatter, and of a simulated rig the second one is enough.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,8 +68,7 @@ def observed(record: xr.Dataset, rig: Config, unknown: Collection[str], scatter:
 
     scatter : whether that of its features is given. Raises ValueError for a record of another test.
     """
-    if text := _other_test(record, {**rig.fixed(), "drive_speed": rig.fixed()["belt_speed"]}, unknown):
-        raise ValueError(f"{text} in drive, expected the same test")
+    _check_conditions(record, rig, unknown)
     drive, _, settings, _ = sections_of(rig)
     time, strokes = record["time"].values, int(drive.strokes)
     whole = RigTests(rig).duration(0)
@@ -81,33 +80,25 @@ def observed(record: xr.Dataset, rig: Config, unknown: Collection[str], scatter:
     parts = features_of_strokes(record, time[0] + np.linspace(0.0, whole, strokes + 1)[1:-1], settings)
     if "slips" not in parts:
         raise ValueError("does not show stick phases well enough: `stickslip rig features` says why")
-    kept = {name: parts[name].tolist() for name in COMPARED
-            if name in parts and (parts[name] > 0).all() and (scatter or np.ptp(parts[name]) > 0)}  # fmt: skip
-    if not kept:
+    features = {name: parts[name].tolist() for name in COMPARED
+                if name in parts and (parts[name] > 0).all() and (scatter or np.ptp(parts[name]) > 0)}  # fmt: skip
+    if not features:
         raise ValueError(f"none of {listed(COMPARED)} is defined in all strokes: `stickslip rig features` says why")
-    quiet = [name for name in DECIDED if name != "stick_slip"]
-    known = [str(name) for name in record.variables if name not in ("time", "material")]
-    return Observed(kept, ["stick_slip"] if _sticks_and_slips(parts) else quiet, known)
+    regime = ["stick_slip"] if _sticks_and_slips(parts) else [name for name in DECIDED if name != "stick_slip"]
+    return Observed(features, regime, [str(name) for name in record.variables if name not in ("time", "material")])
 
 
-def _other_test(record: xr.Dataset, simulated: Mapping[Any, Any], free: Collection[str]) -> str | None:
-    """By which condition the simulated test is another than that of the record, in words; but for those that are free
-    in it. None if they are the same."""
+def _check_conditions(record: xr.Dataset, rig: Config, unknown: Collection[str]) -> None:
+    """Raises ValueError for a condition of the record that the rig has otherwise, unless it is unknown."""
+    given = {**rig.fixed(), "drive_speed": rig.fixed()["belt_speed"]}
     for name, row in CONDITIONS.items():
-        is_free = name in free or name == "drive_speed" and "belt_speed" in free
-        if is_free or name not in record.coords or name not in simulated:
+        is_unknown = name in unknown or name == "drive_speed" and "belt_speed" in unknown
+        if is_unknown or name not in record.coords or name not in given:
             continue
-        measured, given = float(record[name]), float(simulated[name])
-        if abs(measured - given) > _ALIKE * abs(given):
+        if abs(float(record[name]) - given[name]) > _ALIKE * abs(given[name]):
             unit = units.spelled(row.units)
-            return f"{name} is {measured:g} {unit}, and {given:g} {unit}"
-    return None
-
-
-def _as_measured(trial: xr.Dataset, known: Collection[Hashable]) -> xr.Dataset:
-    """The part of a simulated record that the measured one, of these names, has as well: features depend on it."""
-    needed = () if any(name in trial and name in known for name in FORCES) else FORCES
-    return trial.drop_vars([name for name in trial.variables if name not in (*known, "time", *needed)])
+            there = f"{given[name]:g} {unit} in drive"
+            raise ValueError(f"{name} is {float(record[name]):g} {unit}, and {there}, expected the same test")
 
 
 def _sticks_and_slips(parts: Mapping[str, Floats]) -> bool:
@@ -130,9 +121,9 @@ class _Draws(RigTests):
         whole = super().segments(number)
         end = self._cell(number)["waiting_time"] + _SIMULATED * self.stroke(number)
         begins = np.cumsum(whole[:, 0]) - whole[:, 0]
-        kept = whole[begins < end]
-        kept[-1, 0] = end - begins[len(kept) - 1]
-        return kept
+        part = whole[begins < end]
+        part[-1, 0] = end - begins[len(part) - 1]
+        return part
 
     def noise(self, number: int) -> np.random.Generator:
         """That of the first."""
@@ -180,6 +171,9 @@ class SimulatedRecords:
         return results, possible
 
     def _evaluated(self, record: xr.Dataset, stroke: float) -> dict[str, Floats]:
+        """The features of the second stroke, of the part of a record that the measured one has as well."""
         settings = sections_of(self._config).features
-        sticks = find_sticks(_as_measured(record, self._known), settings)
+        needed = () if self._known & {*FORCES} & {*record.variables} else FORCES
+        known = record.drop_vars([name for name in record.variables if name not in (*self._known, "time", *needed)])
+        sticks = find_sticks(known, settings)
         return strokes_of(sticks, sticks.time[0] + stroke * np.array([1.0, 2.0]), settings)

@@ -20,6 +20,8 @@ from stickslip.vocabulary.quantities import QUANTITIES
 
 EXPLAIN = "explain"
 _OF_RIG = ("system", "friction", "start", "drive", "sensor", "features", "solver")  # what a simulated record needs
+_FORMS = {"record": (str, "the name of a CSV file: record: felt.csv"),
+          "drive": (str | Mapping, "the configuration of the rig: drive: rig.yaml")}  # fmt: skip
 
 
 def with_records(document: Document) -> Document:
@@ -30,14 +32,13 @@ def with_records(document: Document) -> Document:
     """
     data = document.data if isinstance(document.data, dict) else {}
     section, uncertain = data.get(EXPLAIN), data.get("uncertain")
-    if not isinstance(section, dict):
+    observations = section.get("observed") if isinstance(section, dict) else None
+    if not isinstance(section, dict) or not isinstance(observations, list):
         return document
-    seen = section.get("observed")
-    if not isinstance(seen, list) or not any(map(_names_record, seen)):
-        return document
-    unknown = uncertain.get("quantities") if isinstance(uncertain, dict) else None
-    names = [*unknown] if isinstance(unknown, dict) else []
-    whole = [_whole(document, (EXPLAIN, "observed", i), one, names) for i, one in enumerate(seen)]
+    quantities = uncertain.get("quantities") if isinstance(uncertain, dict) else None
+    unknown = [*quantities] if isinstance(quantities, dict) else []
+    whole = [_whole(document, (EXPLAIN, "observed", i), given, unknown) if _names_record(given) else given
+             for i, given in enumerate(observations)]  # fmt: skip
     return replace(document, data={**data, EXPLAIN: {**section, "observed": whole}})
 
 
@@ -45,25 +46,24 @@ def _names_record(given: Any) -> bool:
     return isinstance(given, dict) and bool({"record", "drive"} & given.keys()) and "features" not in given
 
 
-def _whole(document: Document, path: Path, given: Any, unknown: Collection[str]) -> Any:
+def _whole(document: Document, path: Path, given: dict[str, Any], unknown: Collection[str]) -> dict[str, Any]:
     """An observation with what its record says. unknown : quantities that are not taken from the rig."""
-    if not _names_record(given):
-        return given
-    record, drive = given.get("record"), given.get("drive")
-    forms = {"record": "the name of a CSV file: record: felt.csv",
-             "drive": "the configuration of the rig: drive: rig.yaml"}  # fmt: skip
-    for key, right in (("record", isinstance(record, str)), ("drive", isinstance(drive, str | Mapping))):
-        if not right:
-            found, place = (f"got {given[key]!r}", (*path, key)) if key in given else ("missing", path)
-            raise document.refused(place, f"{found}, expected {forms[key]}")
-    conditions, room, key = {}, import_module("stickslip_rig.observation"), ""
+    for key, (kind, expected) in _FORMS.items():
+        if not isinstance(given.get(key), kind):
+            what, place = (f"got {given[key]!r}", (*path, key)) if key in given else ("missing", path)
+            raise document.refused(place, f"{what}, expected {expected}")
+    record, drive = given["record"], given["drive"]
+    conditions, key = {}, ""
+    # which loads the kernels, for nothing where no record is named
+    observation = import_module("stickslip_rig.observation")
     try:
         for key in [name for name in given if name in QUANTITIES]:
             conditions[key] = QUANTITIES[key].read(given[key])
         key = "drive"
-        rig = room.rig_of(_beside(document, drive) if isinstance(drive, str) else drive, conditions)
+        rig = observation.rig_of(_beside(document, drive) if isinstance(drive, str) else drive, conditions)
         key = "record"
-        features = room.observed(room.read_record(_beside(document, record)), rig, unknown, bool(given.get("scatter")))
+        measured = observation.read_record(_beside(document, record))
+        features = observation.observed(measured, rig, unknown, bool(given.get("scatter")))
     except ConfigError:
         raise
     except QuantityError as error:

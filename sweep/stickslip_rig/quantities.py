@@ -24,6 +24,7 @@ SIGNAL_OF = {  # by kind of column (`fit/headings.py`)
 }  # fmt: skip
 CONDITION_WORDS = {"load": "normal_load", "speed": "drive_speed", "waiting": "waiting_time", "wait": "waiting_time"}
 
+_PEAK = ("peak",)
 _FEATURES = (
     Variable("sticks", "1", "number of stick phases"),
     Variable("slips", "1", "number of break-aways: stick phases that end in sliding"),
@@ -48,8 +49,8 @@ _FEATURES = (
     Variable(
         "friction_slowing_down", "1", "friction coefficient in slow ramps of the drive down, mean over its speeds"
     ),
-    Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration"),
-    Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration"),
+    Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration", dims=_PEAK),
+    Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration", dims=_PEAK),
     Variable("energy_per_stroke", "J", "work of the drive per stroke"),
     Variable("strokes", "1", "number of strokes of the drive"),
     Variable("travel", "m", "total travel of the drive"),
@@ -81,4 +82,4 @@ _RATINGS = (
              comment="a feature lies outside the range of the pairs of the calibration"),
 )  # fmt: skip
 RATINGS: dict[str, Variable] = {v.name: v for v in _RATINGS}
-PER_PEAK = ("peak_frequency", "peak_acceleration")  # one value for each peak, the largest first
+PER_PEAK = tuple(v.name for v in _FEATURES if v.dims)  # one value for each peak, the largest first

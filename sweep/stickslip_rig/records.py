@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from stickslip.dataset.build import NO_FILL
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files.tables import Table, line_of
 from stickslip.files.targets import replaced
@@ -38,7 +39,6 @@ from stickslip_rig.vocabulary import CONDITIONS
 FEWEST_SAMPLES = 16
 _EXAMPLE = "time [ms], force [N]"
 _REMARK = re.compile(r"([A-Za-z][A-Za-z _-]{0,30})\s*[:=]\s*(.*)")
-_NO_FILL = {"_FillValue": None}
 
 
 def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: Mapping[str, Condition]) -> xr.Dataset:
@@ -70,18 +70,17 @@ def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: M
         array = np.asarray(values, np.int8 if name == "stick" else np.float64)
         if array.shape != times.shape or not np.isfinite(array).all():
             raise ValueError(f"{name}: expected {times.size} finite numbers, one for each sample")
-        variables[name] = xr.Variable("time", array, _attributes(SIGNALS[name]))
-    coordinates = {"time": xr.Variable("time", times, _attributes(TIME), _NO_FILL)}
+        variables[name] = _variable(SIGNALS[name], array)
+    coordinates = {"time": _variable(TIME, times, NO_FILL)}
     for name, value in conditions.items():
-        if name == MATERIAL:
-            coordinates[name] = xr.Variable((), str(value), {"long_name": MATERIAL})
-        else:
-            coordinates[name] = xr.Variable((), float(value), _attributes(CONDITIONS[name]), _NO_FILL)
+        text = xr.Variable((), str(value), {"long_name": MATERIAL})
+        coordinates[name] = text if name == MATERIAL else _variable(CONDITIONS[name], np.float64(value), NO_FILL)
     return xr.Dataset(variables, coordinates)
 
 
-def _attributes(declared: Variable | Parameter) -> dict[str, str]:
-    return {"units": declared.units, "long_name": declared.long_name}
+def _variable(row: Variable | Parameter, values: ArrayLike, encoding: dict[str, None] | None = None) -> xr.Variable:
+    attributes = {"units": row.units, "long_name": row.long_name}
+    return xr.Variable(("time",) if np.ndim(values) else (), values, attributes, encoding)
 
 
 def read_record(
@@ -109,13 +108,13 @@ def read_record(
     ConfigError
         With everything that is wrong, by line and column.
     """
-    settings = settings or RecordSettings()
+    path, settings = Path(path), settings or RecordSettings()
 
     def are_headings(columns: list[Heading]) -> bool:
         names = {_signal(column, settings) for column in columns}
         return TIME.name in names and bool(names & {*FORCES, "acceleration"})
 
-    headed = HeadedTable.read(Path(path), _EXAMPLE, are_headings, RECORD, names=tuple(COLUMNS))
+    headed = HeadedTable.read(path, _EXAMPLE, are_headings, RECORD, names=tuple(COLUMNS))
     table, headings = headed.table, headed.headings
     columns = headed.find(
         lambda column: _signal(column, settings),
@@ -130,16 +129,15 @@ def read_record(
     signals = headed.values(columns, progress)
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
-    remarks, load = _remarks(table), load_above(table)
-    speed = stated(table, "speed", CONDITIONS["drive_speed"], table.above, only_numbers=True)
-    above = {name: value[0] for name, value in (("normal_load", load), ("drive_speed", speed)) if value}
-    known = {MATERIAL: Path(path).stem} | dict(conditions or {}) | above | remarks
-    positions = {position: name for name, (position, _) in columns.items()}
-    units_read = [f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in positions.items()]
+    remarks, speed = _remarks(table), stated(table, "speed", CONDITIONS["drive_speed"], table.above, only_numbers=True)
+    above = {"normal_load": load_above(table), "drive_speed": speed}
+    known: dict[str, Condition] = {MATERIAL: path.stem, **(conditions or {})}
+    known |= {name: value[0] for name, value in above.items() if value} | remarks
+    names = {position: name for name, (position, _) in columns.items()}
     return make_record(time, signals, known).assign_attrs(
-        title=str(known[MATERIAL]), record_file=Path(path).name,
-        not_used=[column.text for i, column in enumerate(headings) if i not in positions and column.text],
-        columns=", ".join(units_read),
+        title=str(known[MATERIAL]), record_file=path.name,
+        not_used=[column.text for i, column in enumerate(headings) if i not in names and column.text],
+        columns=[f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in names.items()],
     )  # fmt: skip
 
 
@@ -212,9 +210,9 @@ def _missing_column(headed: HeadedTable, settings: RecordSettings, lacking: str)
     for i, column in enumerate(headed.headings):
         near = nearest(column.name, words_for(RECORD)) if column.text else None
         if near and _signal(column, settings) is None:
-            names = [TIME.name, "force", *(name for name in SIGNALS if name != "spring_force")]
+            expected = f"{listed(['force' if name == 'spring_force' else name for name in COLUMNS])}, with a unit"
             hint = f"did you mean {near!r}? A configuration may say what it is (record: columns)"
-            return headed.refused(i, f"{listed(names)}, with the unit in brackets", hint)
+            return headed.refused(i, expected, hint)
     hint = f"the first line says, for instance, '{_EXAMPLE}'; a configuration may name others (record: columns)"
     return headed.error(f"no column is called {lacking}", hint)
 

@@ -11,13 +11,11 @@ default values come from; `calibration.py` fits them to measured numbers.
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import create_model
 
-from stickslip.config.sections import Section
+from stickslip.config.sections import Section, with_rows
 from stickslip_rig.vocabulary import RISK
 
 RPN_NAME = "model RPN, not the rig maker's"
@@ -27,20 +25,13 @@ LOWEST, HIGHEST = 1, 10
 BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
 UNDEFINED = 0  # the code of the band where a feature is not known; the number is NaN
 _ROUNDED = 1e-5  # relative: a range is written with six digits
-_RISK_FIELDS: dict[str, Any] = {name: (float, row.default) for name, row in RISK.items()}
 
 
-class Risk(create_model("risk_numbers", __base__=Section, **_RISK_FIELDS)):  # type: ignore[misc]
+class Risk(with_rows(Section, RISK)):  # type: ignore[misc]
     """Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.
 
-    lowest_, highest_ : of each feature among the pairs the model was calibrated with; NaN: not known.
+    lowest_, highest_ : of each feature among the pairs the model was calibrated with; None: not known.
     """
-
-    rows = RISK
-
-    def resolved(self) -> dict[str, Any]:
-        """The parameters by name, without those that are not known."""
-        return {name: value for name, value in self if not math.isnan(value)}
 
     @property
     def is_calibrated(self) -> bool:
@@ -73,8 +64,9 @@ class Risk(create_model("risk_numbers", __base__=Section, **_RISK_FIELDS)):  # t
         """
         outside = {}
         for name in INPUTS:
-            low, high = getattr(self, f"lowest_{name}"), getattr(self, f"highest_{name}")
+            low, high = (getattr(self, f"{end}_{name}") for end in ("lowest", "highest"))
             values = np.asarray(inputs[name], np.float64)
+            low, high = (math.nan if end is None else end for end in (low, high))
             outside[name] = (values < low * (1.0 - _ROUNDED)) | (values > high * (1.0 + _ROUNDED))
         return outside
 

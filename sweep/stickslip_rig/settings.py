@@ -20,7 +20,7 @@ from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.yaml import Document, read_yaml, write_yaml
-from stickslip.errors import Path, QuantityError
+from stickslip.errors import QuantityError
 from stickslip.vocabulary.column_units import column_unit
 from stickslip_materials.fit.headings import Heading, heading
 from stickslip_materials.fit.words import RECORD
@@ -30,8 +30,6 @@ from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.vocabulary import CONDITIONS
 
 Condition = str | float
-
-_CONDITION_NAMES = (MATERIAL, *CONDITIONS)
 
 
 @dataclass(frozen=True)
@@ -54,11 +52,9 @@ class Settings:
 
     def to_yaml(self) -> str:
         """The settings as text that gives them again."""
-        record = {"columns": dict(self.record.columns), "units": dict(self.record.units)}
-        return write_yaml({
-            "record": {**record, "ignore": list(self.record.ignore)}, "conditions": dict(self.conditions),
-            "features": self.features.resolved(), "risk": self.risk.resolved(),
-        })  # fmt: skip
+        record = {name: list(value) if name == "ignore" else dict(value) for name, value in vars(self.record).items()}
+        sections = {"features": self.features.resolved(), "risk": self.risk.resolved()}
+        return write_yaml({"record": record, "conditions": dict(self.conditions), **sections})
 
 
 def load_settings(path: FilePath | None, settings: Iterable[Setting] = ()) -> Settings:
@@ -75,45 +71,39 @@ def load_settings(path: FilePath | None, settings: Iterable[Setting] = ()) -> Se
 
 def read_settings(document: Document) -> Settings:
     """Read the settings in a document. Raises ConfigError."""
-    reader = _Reader(document)
-    data = reader.keys_of(document.data or {}, (), ("record", "conditions", "features", "risk"))
-    record = reader.keys_of(data.get("record"), ("record",), ("columns", "units", "ignore"))
-    known = RECORD, tuple(COLUMNS)
-    columns, units = (
-        reader.values(record.get(key), ("record", key), lambda word: signal_of(heading(word, *known)), read, COLUMNS)
-        for key, read in (("columns", _text), ("units", _column_unit))
-    )
-    conditions = reader.values(data.get("conditions"), ("conditions",), condition_name, condition, _CONDITION_NAMES)
-    sections: dict[str, Any] = {
-        key: reader.section_of(model, (key,), data.get(key) or {})
-        for key, model in (("features", FeatureSettings), ("risk", Risk))
-    }
-    ignore = record.get("ignore") or []
-    if not isinstance(ignore, list) or not all(isinstance(word, str) for word in ignore):
-        reader.refuse(("record", "ignore"), "a list of the names of columns")
-    reader.raise_any()
-    return Settings(RecordSettings(columns, units, tuple(ignore)), conditions, **sections)
-
-
-class _Reader(ProblemCollector):
-    """Mappings of a document, and what is wrong with them."""
+    problems = ProblemCollector(document)
+    data = problems.keys_of(document.data or {}, (), ("record", "conditions", "features", "risk"))
+    record = problems.keys_of(data.get("record"), ("record",), ("columns", "units", "ignore"))
 
     def values(
-        self, value: object, path: Path, name_of: Callable[[str], str | None], read: Callable[[str, object], Any],
-        known: Collection[str],
+        section: Mapping[str, Any], key: str, known: Collection[str], name_of: Callable[[str], str | None],
+        read: Callable[[str, object], Any],
     ) -> dict[str, Any]:  # fmt: skip
         """The values of a mapping by our names; words may be spelled otherwise."""
-        values = {}
-        for word, text in self.mapping(value, path, f"names of {path[-1]}").items():
-            name = name_of(word)
-            if name is None:
-                self.unknown_key((*path, word), known)
-                continue
+        path, named = ("record", key) if section is record else (key,), {}
+        for word, text in problems.mapping(section.get(key), path, f"names of {key}").items():
             try:
-                values[name] = read(name, text)
+                if (name := name_of(word)) is None:
+                    problems.unknown_key((*path, word), known)
+                else:
+                    named[name] = read(name, text)
             except QuantityError as error:
-                self.refuse((*path, word), error.expected, error.hint, error.found)
-        return values
+                problems.refuse((*path, word), error.expected, error.hint, error.found)
+        return named
+
+    def column_named(word: str) -> str | None:
+        return signal_of(heading(word, RECORD, tuple(COLUMNS)))
+
+    columns = values(record, "columns", COLUMNS, column_named, _text)
+    units = values(record, "units", COLUMNS, column_named, _column_unit)
+    conditions = values(data, "conditions", (MATERIAL, *CONDITIONS), condition_name, condition)
+    features = problems.section_of(FeatureSettings, ("features",), data.get("features") or {})
+    risk = problems.section_of(Risk, ("risk",), data.get("risk") or {})
+    ignore = record.get("ignore") or []
+    if not isinstance(ignore, list) or not all(isinstance(word, str) for word in ignore):
+        problems.refuse(("record", "ignore"), "a list of the names of columns")
+    problems.raise_any()
+    return Settings(RecordSettings(columns, units, tuple(ignore)), conditions, features, risk)
 
 
 # --- single values ----------------------------------------------------------------------------------------------------
@@ -132,7 +122,7 @@ def condition_name(word: str) -> str | None:
     """The condition that people call so; None if none."""
     name = word.strip().lower().replace(" ", "_").replace("-", "_")
     name = CONDITION_WORDS.get(name, name)
-    return name if name in _CONDITION_NAMES else None
+    return name if name in (MATERIAL, *CONDITIONS) else None
 
 
 def signal_of(column: Heading) -> str | None:

@@ -51,6 +51,14 @@ def runs_of(inside: Flags) -> tuple[Positions, Positions]:
     return np.flatnonzero(changes == 1), np.flatnonzero(changes == -1) - 1
 
 
+def within(starts: Positions, ends: Positions, size: int) -> Flags:
+    """True for each of `size` samples that lies in one of the intervals, which do not overlap."""
+    changes = np.zeros(size + 1, np.int8)
+    changes[starts] = 1
+    changes[ends + 1] -= 1
+    return np.asarray(np.cumsum(changes[:-1], dtype=np.int8) > 0)
+
+
 def evenly(record: xr.Dataset) -> xr.Dataset:
     """The record at evenly spaced times: itself if they are, else with its signals interpolated linearly.
 
@@ -70,11 +78,6 @@ def evenly(record: xr.Dataset) -> xr.Dataset:
         signals[name] = (variable.dims, np.rint(values).astype(np.int8) if is_flag else values, variable.attrs)
     coordinates = {name: c for name, c in record.coords.items() if name != "time"}
     return xr.Dataset(signals, {"time": ("time", even, record["time"].attrs), **coordinates}, record.attrs)
-
-
-def cumulative(values: Floats, time: Floats) -> Floats:
-    """The integral from the start to each sample, by the trapezoidal rule."""
-    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
 
 
 def noise_of(values: Floats) -> float:
@@ -125,12 +128,18 @@ def spectrum_peaks(values: Floats, rate: float, count: int) -> tuple[Floats, Flo
     floor = 1e-9 * float(np.abs(values).max())
     peaks, _ = signal.find_peaks(spectrum, height=max(floor, np.finfo(float).tiny), distance=4)
     for i, peak in enumerate(peaks[np.argsort(-spectrum[peaks], kind="stable")[:count]]):
-        left, top, right = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
-        bend = left - 2.0 * top + right
-        shift = 0.5 * (left - right) / bend if bend < 0 else 0.0
+        around = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
+        shift = vertex(around)
         frequencies[i] = (peak + shift) * rate / values.size
-        amplitudes[i] = math.exp(top - 0.25 * (left - right) * shift)
+        amplitudes[i] = math.exp(around[1] - 0.25 * (around[0] - around[2]) * shift)
     return frequencies, amplitudes
+
+
+def vertex(around: Floats) -> float:
+    """The place of the top of a parabola through three values, in steps from the one in the middle."""
+    left, top, right = around
+    bend = left - 2.0 * top + right
+    return float(0.5 * (left - right) / bend) if bend < 0 else 0.0
 
 
 # --- turning points ---------------------------------------------------------------------------------------------------
@@ -142,11 +151,10 @@ def turning_points(values: Floats, threshold: float) -> Positions:
     The first and the last position are where the first and the last swing begin and end as far as is seen; the last
     swing may be unfinished. Empty if no swing is as high.
     """
-    candidates = _reduced(values, _extrema(values), threshold)
     turns: list[int] = []
-    low = high = int(candidates[0])
+    low = high = 0
     rising: bool | None = None
-    for i in candidates.tolist():
+    for i in _extrema(values).tolist():
         value = values[i]
         high = i if value > values[high] else high
         low = i if value < values[low] else low
@@ -167,23 +175,6 @@ def _extrema(values: Floats) -> Positions:
     moving = np.flatnonzero(slopes)
     turns = moving[1:][slopes[moving[1:]] != slopes[moving[:-1]]]
     return np.concatenate([[0], turns, [values.size - 1]]).astype(np.intp)
-
-
-def _reduced(values: Floats, turns: Positions, threshold: float) -> Positions:
-    """Extrema without the swings that are below the threshold and lie within both of their neighbours.
-
-    Such a swing, of a pair of extrema, neither begins nor ends one that counts. With each pair its neighbours grow, so
-    that few passes leave few extrema, however noisy the signal.
-    """
-    while turns.size > 3:
-        swings = np.abs(np.diff(values[turns]))
-        inner = swings[1:-1]
-        within = (inner < threshold) & (inner <= swings[:-2]) & (inner < swings[2:])  # never two beside each other
-        if not within.any():
-            break
-        first = np.flatnonzero(within) + 1
-        turns = np.delete(turns, np.concatenate([first, first + 1]))
-    return turns
 
 
 @dataclass(frozen=True)

@@ -12,28 +12,26 @@ import numpy as np
 import xarray as xr
 
 from stickslip import engine
-from stickslip.config.describe import value_text
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
-from stickslip.config.problems import ProblemCollector
 from stickslip.config.reader import load_config, make_config
-from stickslip.config.rules import Finding, Space
-from stickslip.config.studies import Moved, Study
-from stickslip.dataset.build import grid_coordinates, variable_of
-from stickslip.errors import Path, PlotError, Problem, StoppedError
+from stickslip.config.studies import Moved
+from stickslip.dataset.build import grid_coordinates, study_dataset
+from stickslip.errors import StoppedError
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import MODES, STATUSES
-from stickslip_rig import apparatus, checks
-from stickslip_rig.evaluation import PEAKS, features, rate
-from stickslip_rig.labels import Dimension, dimensions, point_name
+from stickslip_rig import apparatus
+from stickslip_rig.checks import RigStudy
+from stickslip_rig.evaluation import PEAKS, features
 from stickslip_rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
 from stickslip_rig.records import make_record
 from stickslip_rig.sections import Drive, sections_of
 from stickslip_rig.signals import Floats
-from stickslip_rig.vocabulary import CONDITIONS, SENSOR
+from stickslip_rig.tables import rate, test_names
+from stickslip_rig.vocabulary import CONDITIONS
 
 _SAMPLES = 4_000_000  # of motions that are computed together
 _REACHED = STATUSES.index("horizon_reached")
@@ -50,14 +48,14 @@ class RigTest:
     exact: Mapping[str, float]
 
 
-class RigTests(Study):
+class RigTests(RigStudy):
     """All tests of a configuration with a drive, numbered as the cells of its grid.
 
     Its result holds features, model RPN and what the integration gives, over the dimensions of the grid. A test that
     was not integrated to its end has a status that says why, and NaN.
     """
 
-    section, variables, subject = Drive, FEATURES | EXACT | RATINGS, "model_rpn"
+    variables, subject = FEATURES | EXACT | RATINGS, "model_rpn"
     name, counted, ragged, weight = "matrix", "tests", True, 4096
     columns = {name: np.dtype(np.float64) for name in (*FEATURES, *EXACT)} | {"status": np.dtype(np.int8)}
     recorded: Collection[str] = tuple(SIGNALS)  # by the sensors
@@ -73,11 +71,11 @@ class RigTests(Study):
 
     def label(self, number: int) -> str:
         """The points that distinguish a test from the others, in words."""
-        return point_name(self._dimensions, number) or self.config.title
+        return self._labels[number] or self.config.title
 
     @cached_property
-    def _dimensions(self) -> list[Dimension]:
-        return dimensions(xr.Dataset(coords=grid_coordinates(self.grid)), self.dims)
+    def _labels(self) -> list[str]:
+        return test_names(xr.Dataset(coords=grid_coordinates(self.grid)), self.dims)
 
     def segments(self, number: int) -> Floats:
         """The drive of a test, as `apparatus.segments` gives it."""
@@ -96,9 +94,9 @@ class RigTests(Study):
         cells = self.grid.take(np.asarray(numbers, np.int64))
         together = np.floor(np.cumsum(self.drive.duration(cells) * fine) / _SAMPLES)
         for batch in np.split(np.arange(len(numbers)), np.flatnonzero(np.diff(together)) + 1):
-            some = {name: values[batch] for name, values in cells.items()}
+            part = {name: values[batch] for name, values in cells.items()}
             drives = [self.segments(numbers[i]) for i in batch]
-            runs = engine.compute_rigs(some, drives, engine.Sampling(fine, some["waiting_time"]), self.options, stop)
+            runs = engine.compute_rigs(part, drives, engine.Sampling(fine, part["waiting_time"]), self.options, stop)
             for i, drive in enumerate(drives):
                 number, exact = numbers[batch[i]], {name: float(runs.results[name][i]) for name in EXACT}
                 record = self._record(number, runs.signals[i], drive) if exact["status"] == _REACHED else None
@@ -114,22 +112,18 @@ class RigTests(Study):
 
     def _record(self, number: int, signals: Mapping[str, Floats], drive: Floats) -> xr.Dataset:
         """The sensors' record of a motion, from the first stroke on."""
-        cell, sensor = self._cell(number), self.sensor
+        cell, sensor, noise = self._cell(number), self.sensor, self.noise(number)
         acceleration = apparatus.accelerations(signals["velocity"], sensor)
         spring = cell["stiffness"] * apparatus.midway(signals["displacement"])
-        damper = cell["damping"] * apparatus.midway(signals["velocity"])
         mass = float(scales_of(cell).mass)
-        friction = mass * acceleration + damper + spring
-        time = apparatus.times(signals["velocity"].size, sensor)
-        noise = self.noise(number)
-        speed, way = apparatus.motion(drive, time + cell["waiting_time"])
+        friction = mass * acceleration + cell["damping"] * apparatus.midway(signals["velocity"]) + spring
         sticks = (signals["mode"][1:] == MODES.index("stick")).astype(np.float64)
+        time = apparatus.times(signals["velocity"].size, sensor)
+        speed, way = apparatus.motion(drive, time + cell["waiting_time"])
         sources: dict[str, Callable[[], Any]] = {
-            "spring_force": lambda: apparatus.noisy(apparatus.sensed(spring, sensor), sensor.force_noise, noise),
+            "spring_force": lambda: apparatus.sensed(spring, sensor, sensor.force_noise, noise),
             "friction_force": lambda: apparatus.sensed(friction, sensor),
-            "acceleration": lambda: apparatus.noisy(
-                apparatus.sensed(acceleration, sensor), sensor.acceleration_noise, noise
-            ),
+            "acceleration": lambda: apparatus.sensed(acceleration, sensor, sensor.acceleration_noise, noise),
             "drive_velocity": lambda: speed,
             "drive_displacement": lambda: way,
             # Through the same sensor, so that a stick ends where the force shows its end.
@@ -156,49 +150,6 @@ class RigTests(Study):
         """The tests that a configuration asks for."""
         return cls(given)
 
-    @classmethod
-    def misplaced(cls, data: Mapping[str, Any]) -> Iterator[Problem]:
-        """What does not belong into the file of a rig."""
-        return checks.misplaced(data)
-
-    @classmethod
-    def rules(cls, section: Drive, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
-        """The rules of the drive."""
-        return checks.findings(section, space, given)
-
-    @classmethod
-    def check(cls, section: Drive, config: Config, problems: ProblemCollector) -> None:
-        """Note sensors and tests that cannot be."""
-        checks.check(config, problems)
-
-    @classmethod
-    def explain(cls, section: Drive, config: Config) -> Iterator[tuple[str, str, str]]:
-        """The strokes, and the sensors."""
-        yield "drive", f"{section.strokes} strokes, {section.profile}", "strokes, and speed over time"
-        for name, row in SENSOR.items():
-            value = getattr(sections_of(config).sensor, name)
-            yield name, "none" if value is None else value_text(value, row), row.long_name
-
-    @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[Any]:
-        """The features, with the risk number in its colour."""
-        from stickslip_rig.commands.features import report
-
-        return report(ds)
-
-    @classmethod
-    def is_drawn(cls, ds: xr.Dataset) -> bool:
-        """Never by itself: the commands of rigs draw tests."""
-        return False
-
-    @classmethod
-    def figure(
-        cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
-    ) -> Any:
-        """None. Raises PlotError."""
-        raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
-                        "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
-
     def compute(self, items: range, stop: engine.StopFlag, moved: Moved | None = None) -> engine.Results:
         """The features of a range of tests."""
         rows: list[dict[str, Any]] = []
@@ -207,8 +158,8 @@ class RigTests(Study):
                 raise StoppedError
             row: dict[str, Any] = {**self.blank(range(1)), **test.exact}
             if test.record is not None:
-                found = features(test.record, self.features)
-                row |= {name: found[name].values for name in FEATURES}
+                ds = features(test.record, self.features)
+                row |= {name: ds[name].values for name in FEATURES}
             rows.append(row)
             if moved:
                 moved(1)
@@ -222,12 +173,11 @@ class RigTests(Study):
 
     def dataset(self, parts: Sequence[engine.Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The matrix over the dimensions of the grid, and `peak`."""
-        variables = {}
-        for name, values in joined(parts).items():
-            peaks = ("peak",) if name in PER_PEAK else ()
-            values = values.reshape((*self.shape, *(PEAKS for _ in peaks)))
-            variables[name] = variable_of((FEATURES | EXACT)[name], (*self.dims, *peaks), values)
-        return rate(xr.Dataset(variables, grid_coordinates(self.grid), dict(attributes)), self.risk)
+        values = joined(parts)
+        values |= {name: values[name].reshape(-1, PEAKS) for name in PER_PEAK}
+        coordinates = grid_coordinates(self.grid)
+        ds = study_dataset(self.section.key, self.variables, values, self.dims, self.shape, coordinates, attributes)
+        return rate(ds, self.risk)
 
 
 def load_rig(path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = ()) -> Config:

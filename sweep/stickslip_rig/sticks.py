@@ -1,19 +1,13 @@
 """Stick phases in a record, from its stick flag or from the force.
 
 While the contact sticks, the drive stretches the spring: the force changes at the rate K u, K being the stiffness of
-the spring and u the velocity of the drive. While it slips, the specimen lags behind and the spring is loaded more
-slowly or unloaded. So the rate of the force gives the slip speed, |u - rate/K|, and the contact sticks where that is
-less than a share (`tolerance`) of the speed of the drive. The rate is the slope of a straight line over a window just
-long enough to keep the noise of the slope at a quarter of the tolerance.
+the spring and u the velocity of the drive. So the rate of the force gives the slip speed, |u - rate/K|, and the contact
+sticks where that is less than a share (`tolerance`) of the speed of the drive.
 
 K u is taken from what the record holds: the motion of the drive, the conditions stiffness and drive_speed, or else from
-the force itself, as its fastest loading rate. Then the direction of the drive is not known either, and the force falls
-while sticking only where it falls through zero, after a reversal.
-
-Without the motion of the drive a stick under a slow drive, or one at rest, loads the spring slowly or not at all, as
-steady sliding does. Between sticks, sliding is certain only where the force drops. What follows a drop such as those
-after which the contact sticks is a stick as well; a constant force that follows none, before a reversal, is `unclear`:
-sliding, or a drive at rest.
+the force itself, as its fastest loading rate. Without the motion of the drive a stick under a slow drive, or one at
+rest, loads the spring slowly or not at all, as steady sliding does: what follows a drop such as those after which the
+contact sticks is a stick as well; a constant force that follows none, before a reversal, is `unclear`.
 """
 
 from dataclasses import dataclass, replace
@@ -36,6 +30,7 @@ from stickslip_rig.signals import (
     sample_rate,
     slope,
     slope_noise,
+    within,
 )
 
 _NARROWEST = 5  # samples of a window
@@ -55,7 +50,7 @@ class Sticks:
     record : the samples. starts, ends : positions of the first and of the last sample of each phase.
     broke : whether the phase ended in sliding, which the last one may not. loading : rate of the force while sticking
     (N/s), as the record shows it, and expected : as stiffness and speed of the drive say; NaN where that is not known.
-    unclear : samples after which the drive reverses, of a constant force: sliding, or a drive at rest. None if none.
+    unclear : samples after which the drive reverses, of a constant force: sliding, or a drive at rest.
     rest : how long (s) the drive is known to rest, where its motion is not recorded.
     """
 
@@ -63,10 +58,10 @@ class Sticks:
     starts: Positions
     ends: Positions
     broke: Flags
+    unclear: Flags
+    rest: float = 0.0
     loading: float = np.nan
     expected: float = np.nan
-    unclear: Flags | None = None
-    rest: float = 0.0
 
     @property
     def time(self) -> Floats:
@@ -94,7 +89,7 @@ class Sticks:
         return replace(
             self, record=self.record.isel(time=slice(first, last)), starts=starts - first, ends=ends - first,
             broke=self.broke[inside] & (self.ends[inside] < last - 1),
-            unclear=None if self.unclear is None else self.unclear[first:last],
+            unclear=self.unclear[first:last],
             rest=self.rest * (last - first) / self.time.size,
         )  # fmt: skip
 
@@ -111,7 +106,7 @@ class Sticks:
         np.add.at(inside, starts, 1.0)
         np.add.at(inside, ends, -1.0)
         weights = np.cumsum(inside[:-1]) * steps
-        clear = weights if self.unclear is None else np.where(self.unclear[1:], 0.0, weights)
+        clear = np.where(self.unclear[1:], 0.0, weights)
         means = 0.5 * (force[1:] + force[:-1])
         if clear.sum() < _RARE * weights.sum():
             clear = weights
@@ -133,7 +128,7 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
     even, last = evenly(record), record.sizes["time"] - 1
     if "stick" in even:
         starts, ends = runs_of(even["stick"].values > 0)
-        return Sticks(even, starts, ends, ends < last)
+        return Sticks(even, starts, ends, ends < last, np.zeros(even.sizes["time"], np.bool_))
     rates, expected = _Rates(even, settings), np.nan
     if "stiffness" in even.coords and rates.is_known:
         measured, expected = _Rates(even.drop_vars("stiffness"), settings), rates.full_rate()
@@ -141,15 +136,7 @@ def find_sticks(record: xr.Dataset, settings: FeatureSettings | None = None) -> 
             rates = measured
     starts, ends, unclear, rest = rates.phases()
     loading = rates.full_rate() if rates.is_known or rates.is_sustained() else np.nan
-    return Sticks(even, starts, ends, ends < last, loading, expected, unclear, rest)
-
-
-def within(starts: Positions, ends: Positions, size: int) -> Flags:
-    """True for each of `size` samples that lies in one of the intervals, which do not overlap."""
-    changes = np.zeros(size + 1, np.int8)
-    changes[starts] = 1
-    changes[ends + 1] -= 1
-    return np.asarray(np.cumsum(changes[:-1], dtype=np.int8) > 0)
+    return Sticks(even, starts, ends, ends < last, unclear, rest, loading, expected)
 
 
 def _joined(starts: Positions, ends: Positions, together: Flags) -> tuple[Positions, Positions]:
@@ -171,7 +158,7 @@ class _Rates:
         self._known = self._stiffness * speed if self._stiffness and speed else None  # N/s, without direction
         self._choose_width(settings.window)
 
-    def phases(self) -> tuple[Positions, Positions, Flags | None, float]:
+    def phases(self) -> tuple[Positions, Positions, Flags, float]:
         """First and last positions of the stick phases, the samples that are unclear, and how long (s) the drive rested
         in those phases, as far as it would have loaded the spring more."""
         starts, ends = runs_of(self._sticking())
@@ -183,7 +170,7 @@ class _Rates:
         starts, ends = self._sharpened(starts, ends)
         if self._velocity is None and starts.size:
             return self._with_slow_sticks(starts, ends)
-        return starts, ends, None, 0.0
+        return starts, ends, np.zeros(self._force.size, np.bool_), 0.0
 
     # --- the rate -----------------------------------------------------------------------------------------------------
 
@@ -224,10 +211,8 @@ class _Rates:
         moving = self._velocity if self._velocity is not None else np.sign(self._force)
         rates = self._rate * np.sign(moving) / max(self.full_rate(), 1e-300)
         rates = rates[np.abs(moving) > 0.95 * np.abs(moving).max()]
-        loading = np.count_nonzero(rates > 0.3)
-        return bool(
-            np.count_nonzero(np.abs(rates - 1.0) <= 0.5 * self._tolerance) > max(0.5 * loading, 3 * self._width)
-        )
+        often = np.count_nonzero(np.abs(rates - 1.0) <= 0.5 * self._tolerance)
+        return bool(often > max(0.5 * np.count_nonzero(rates > 0.3), 3 * self._width))
 
     def full_rate(self) -> float:
         """K |u| at the full speed of the drive (N/s)."""
@@ -282,7 +267,7 @@ class _Rates:
             sharp_ends[i] = end + int(np.argmax(np.sign(middle) * force[end : high + 1]))
         return sharp_starts, sharp_ends
 
-    def _with_slow_sticks(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions, Flags | None, float]:
+    def _with_slow_sticks(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions, Flags, float]:
         """The phases with those under a slow drive or one at rest; for the rest see `phases`."""
         size, force, noise = self._force.size, np.abs(self._force), noise_of(self._force)
         drops = find_drops(self._force, self._smallest_drop)

@@ -44,28 +44,18 @@ CONDITIONS: dict[str, Parameter] = table(
 # acceleration and the same integral: equal weights would not tell how strong stick-slip is, so the largest acceleration
 # has twice the weight of the others. What is left, the size of all weights, is set by the only published value: 7 for
 # dry foamed PVC on PC-ABS.
+_INPUTS = (  # unit, what it is, levels per decade, and from where on the level rises
+    ("sticks", "1", "number of sticks", 1.0, 6.0),
+    ("acceleration_max", "m s-2", "acceleration", 2.0, 1.0),
+    ("acceleration_integral", "m s-1", "integral of acceleration", 1.0, 1.0),
+)
 RISK: dict[str, Parameter] = table(
     Parameter("base", "1", "level of a record without any signal", "risk", default=1.0),
-    Parameter("weight_sticks", "1", "levels per decade of sticks", "risk", default=1.0, at_least=0),
-    Parameter(
-        "weight_acceleration_max", "1", "levels per decade of the largest acceleration", "risk",
-        default=2.0, at_least=0,
-    ),
-    Parameter(
-        "weight_acceleration_integral", "1", "levels per decade of the integral of acceleration", "risk",
-        default=1.0, at_least=0,
-    ),
-    Parameter("scale_sticks", "1", "number of sticks from which the level rises", "risk", default=6.0, above=0),
-    Parameter(
-        "scale_acceleration_max", "m s-2", "acceleration from which the level rises", "risk", default=1.0, above=0
-    ),
-    Parameter(
-        "scale_acceleration_integral", "m s-1", "integral of acceleration from which the level rises", "risk",
-        default=1.0, above=0,
-    ),
+    *(Parameter(f"weight_{name}", "1", f"levels per decade of the {what}", "risk", default=weight, at_least=0)
+      for name, _, what, weight, _ in _INPUTS),
+    *(Parameter(f"scale_{name}", unit, f"{what} from which the level rises", "risk", default=scale, above=0)
+      for name, unit, what, _, scale in _INPUTS),
     *(Parameter(f"{end}_{name}", unit, f"{end} {what} of the pairs the model was calibrated with", "risk", default=NAN,
                 at_least=0, absent="features are not compared with a range")
-      for name, unit, what in (("sticks", "1", "number of sticks"), ("acceleration_max", "m s-2", "acceleration"),
-                               ("acceleration_integral", "m s-1", "integral of acceleration"))
-      for end in ("lowest", "highest")),
+      for name, unit, what, _, _ in _INPUTS for end in ("lowest", "highest")),
 )  # fmt: skip

@@ -15,7 +15,7 @@ from stickslip.cli import main
 from stickslip_rig.api import FeatureSettings, feature_table, features
 from stickslip_rig.hum import subtract_hum
 from stickslip_rig.records import force_of, write_record
-from stickslip_rig.signals import evenly, turning_points
+from stickslip_rig.signals import evenly
 from stickslip_rig.sticks import _Rates
 
 ROOT = Path(__file__).parents[2]
@@ -199,30 +199,3 @@ def test_remarks_are_on_the_screen_and_in_the_file(dry, tmp_path):
     assert re.search(r"dropout: .* 0\.1", out) and "gap: " in out
     with xr.open_dataset(tmp_path / "f.nc") as found:
         assert "dropout" in str(found["remarks"].values[0])
-
-
-def test_the_fast_turning_points_are_those_of_the_walk_over_all_extrema():
-    def walk(values, threshold):
-        """The definition: one extremum after the other."""
-        slopes = np.sign(np.diff(values))
-        moving = np.flatnonzero(slopes)
-        turns = moving[1:][slopes[moving[1:]] != slopes[moving[:-1]]]
-        found, low, high, rising = [], 0, 0, None
-        for i in [0, *turns.tolist(), values.size - 1]:
-            high = i if values[i] > values[high] else high
-            low = i if values[i] < values[low] else low
-            if rising is not False and values[high] - values[i] >= threshold:
-                found += [low, high] if rising is None and low < high else [high]
-                rising, low, high = False, i, i
-            elif rising is not True and values[i] - values[low] >= threshold:
-                found += [high, low] if rising is None and high < low else [low]
-                rising, low, high = True, i, i
-        return [] if rising is None else [*found, high if rising else low]
-
-    random = np.random.default_rng(4)
-    for _ in range(2000):
-        size = int(random.integers(3, 60))
-        steps = random.integers(-2, 3, size) if random.random() < 0.5 else random.normal(size=size)
-        values = (np.cumsum(steps) if random.random() < 0.5 else steps).astype(float)
-        threshold = float(random.choice([0.5, 1, 2, 3]))
-        assert turning_points(values, threshold).tolist() == walk(values, threshold)

@@ -72,12 +72,6 @@ def test_strokes_are_exact_in_length_and_come_back_to_where_they_began(profile, 
     assert rest == pytest.approx([stroke, 0.0, stroke, 0.0, stroke], rel=1e-12, abs=1e-15)
 
 
-def test_ramps_that_fill_the_stroke_leave_no_plateau_and_just_reach_the_top_speed():
-    drive = made(stroke=RAMP * SPEED, strokes=1)
-    assert drive[-1] == pytest.approx([RAMP, SPEED, -SPEED / RAMP])
-    assert drive[:, 0].sum() == pytest.approx(2 * RAMP)
-
-
 @pytest.mark.parametrize("profile", ["trapezoid", "sine"])
 def test_the_way_back_mirrors_the_way_there(profile):
     drive = made(profile, 4, dwell=0.1)

@@ -7,7 +7,7 @@ import pytest
 
 from helpers.scipy_rig import Rig, trapezoidal
 from stickslip_rig.api import Risk, features, find_sticks, make_record
-from stickslip_rig.evaluation import risk_inputs
+from stickslip_rig.tables import risk_inputs
 
 MASS, STIFFNESS, LOAD, SPEED = 0.1, 5000.0, 10.0, 0.01
 SIGNALS = ("spring_force", "friction_force", "acceleration", "drive_velocity", "stick")
@@ -67,16 +67,6 @@ def test_coulombs_cycle_has_its_closed_form():
     assert float(found["drop_max"]) == pytest.approx(2 * STIFFNESS * np.hypot(drop, SPEED / omega), rel=2e-3)
 
 
-def test_strokes_forward_and_back_are_mirror_images():
-    """From the second stroke on, once the spring is loaded: the fourth is the second again, the third mirrored."""
-    _, signals = rig(SMOOTH, strokes=4).sample(2000)
-    force = signals["spring_force"]
-    one = force.size // 4
-    # the strokes are not whole numbers of samples apart in general; these are
-    second, third, fourth = (force[i * one : (i + 1) * one] for i in (1, 2, 3))
-    assert np.abs(second + third).max() < 1e-6 and np.abs(second - fourth).max() < 1e-6
-
-
 def test_a_slow_rig_draws_coulombs_loop():
     """Without a drop of friction: heat per stroke is the force times the distance slipped."""
     simulated = rig(COULOMB, strokes=4, stroke=0.01)
@@ -86,15 +76,6 @@ def test_a_slow_rig_draws_coulombs_loop():
     _, _, _, work, heat, _ = simulated.y
     assert heat == pytest.approx(force * (3 * slipped + 0.01 - force / STIFFNESS), rel=1e-3)
     assert float(found["energy_per_stroke"]) == pytest.approx(work / 4, rel=1e-4)
-
-
-def test_static_friction_grows_while_the_drive_rests():
-    waited = rig(FELT, strokes=2, dwell=1.0, beta=0.05)
-    found = features(recorded(waited))
-    assert float(found["static_force_first"]) > 0  # the first stick begins with the record
-    force = np.abs(waited.sample(5000)[1]["spring_force"])
-    plain = np.abs(rig(FELT, strokes=2, dwell=1.0).sample(5000)[1]["spring_force"])
-    assert force.max() > plain.max() + 0.1
 
 
 # --- what is found in its records -------------------------------------------------------------------------------------

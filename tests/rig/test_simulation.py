@@ -10,7 +10,7 @@ from helpers.rig_cases import data, exact, random_data, reference, rig
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.models import CURVE_LAWS
 from stickslip_rig import apparatus
-from stickslip_rig.api import RigTests, features, make_record, make_rig, run_matrix
+from stickslip_rig.api import RigTests, features, make_rig, run_matrix
 from stickslip_rig.quantities import EXACT, FEATURES
 from stickslip_rig.sections import Sensor, sections_of
 
@@ -81,28 +81,6 @@ def test_signals_are_those_of_scipy_behind_the_same_sensor(bandwidth):
         scale = np.abs(expected[name]).max()
         assert made[name].values[:n] == pytest.approx(expected[name][:n], abs=1e-6 * scale), name
     assert np.array_equal(made["stick"].values[:n], expected["stick"][:n])
-
-
-def test_features_are_those_of_the_record_that_scipy_makes():
-    sensor = {"rate": 2000.0, "bandwidth": 500.0}
-    record = one(make_rig(data(sensor=sensor, solver=TIGHT))).record
-    time, signals = seen_by(Sensor(**sensor), felt(), 0.5)
-    n = time.size - 40
-    kept = record.isel(time=slice(n))
-    for name in ("drive_velocity", "drive_displacement"):
-        signals[name] = np.interp(time, *_plate(name))
-    conditions = {name: float(c) for name, c in record.coords.items() if not c.dims and name != "material"}
-    other = make_record(time[:n], {name: values[:n] for name, values in signals.items()}, conditions)
-    found, expected = features(kept), features(other)
-    for name in FEATURES:
-        assert found[name].values == pytest.approx(expected[name].values, rel=1e-4, nan_ok=True), name
-    assert int(found["slips"]) > 10
-
-
-def _plate(name):
-    """The motion of the plate by the reference, finely sampled, from the first stroke on."""
-    time, signals = felt().sample(50_000)
-    return time - 0.5, signals[name]
 
 
 def test_a_fast_record_shows_the_motion_itself_at_its_times():
@@ -261,14 +239,6 @@ def test_a_test_that_runs_out_of_steps_is_missing_and_says_why():
     assert np.isnan(found["drive_work"].values[0]) and found["drive_work"].values[1] > 0
     light, heavy = RigTests(made).tests([0, 1])
     assert light.record is None and heavy.record is not None
-
-
-def test_ctrl_c_ends_a_matrix():
-    def progress(done, size):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_matrix(noisy_matrix(), progress=progress)
 
 
 @pytest.mark.slow  # each of them is compiled; rigs of contacts with memory: test_memory.py, test_reversing_slip.py

@@ -15,7 +15,6 @@ from helpers.configs import write_config
 from stickslip import extensions
 from stickslip.cli import SECTIONS, main
 from stickslip.cli import help as manual
-from stickslip_rig.commands.features import feature_screen_table
 
 ROOT = Path(__file__).parents[2]
 
@@ -302,21 +301,3 @@ def on_terminal(code, variables, columns=80):
         pass
     os.close(reading)
     return said.decode()
-
-
-def test_a_table_of_records_has_every_column_at_any_width():
-    import xarray as xr
-    from rich.console import Console
-
-    from stickslip_rig.quantities import FEATURES
-
-    names = [f"a rather long name of record {i}" for i in range(3)]
-    found = xr.Dataset({name: ("record", [1.0, 2.0, 3.0]) for name in FEATURES}, {"record": names})
-    found["model_rpn"] = ("record", [1, 5, 9])
-    for width in (40, 80, 1000):
-        console = Console(width=width)
-        with console.capture() as captured:
-            console.print(feature_screen_table(found, console.width))
-        flat = re.sub(r"\s+", " ", captured.get())
-        for heading in ("sticks", "RPN", "drops", "mu_d", "mu_s"):
-            assert heading in flat, (width, heading, flat)

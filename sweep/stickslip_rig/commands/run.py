@@ -97,15 +97,15 @@ class _Outputs(Outputs):
 
     def save(self, ds: xr.Dataset) -> Path | None:
         """Write everything, and give the plot if there is one."""
-        features.warn_of_extrapolation(ds, self.tests.risk)
         size = self.tests.grid.size
-        drawn = list(self.chosen) or (list(range(size)) if size <= _MOST_TRACES else [])
+        drawn = self.chosen or (range(size) if size <= _MOST_TRACES else ())
         if self.plot is not None:
             from stickslip_rig.plots import plot_matrix, plot_records
 
-            records, rpn = self._records(drawn), ds["model_rpn"].values.ravel()
+            rpn = ds["model_rpn"].values.ravel()
             numbers = {self.tests.label(n): float(rpn[n]) for n in drawn}
             how: Any = {"beside": self.beside, "window": self.window, "heading": self.tests.config.title}
+            records = self._records(drawn)
             save_plot(plot_records(records, numbers=numbers, **how) if records else plot_matrix(ds), self.plot)
         if self.records is not None:
             from stickslip_rig.records import write_record
@@ -115,7 +115,7 @@ class _Outputs(Outputs):
                     write_record(test.record, self.records / f"{self._file_name(test.number)}.csv")
             screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
         if self.sound is not None:
-            sounds.save_sounds(self.sound, self._sounds())
+            sounds.save_sounds(self.sound, self._heard())
         if self.report is not None:
             from stickslip.pages import write_page
             from stickslip_rig.report import report
@@ -124,7 +124,7 @@ class _Outputs(Outputs):
             write_page(self.report, report(ds, records, self.tests.config))
             show_file("report", self.report)
         if table := params.requested_table():
-            from stickslip_rig.evaluation import as_columns
+            from stickslip_rig.tables import as_columns
 
             save_table(as_columns(ds), table)
         return self.plot
@@ -136,24 +136,19 @@ class _Outputs(Outputs):
     def _file_name(self, number: int) -> str:
         return f"test{number:0{len(str(self.tests.grid.size - 1))}d}"
 
-    def _sounds(self) -> Iterator[tuple[str, Any]]:
-        """Names and sounds of tests integrated to their end, from the first stroke on: of the acceleration itself, not
-        of what a sensor shows."""
+    def _heard(self) -> Iterator[tuple[str, str, xr.Dataset]]:
+        """Tests from the first stroke on: the acceleration itself, not what a sensor shows."""
         from stickslip_rig.api import RigTests
 
-        sound = sounds.maker()
-
-        config = self.tests.config
+        config, rate = self.tests.config, float(sounds.maker().RATE)
         for number in range(self.tests.grid.size):
-            changes = {
-                "rate": float(sound.RATE), "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,
+            sensor = self.tests.sensor.model_copy(update={
+                "rate": rate, "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,
                 "oversampling": _FINE if self.tests.duration(number) <= _SHORT else _COARSE,
-            }  # fmt: skip
-            sensor = self.tests.sensor.model_copy(update=changes)
+            })  # fmt: skip
             (test,) = RigTests(config.with_sections(sensor=sensor)).tests([number])
             if test.record is not None:
-                values, title = test.record["acceleration"].values, f"{config.title}: {test.name}"
-                yield self._file_name(number), sound.of_record(values, sensor.rate, title=title)
+                yield self._file_name(number), f"{config.title}: {test.name}", test.record
 
 
 rig = SectionedGroup(

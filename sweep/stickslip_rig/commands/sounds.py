@@ -1,10 +1,11 @@
 """Sounds of tests and records: an option of commands, where an extension brings `stickslip.sound`."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import click
+import xarray as xr
 
 from stickslip import extensions
 from stickslip.cli import params, screen
@@ -28,14 +29,28 @@ def check_sounds(target: Path | None, count: int) -> None:
         fail(f"{target}: {count:,} tests have a WAV file each: name a folder")
 
 
-def save_sounds(target: Path, sounds: Iterable[tuple[str, Any]]) -> None:
-    """Write named sounds, a file each, into a folder; or the one there is."""
-    files, *remarks = maker().save_all(target, sounds)
-    screen.row("sounds", files)
-    for remark in remarks:
-        screen.echo(remark)
-
-
 def maker() -> Any:
     """The module `stickslip.sound`."""
     return extensions.call("sound", "stickslip")
+
+
+def save_sounds(target: Path, records: Iterable[tuple[str, str, xr.Dataset]]) -> None:
+    """Write what is heard of records, a file each, into a folder; or the one there is.
+
+    records : the names of their files, titles, and the records.
+    """
+    from stickslip.files.targets import NO_FILE_NAME
+    from stickslip_rig.signals import evenly, sample_rate
+
+    def sounds() -> Iterator[tuple[str, Any]]:
+        for name, title, record in records:
+            if "acceleration" not in record:
+                fail(f"{name}: no column of acceleration, which is what is heard")
+            even = evenly(record)
+            rate = sample_rate(even["time"].values)
+            yield NO_FILE_NAME.sub("_", name), maker().of_record(even["acceleration"].values, rate, title=title)
+
+    files, *remarks = maker().save_all(target, sounds())
+    screen.row("sounds", files)
+    for remark in remarks:
+        screen.echo(remark)
