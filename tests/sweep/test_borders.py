@@ -17,6 +17,7 @@ from stickslip import theory
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
+from stickslip.runs import blocks
 from stickslip.studies.borders import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
 
@@ -362,3 +363,28 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
     assert list(table["regime_below"].fillna("")) == ["stick_slip", "stick_slip", ""]
     ds = stickslip.open(tmp_path / "b.nc")
     assert (ds["regime_throughout"] != 0).values.tolist() == [False, False, True]
+
+
+def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
+    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
+    whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
+    monkeypatch.setattr(blocks, "_FEWEST", 16)
+    portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
+    xr.testing.assert_equal(portions, whole)
+
+
+def test_borders_do_not_depend_on_where_the_scan_looked():
+    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
+    one, other = (stickslip.border(cells, "belt_speed", *how) for how in ((BELT,), ((0.0123, 7.0),)))
+    coarse = stickslip.border(cells, "belt_speed", BELT, scan=2)
+    for ds in (other, coarse):
+        np.testing.assert_allclose(only(ds), only(one), rtol=1e-9)
+
+
+def test_the_static_friction_at_which_stick_slip_begins_follows_from_the_same_closed_form():
+    damping = np.array([0.05, 0.2, 0.6])
+    cells = {"mass": 1.0, "stiffness": 1.0, "damping": damping, "normal_load": 2.0, "belt_speed": 0.1}
+    ds = stickslip.border(cells | {"a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}, "mu_static", (0.3, 3.0))
+    exact = 0.3 + theory.critical_strength(damping / 2) * 0.1 / 2.0
+    np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
+    assert (ds["regime_above"] == STICK_SLIP).all()

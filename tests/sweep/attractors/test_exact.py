@@ -134,3 +134,17 @@ def test_static_friction_and_ageing_do_not_move_the_unstable_cycle():
         aged = find(ARTICLE | {"belt_speed": 0.6} | more)
         assert aged["share_method"][0] == EXACT
         assert aged["settling_share"] == pytest.approx(plain["settling_share"], rel=1e-12)
+
+
+@pytest.mark.slow
+def test_numbers_do_not_depend_on_how_cells_are_cut():
+    cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
+
+    def part(items):
+        return find_attractors(
+            Cells.of(cells), items, BSTAB_BOX.model_copy(update={"samples": 64}), Options(), stop_flag()
+        )
+
+    whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, np.concatenate([one[name] for one in parts]))

@@ -25,7 +25,10 @@ def area_in_box(
     spline = scipy.interpolate.CubicHermiteSpline
     x, v = (spline(samples, values, slopes * period, axis=1)(fine) for values, slopes in ((x, v), (v, a)))
     x, v = np.clip(x, left, right), np.clip(v, low, high)
-    return np.asarray(0.5 * np.sum((v[:, 1:] + v[:, :-1]) * np.diff(x), axis=1))
+    trapezia = np.ascontiguousarray(
+        (v[:, 1:] + v[:, :-1]) * np.diff(x)
+    )  # else sums depend on how many cycles there are
+    return np.asarray(0.5 * np.sum(trapezia, axis=1))
 
 
 def largest(values: Floats) -> Floats:
