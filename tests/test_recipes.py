@@ -64,7 +64,7 @@ assert units.si_value("2 bar", "Pa") == 2e5 and units.expected("Pa") == "a press
 try:
     units.si_value("1 mm", "Pa")
 except QuantityError as error:
-    assert error.found == "length"
+    assert error.kind == "length"
 """)
 
 

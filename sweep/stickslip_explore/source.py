@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stickslip.config.grid import quantity_of
+from stickslip.config.grid import options_of, quantity_of
 from stickslip.config.model import Axis, Config
-from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output

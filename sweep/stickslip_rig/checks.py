@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from stickslip.config.checks import varied_paths
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
+from stickslip.config.resolve import varied_paths
 from stickslip.config.rules import Finding, Space, worst_cell
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary.models import ROUNDING

@@ -112,7 +112,7 @@ class _Reader(ProblemCollector):
             try:
                 values[name] = read(name, text)
             except QuantityError as error:
-                self.refuse((*path, word), error.expected, error.hint, error.found)
+                self.refuse((*path, word), error.expected, error.hint, error.kind)
         return values
 
 

@@ -13,9 +13,8 @@ import xarray as xr
 
 from stickslip import engine
 from stickslip.config.describe import value_text
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, options_of
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.overrides import Setting
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.reader import load_config, make_config

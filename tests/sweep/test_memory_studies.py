@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip.config.options import options_of
+from stickslip.config.grid import options_of
 from stickslip.config.reader import parse_config
 from stickslip.config.studies import study_class
 from stickslip.errors import ConfigError

@@ -53,19 +53,18 @@ def test_conversion_gives_the_double_nearest_to_what_was_written(digits, decimal
 @pytest.mark.parametrize(
     ("value", "unit", "message"),
     [
-        ("1,5 mm", "m", "a length such as '10 mm' or a number in m; write a decimal point, not a comma: '1.5 mm'"),
+        ("1,5 mm", "m", "a length such as '10 mm' or a number in m; write a decimal point, not a comma"),
         ("10 mm mm/s x", "m s-1", "a speed such as '10 mm/s' or a number in m/s; no unit is called 'x'"),
         ("1 nan", "kg", "a mass such as '250 g' or a number in kg; no unit is called 'nan'"),
         ("1 kg/inf", "kg", "a mass such as '250 g' or a number in kg; no unit is called 'inf'"),
-        ("10", "m", "a length such as '10 mm' or a number in m; remove the quotes: 10 is read in m"),
-        ("1e-3", "kg", "a mass such as '250 g' or a number in kg; remove the quotes: 1e-3 is read in kg"),
+        ("10", "m", "a length such as '10 mm' or a number in m; remove the quotes: 10"),
+        ("1e-3", "kg", "a mass such as '250 g' or a number in kg; remove the quotes: 1e-3"),
         ("0.3", "1", "a number (without unit); remove the quotes: 0.3"),
-        ("0,3", "1", "a number (without unit); write a decimal point, not a comma, and no quotes"),
-        ("30 %", "1", "a number (without unit); write the share as a number: 0.3"),
+        ("0,3", "1", "a number (without unit); write a decimal point, not a comma"),
+        ("30 %", "1", "a number (without unit); write 0.3"),
         ("3 m", "1", "a number (without unit); leave the unit out: this quantity has none"),
-        ("nan", "m", "a length such as '10 mm' or a number in m; every quantity is a finite number"),
-        ("3 N/(mm)", "N m-1", "a stiffness such as '5 N/mm' or a number in N/m; "
-                              "write units without brackets: 'N/m/s' or 'N m-1 s-1'"),
+        ("nan", "m", "a length such as '10 mm' or a number in m"),
+        ("3 N/(mm)", "N m-1", "a stiffness such as '5 N/mm' or a number in N/m; 'N/(mm)' is not a unit"),
         ("1 000 mm", "m", "a length such as '10 mm' or a number in m; '000 mm' is not a unit"),
         ("1 m/s/", "m s-1", "a speed such as '10 mm/s' or a number in m/s; 'm/s/' is not a unit"),
         ("10 N degC/m/K", "N m-1", "a stiffness such as '5 N/mm' or a number in N/m; "
@@ -89,7 +88,7 @@ def test_what_is_no_quantity_is_refused_with_a_way_out(value, unit, message):
 
 
 @pytest.mark.parametrize(
-    ("text", "unit", "found"),
+    ("text", "unit", "kind"),
     [
         ("10 mm", "m s-1", "length"),
         ("10 mm/s", "m", "speed"),
@@ -100,10 +99,10 @@ def test_what_is_no_quantity_is_refused_with_a_way_out(value, unit, message):
         ("1 /s", "s", "frequency"),
     ],
 )
-def test_a_wrong_dimension_is_named(text, unit, found):
+def test_a_wrong_dimension_is_named(text, unit, kind):
     with pytest.raises(QuantityError) as caught:
         si_value(text, unit)
-    assert caught.value.found == found
+    assert caught.value.kind == kind
 
 
 @given(st.text(alphabet="0123456789.,+-eE mMsNk/*^°%x() _\t", max_size=20))

@@ -5,6 +5,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from stickslip.config.rules import Finding
 from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
@@ -36,10 +37,15 @@ class ProblemCollector:
         if len(self.problems) >= MOST_PROBLEMS:
             self.raise_any()
 
-    def refuse(self, path: Path, expected: str, hint: str | None = None, found: str | None = None) -> None:
-        """Note that the value at `path` is not what was expected; `found` says what kind of quantity it is."""
-        kind = f" ({found})" if found else ""
-        self.add(path, f"got {self.text(path)}{kind}, expected {expected}", hint)
+    def refuse(self, path: Path, expected: str, hint: str | None = None, kind: str | None = None) -> None:
+        """Note that the value at `path` is not what was expected; `kind` says what it is instead."""
+        instead = f" ({kind})" if kind else ""
+        self.add(path, f"got {self.text(path)}{instead}, expected {expected}", hint)
+
+    def add_finding(self, finding: Finding) -> None:
+        """Note a rule that is broken."""
+        got = finding.got or self.text(finding.path)
+        self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
 
     def mapping(self, value: object, path: Path, expected: str) -> dict[str, Any]:
         """`value` if it is a mapping, else an empty one; nothing at all is one, but not as a whole document."""
@@ -79,7 +85,7 @@ class ProblemCollector:
             where, context = (*path, *detail["loc"]), detail.get("ctx", {})
             around = model_at(model, detail["loc"][:-1])
             if detail["type"] == REFUSED:
-                self.refuse(where, context["expected"], context["hint"], context["found"])
+                self.refuse(where, context["expected"], context["hint"], context["kind"])
             elif detail["type"] == "extra_forbidden":
                 self.unknown_key(where, around.model_fields)
             elif detail["type"] != "missing":

@@ -2,9 +2,8 @@
 
 Arrays become lists, numbers of NumPy plain numbers, paths texts. An array with units (`units` in the attributes of a
 DataArray, or an array of Pint) becomes texts with that unit, which the reader understands or refuses like any other.
-In arrays, which hold no words, NaN stands for the word of its quantity (none, sticking). An axis that `np.linspace` or
-`np.geomspace` made is the range it came from, so that plots know its scale and results need not list it. A value that
-is none of these is left as it is, for the reader to refuse.
+In arrays, which hold no words, NaN stands for the word of its quantity (none, sticking). A value that is none of these
+is left as it is, for the reader to refuse.
 """
 
 import os
@@ -18,21 +17,19 @@ from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import has_missing
-from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _AXES = "axes"
-_FEWEST = 3  # values of an array that can be told to be a range
 
 
 def python_document(given: Mapping[Any, Any], name: str = "") -> Document:
     """The document that a mapping, shaped like the YAML, stands for; it has no places. `name` stands for a file."""
     document = Document(name)
-    document.data = _Builder(document).value(given, ())
+    document.data = _PlainData(document).value(given, ())
     return document
 
 
-class _Builder:
+class _PlainData:
     """Turns Python values into plain data, and notes what no YAML could say."""
 
     def __init__(self, document: Document) -> None:
@@ -111,27 +108,10 @@ class _Builder:
                 return row.word
             return _scalar(one) if unit is None else f"{one!r} {unit}"
 
-        if row is not None and (ends := _range(values, row, path)):
-            return ends | {key: plain(ends[key]) for key in ("start", "stop")}
         return plain(values.tolist())
 
     def _note(self, path: Path, message: str) -> None:
         self._document.problems.append(Problem(path, message))
-
-
-def _range(values: Any, row: Parameter, path: Path) -> dict[str, Any] | None:
-    """The range of an axis whose points these are to the last bit; None if there is none, or if a value is not allowed,
-    which is told better by its place."""
-    if len(path) != 2 or path[0] != _AXES or values.ndim != 1 or values.size < _FEWEST:
-        return None
-    if values.dtype.kind not in "iuf" or not np.all(row.allows(values)):
-        return None
-    start, stop = float(values[0]), float(values[-1])
-    for spacing, spread in (("linear", np.linspace), ("log", np.geomspace)):
-        possible = start < stop and (spacing == "linear" or start > 0)
-        if possible and np.array_equal(values, spread(start, stop, values.size)):
-            return {"start": start, "stop": stop, "num": int(values.size), "spacing": spacing}
-    return None
 
 
 def _scalar(given: Any) -> Any:

@@ -92,7 +92,7 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any) -> Scatter | None:
     kinds = [str(key) for key in raw if key != TRUNCATED] if isinstance(raw, dict) else []
     known = [key for key in kinds if key in (*NUMBERS, DRAWN) or numbers_of(key)]
     if len(known) != 1 and len(kinds) != 1:
-        problems.refuse(path, f"one of {FORMS}", found=listed(kinds, "and") if kinds else None)
+        problems.refuse(path, f"one of {FORMS}", kind=listed(kinds, "and") if kinds else None)
         return None
     kind = next((key for key in kinds if key not in known), kinds[0])
     inside, ends = raw.get(kind), raw.get(TRUNCATED)
@@ -140,7 +140,7 @@ def _in_si(problems: ProblemCollector, path: Path, given: dict[Path, Any]) -> di
             if not abs(values[place]) < _LARGEST:
                 raise QuantityError(f"a number below {_LARGEST:g}")
         except QuantityError as error:
-            problems.refuse((*path, *place), error.expected, error.hint, error.found)
+            problems.refuse((*path, *place), error.expected, error.hint, error.kind)
     return values
 
 

@@ -94,7 +94,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
     """The document in a text. Raises ConfigError, naming the text `name`, if it is not YAML or empty."""
     document = Document(name)
     try:
-        _Builder(document, iter(YAML(typ="safe", pure=True).parse(text))).build()
+        _EventReader(document, iter(YAML(typ="safe", pure=True).parse(text))).build()
     except ReaderError as error:
         place = _place_in(text, error.position)
         message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
@@ -116,22 +116,17 @@ def section_in(text: str, key: str) -> dict[str, Any]:
     return section if isinstance(section, dict) else {}
 
 
-def _neighbours(path: FilePath) -> str | None:
-    """The file that was probably meant, which other YAML files there are, or where to get one."""
-    if not path.parent.is_dir():
-        if path.parts[:1] == ("configs",):
-            return "`stickslip init --list` names the configurations that come with stickslip"
+def _neighbours(path: FilePath) -> str:
+    """The file that was probably meant, or where to get one."""
+    is_folder = path.parent.is_dir()
+    if not is_folder and path.parts[:1] != ("configs",):
         return f"there is no folder {path.parent}"
-    names, shipped = names_in(path.parent, CONFIGURATIONS), examples.config_names()
-    stems = {FilePath(name).stem: name for name in names}
-    if near := nearest(path.stem, stems):
-        return f"did you mean {path.with_name(stems[near])}?"
-    if path.as_posix().removesuffix(".yaml") in shipped:  # but this may be a copy of it, called from the wrong folder
-        return f"did you mean configs/{path.as_posix()}, which comes with stickslip?"
-    if not path.suffix and (near := nearest(path.as_posix(), shipped)):
-        return f"did you mean {near}, which comes with stickslip?"
-    where = "this folder" if path.parent == FilePath() else str(path.parent)
-    return f"{where} holds {', '.join(names) or f'no YAML file; `stickslip init {path}` writes one to start from'}"
+    here = {FilePath(name).stem: name for name in names_in(path.parent, CONFIGURATIONS)} if is_folder else {}
+    if near := nearest(path.stem, here):
+        return f"did you mean {path.with_name(here[near])}?"
+    if near := nearest(examples.stem_of(path.as_posix()), examples.config_names()):
+        return f"did you mean configs/{near}.yaml, which comes with stickslip?"
+    return f"`stickslip init {path}` writes one to start from"
 
 
 def _place_in(text: str, position: int) -> Place:
@@ -152,7 +147,7 @@ def _syntax_problem(error: MarkedYAMLError) -> Problem:
     return Problem((), f"not valid YAML: {message.replace('<stream end>', 'the end of the file')}", place, hint)
 
 
-class _Builder:
+class _EventReader:
     """Turns the events of a YAML parser into plain data and places."""
 
     def __init__(self, document: Document, events: Iterator[Any]) -> None:
@@ -201,7 +196,7 @@ class _Builder:
             line = self._document.keys[inner].line
             message = f"given twice, first on line {line}, expected once"
             self._note(Problem(inner, message, place, "remove one of the two"))
-            _Builder(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
+            _EventReader(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
         return mapping
 
     def _key(self, event: Any, path: Path) -> str:

@@ -14,12 +14,18 @@ from stickslip.vocabulary.parameter import NAN, SPEED, Parameter, table
 _BODY = table(
     # Oscillators that stick and slip weigh up to a machine table, and their specimens and strokes are shorter than a
     # metre.
-    Parameter("mass", "kg", "mass", "system", above=0, plausible=(50.0, inf)),
-    Parameter("stiffness", "N m-1", "spring stiffness", "system", above=0),
-    Parameter("damping", "N s m-1", "viscous damping coefficient", "system", default=0.0, at_least=0),
-    Parameter("normal_load", "N", "normal load", "system", above=0),
-    Parameter("belt_speed", "m s-1", "belt speed", "system", plausible=SPEED),
-)
+    Parameter("mass", "kg", "mass", "system", above=0, plausible=(50.0, inf), synonyms="m"),
+    Parameter("stiffness", "N m-1", "spring stiffness", "system", above=0, synonyms="k spring spring_constant"),
+    Parameter(
+        "damping", "N s m-1", "viscous damping coefficient", "system", default=0.0, at_least=0,
+        synonyms="c d damper dashpot",
+    ),
+    Parameter("normal_load", "N", "normal load", "system", above=0, synonyms="n fn f_n normal_force force"),
+    Parameter(
+        "belt_speed", "m s-1", "belt speed", "system", plausible=SPEED,
+        synonyms="v v0 v_belt drive_speed sliding_speed sliding_velocity",
+    ),
+)  # fmt: skip
 _START = table(
     Parameter("displacement", "m", "displacement at the start", "start", default=0.0, plausible=(10.0, inf)),
     Parameter(
@@ -31,7 +37,6 @@ _START = table(
 # Of a cell whose contact follows a model, in their order.
 PARAMETERS_OF = {model: {**_BODY, **model.parameters, **_START} for model in MODELS}
 
-OSCILLATOR = tuple(_BODY)
 PARAMETERS: dict[str, Parameter] = {**_BODY, **{n: row for m in MODELS for n, row in m.parameters.items()}, **_START}
 MEASURED: dict[str, Parameter] = {name: row for model in MODELS for name, row in model.measured.items()}
 SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along

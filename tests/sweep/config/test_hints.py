@@ -56,24 +56,22 @@ ANYWHERE = {
     ("axes:", "axis:"): "did you mean axes?",
     ("axes:", 'output: {file: "C:\\results\\map.nc"}\naxes:'): "use single quotes, or /",
     ("axes:", 'output: {file: "C:\\users\\map.nc"}\naxes:'): "use single quotes, or /",
-    ("axes:", 'output: {file: "C:\\temp\\new.nc"}\naxes:'): "use single quotes, or /",
     ("axes:", "output: {file: map}\naxes:"): "did you mean map.nc?",
     ("axes:", "output: map.nc\naxes:"): "output: {file: map.nc}",
-    ("axes:", "solver: {early_stop: yes}\naxes:"): "did you mean true?",
+    ("axes:", "solver: {early_stop: yes}\naxes:"): "expected true or false",
     ("axes:", "friction: {a1: 1}\naxes:"): "remove one of the two",
     ("stiffness", "stifness"): "did you mean stiffness?",
     ("stiffness", "k"): "did you mean stiffness?",
     ("normal_load", "Load"): "did you mean normal_load?",
     ("belt_speed", "belt speed"): "did you mean belt_speed?",
-    ("num", "steps"): "did you mean num?",
-    ("start", "from"): "did you mean start?",
+    ("num", "steps"): "num: missing, expected start, stop and num",
     ("mass: 1 kg", "mass: [1 kg, 2 kg]"): "what varies belongs to axes: {mass: ...}",
     ("\n  belt", "\n\tbelt"): "indent with spaces, not with tabs",
 }
 UNITS = {  # of the stiffness, and what is meant
     "5 N/mm^2": "5 N/mm", "5 N/mm²": "5 N/mm", "5 kN/m m": "5 kN/mm", "5 Nmm": "5 N/mm", "5 N-mm": "5 N/mm",
-    "5 N per mm": "5 N/mm", "5 Newton/mm": "5 N/mm", "5 n/mm": "5 N/mm", "5 N/MM": "5 N/mm", "5 mm/N": "5 N/mm",
-    "5 N/mm.": "5 N/mm", "N/mm": "1 N/mm", "“5 N/mm”": "5 N/mm", "‘5 N/mm’": "5 N/mm", "5,5 N/mm": "",
+    "5 N per mm": "5 N/mm", "5 Newton/mm": "5 N/mm", "5 n/mm": "5 N/mm", "5 N/MM": "5 N/mm",
+    "5 N/mm.": "5 N/mm", "N/mm": "1 N/mm",
 }  # fmt: skip
 SAME = [  # other characters for 20 mm/s: no mistake
     "20\u00a0mm/s", "20\u202fmm/s", "20 mm s⁻¹", "20 mm·s⁻¹", "20 mm⋅s-1", "20 mm∕s", "20 µm/ms", "20 μm/ms",
@@ -102,10 +100,8 @@ def test_what_goes_wrong_in_either_style_gets_its_hint_in_the_first_problem(pair
 @pytest.mark.parametrize("text", [FLOW, BLOCK], ids=["braces", "lines"])
 @pytest.mark.parametrize(("written", "meant"), UNITS.items())
 def test_the_unit_that_was_meant_is_proposed_and_is_right(written, meant, text):
-    said = told(text.replace("5 N/mm", written, 1)) if "," not in written or text is BLOCK else "'5.5 N/mm'"
-    assert (meant or "'5.5 N/mm'") in said.partition("hint: ")[2] or said == "'5.5 N/mm'"
-    if meant:
-        assert parse_config(text.replace("5 N/mm", meant, 1)).system.stiffness > 0
+    assert meant in told(text.replace("5 N/mm", written, 1)).partition("hint: ")[2]
+    assert parse_config(text.replace("5 N/mm", meant, 1)).system.stiffness > 0
 
 
 def test_two_units_written_together_are_taken_apart():

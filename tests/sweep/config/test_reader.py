@@ -71,12 +71,12 @@ BAD = {
     "a number in quotes": (
         with_line(3, '  mass: "1e-3"'),
         "map.yaml:3:9: system.mass: got '1e-3', expected a mass such as '250 g' or a number in kg\n"
-        "  hint: remove the quotes: 1e-3 is read in kg",
+        "  hint: remove the quotes: 1e-3",
     ),
     "a comma for a point": (
         GOOD + 'start: {displacement: "1,5 mm"}\n',
         "map.yaml:12:23: start.displacement: got '1,5 mm', expected a length such as '10 mm' or a number in m\n"
-        "  hint: write a decimal point, not a comma: '1.5 mm'",
+        "  hint: write a decimal point, not a comma",
     ),
     "a wrong unit": (
         with_line(6, "  belt_speed: 10 mm"),
@@ -128,7 +128,7 @@ BAD = {
     ),
     "a word of YAML 1.1": (
         GOOD + "solver: {early_stop: yes}\n",
-        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false\n  hint: did you mean true?",
+        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false",
     ),
     "no steps": (
         GOOD + "solver: {max_steps: 0}\n",

@@ -11,8 +11,7 @@ from pydantic import Field
 
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.ranges import interval
-from stickslip.config.sections import RANGE, Read, StudySection, choice, of_row, refused
+from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
 from stickslip.config.studies import Moved, Study, Table
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.dataset.display import unit_of

@@ -10,13 +10,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
-from stickslip.config.checks import add_finding
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.ranges import interval
 from stickslip.config.rules import Finding, Space, findings
-from stickslip.config.sections import StudySection, one_of
+from stickslip.config.sections import StudySection, interval, one_of
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
@@ -225,7 +223,7 @@ def check_lines(
         if path[0] == "between":
             name = path[-1] if len(searched) > 1 else next(iter(searched))
             path = (key, *path) if name in given else ("axes", name)
-        add_finding(problems, finding._replace(path=path))
+        problems.add_finding(finding._replace(path=path))
 
 
 def check_line(section: Any, config: Config, problems: ProblemCollector) -> None:
