@@ -33,7 +33,6 @@ Examples:
 @click.option("--speed-range", metavar="RANGE", help='Belt speeds to be quiet throughout, as in "5..60 mm/s".')
 @click.option("--into", multiple=True, metavar="REGIME", help="Regime wanted; may be repeated.")
 @params.OUTPUT
-@params.THREADS
 @reports_errors
 def advise(
     config: Location, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,

@@ -16,7 +16,7 @@ from stickslip.errors import ConfigError, Problem, dotted
 
 
 @click.command()
-@click.argument("configs", type=params.Place("configuration"), nargs=-1, required=True)
+@click.argument("configs", type=params.PathOrUrl("configuration"), nargs=-1, required=True)
 @params.SET
 @JSON
 @reports_errors

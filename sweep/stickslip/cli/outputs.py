@@ -68,16 +68,14 @@ def save_table(ds: xr.Dataset, target: Path | None, variables: tuple[str, ...] =
 
 @dataclass(frozen=True)
 class Outputs:
-    """Files to be made of a result: a plot, a table, a page; `map` is the file of the map behind borders."""
+    """Files to be made of a result beside it: a plot, a page."""
 
     plot: Path | None = None
-    table: Path | None = None
     page: Path | None = None
-    map: Location | None = None
 
     def is_lacking(self) -> bool:
         """True if something is to be written though the result is there and was complete already."""
-        return bool(self.table or self.page or self.plot and not self.plot.exists())
+        return bool(self.page or self.plot and not self.plot.exists())
 
     def save(self, ds: xr.Dataset) -> Path | None:
         """Write everything, and give the plot if there is one. A plot or page that fails is said, and goes without."""
@@ -87,13 +85,12 @@ class Outputs:
 
             with drawing(self.plot):
                 if plots.is_drawn(ds):
-                    save_plot(result_figure(ds, self.map), self.plot)
+                    save_plot(result_figure(ds), self.plot)
                     drawn = self.plot
         if self.page is not None:
             with drawing(self.page):
-                save_page(ds, self.page, self.map)
-        for table in (self.table, requested_table()):
-            save_table(ds, table)
+                save_page(ds, self.page)
+        save_table(ds, requested_table())
         return drawn
 
 
@@ -101,7 +98,7 @@ class Outputs:
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureOptions:
     """The options of `plot` that shape a picture, as texts."""
 
     title: str | None = None
@@ -111,9 +108,6 @@ class Picture:
     log: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
-    marks_file: Path | None = None
-    no_hatch: bool = False
-    no_note: bool = False
 
     def with_units(self, ds: xr.Dataset) -> xr.Dataset:
         """The dataset, to be shown in the units that are asked for, or that limits have. Raises PlotError."""
@@ -130,12 +124,13 @@ class Picture:
         """The look of a map. Raises PlotError."""
         from stickslip.plots import Look
 
-        look = Look.of(ds, log=self.log, limits=self.limits, marks=self.marks, hatched=not self.no_hatch,
-                       held=not self.no_note)  # fmt: skip
-        return look if self.marks_file is None else replace(look, marks=(*look.marks, *_points(ds, self.marks_file)))
+        files = [text for text in self.marks if "=" not in text]
+        marks = [text for text in self.marks if text not in files]
+        look = Look.of(ds, log=self.log, limits=self.limits, marks=marks)
+        return replace(look, marks=(*look.marks, *(mark for file in files for mark in _points(ds, Path(file)))))
 
 
-PLAIN = Picture()
+PLAIN = PictureOptions()
 
 
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
@@ -163,17 +158,13 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
 # --- pictures of results ----------------------------------------------------------------------------------------------
 
 
-def result_figure(ds: xr.Dataset, map_file: Location | None = None, picture: Picture = PLAIN) -> Figure:
-    """The plot of a result that has one: a map; of borders, the map they lie in, with them over it.
-
-    map_file : that map; without it a coarse one is computed. picture : what is asked of one over a map.
-    """
+def result_figure(ds: xr.Dataset, picture: PictureOptions = PLAIN) -> Figure:
+    """The plot of a result that has one: a map; of borders, a coarse map they lie in, with them over it."""
     from stickslip import accessor, plots
-    from stickslip.files import reading
 
     if not plots.is_over_map(ds):
         return plots.plot_result(part_that_fits(ds))
-    behind = picture.with_units(accessor.map_behind(ds) if map_file is None else reading.look_into(map_file))
+    behind = picture.with_units(accessor.map_behind(ds))
     behind = part_that_fits(behind.assign_attrs(title=ds.attrs.get("title", "")))
     return plots.plot_result(ds, behind=behind, title=picture.title, look=picture.look(behind))
 
@@ -203,7 +194,7 @@ def plot_limits(config: Config) -> str | None:
     return left_out(dict(zip(grid.dims, grid.shape, strict=True)))
 
 
-def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, picture: Picture = PLAIN) -> None:
+def save_page(ds: xr.Dataset, target: Path, picture: PictureOptions = PLAIN) -> None:
     """Write the page of a result: its plots, what was held fixed, what the words mean, how exact it is."""
     from stickslip import pages, plots
     from stickslip.config.studies import result_class
@@ -212,7 +203,7 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
 
     if plots.is_over_map(ds):
         try:
-            drawn = [result.Picture("borders between regimes", result_figure(ds, map_file, picture))]
+            drawn = [result.Picture("borders between regimes", result_figure(ds, picture))]
         except PlotError as error:
             drawn = [result.Picture(str(error))]
         text = result.result_page(ds, drawn, picture.title)

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 Command = Callable[..., Any]
 PAGES = (".html", ".htm")
 _TABLE = "stickslip.table"  # of a call
-_RESUMING = ("run", *STUDIES, "collect", "retry-failed")  # know their own result
+_RESUMING = ("run", *STUDIES, "collect")  # know their own result
 
 # --- places -----------------------------------------------------------------------------------------------------------
 
 
-class Place(click.Path):
+class PathOrUrl(click.Path):
     """A file, or the URL of a Zarr store, which a `Path` would spoil.
 
     expected : what is named where it is missing, a `result` or a `configuration`.
@@ -54,7 +54,7 @@ class Place(click.Path):
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
 
-class Target(Place):
+class Target(PathOrUrl):
     """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
     def __init__(self, *kinds: str | Kind) -> None:
@@ -167,11 +167,6 @@ DASK = click.option(
     help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
 )  # fmt: skip
 AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
-MAP = click.option(
-    "--map", "map_file", type=Place(),
-    help="Map to draw the borders over, of the same cells.  [default: a coarse one is computed]",
-)  # fmt: skip
-KEEP_PARTS = click.option("--keep-parts", "keep", is_flag=True, help="Leave the finished blocks where they are.")
 RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 
 
@@ -191,7 +186,7 @@ def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those abo
     """The argument `config`, and `--set` with it, which `configuration` reads; `recipe_in` also where it is a result,
     which holds its configuration."""
     path = click.argument(
-        "config", type=Place("configuration"), callback=lambda _context, _parameter, path: config_file(path)
+        "config", type=PathOrUrl("configuration"), callback=lambda _context, _parameter, path: config_file(path)
     )
     return decorated(command, path, SET)
 
@@ -263,21 +258,10 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
 
 def numbers(option: str, texts: tuple[str, ...], unit: str = "") -> dict[str, float]:
     """NAME=NUMBER texts as a mapping. unit : of the numbers, which may be left out."""
-    found = {}
-    for text in texts:
-        name, _, number = text.partition("=")
-        try:
-            found[name.strip()] = float(number.strip().removesuffix(unit))
-        except ValueError:
-            fail(f"{option}: got {text!r}, expected NAME=NUMBER")
-    return found
-
-
-def number_or_text(text: str) -> float | str:
-    """A number, in SI, or a text with a unit."""
-    from stickslip.files.layout import NUMBER
-
-    return float(text) if NUMBER.fullmatch(text) else text
+    try:
+        return {name: float(number.removesuffix(unit)) for name, number in pairs(texts).items()}
+    except ValueError as error:
+        fail(f"{option}: {error}, expected NAME=NUMBER")
 
 
 def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
@@ -286,7 +270,7 @@ def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool 
     from stickslip.vocabulary import units
 
     try:
-        value = units.si_value(number_or_text(text), unit)
+        value = units.si_value(units.number_or_text(text), unit)
         if value < 0 or (value == 0 and not or_zero):
             raise QuantityError(expected)
     except QuantityError as error:

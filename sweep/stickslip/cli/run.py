@@ -30,7 +30,7 @@ FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a re
 
 
 def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `FRESH`
-    """The options about blocks, and where they are kept: `place`, `shard`, `fresh`, `keep` and `on_error`."""
+    """The options about blocks, and where they are kept: `place`, `shard` and `fresh`."""
     return params.decorated(
         command,
         click.option(
@@ -40,19 +40,14 @@ def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorato
             "--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no result."
         ),
         FRESH,
-        params.KEEP_PARTS,
-        click.option(
-            "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
-            help="Whether a block that fails ends the run.",
-        ),
-    )  # fmt: skip
+    )
 
 
 @click.command(
     epilog=f"""\b
 Examples:
   stickslip run configs/quickstart.yaml
-  stickslip run my.yaml --output results/map.zarr --no-plot
+  stickslip run my.yaml --output results/map.zarr --set output.plot=
   stickslip run my.yaml -o s3://bucket/map.zarr
   stickslip run my.yaml --set axes.belt_speed.num=50 --set "system.mass=200 g"
   stickslip run my.yaml --shard 3/40        # 1/40 to 40/40; then: stickslip collect my.yaml
@@ -63,7 +58,6 @@ Examples:
 @params.OUTPUT
 @params.plot_option()
 @click.option("--report", type=params.Target("page"), help="Page to write (.html): plots, shares, meanings.")
-@click.option("--no-plot", is_flag=True, help="Write no plot.")
 @BLOCKS
 @params.DASK
 @params.THREADS
@@ -71,7 +65,7 @@ Examples:
 @JSON
 @reports_errors
 def run(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, shard: str | None,
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, shard: str | None,
     dask: str | None, **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute the map a configuration asks for.
@@ -85,7 +79,7 @@ def run(
     loaded = params.configuration(config)
     share = shard_of(shard, blocks["fresh"], output)
     output = output or params.configured_target(loaded.output.file, "result")
-    target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
+    target = None if share else plot or params.configured_target(loaded.output.plot, "plot")
     request = Request(loaded, output, shard=share, dask=dask, **blocks)
     keep = ["run", str(config), "-o", f"{config.stem}.nc"]
     page = None if share else report or params.configured_target(loaded.output.report, "page")
@@ -126,7 +120,7 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
         return _run_in_memory(request, study, resume_command(keep), outputs)
     outcome, seconds = execute(session.run, request, study)
-    answer = _outcome_answer(request, study, outcome, seconds)
+    answer = outcome_answer(request, study, outcome, seconds)
     if outcome.output is not None:
         return answer | report_result(outcome, seconds, request, outputs)
     of = f"shard {request.shard}: " if request.shard else ""
@@ -171,7 +165,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
     screen.info(f"the {study.name} {were} not kept; to keep {them}: {keep}")
-    return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
+    return outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 
 def execute(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
@@ -241,7 +235,8 @@ def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
     return {"title": title, "study": study.name, "counted": study.counted, "items": size, "shape": shape}
 
 
-def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
+def outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
+    """What became of a run."""
     shard = str(request.shard) if request.shard else None
     return (
         study_answer(request.config.title, study, outcome.cells)

@@ -53,13 +53,12 @@ Examples:
     "-t", "--duration", metavar="TIME",
     help='How long: seconds, or with a unit ("2 min").  [default: eight cycles, or until it has settled]',
 )  # fmt: skip
-@click.option("--samples", type=click.IntRange(2), help="Number of points in time.  [default: 2001, or 60 a vibration]")
 @params.OUTPUT
 @params.plot_option()
 @JSON
 @reports_errors
 def simulate(
-    config: Location, at: tuple[str, ...], duration: str | None, samples: int | None, output: Location | None,
+    config: Location, at: tuple[str, ...], duration: str | None, output: Location | None,
     plot: Path | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute one cell of a configuration, over time.
@@ -83,7 +82,7 @@ def simulate(
         screen.echo("over time: -o trace.nc, --plot trace.png")
         return answer
     ds = cells.simulate(
-        cell, duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
+        cell, duration=span.duration, samples=span.samples, law=law, rtol=solver.rtol,
         max_steps=solver.max_steps,
     )  # fmt: skip
     ds = with_units(ds, {name: unit for name, unit in loaded.written_in.items() if name in ds.coords})

@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from stickslip import extensions
 from stickslip.config.model import Config
+from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
@@ -86,6 +87,19 @@ def section_of_call(model: type[AnySection], **values: Any) -> AnySection:
         hint, expected = context.get("hint"), context["expected"] if detail["type"] == REFUSED else detail["msg"]
         what = f"got {given[str(path[0])]!r}, expected {expected}"
     raise ArgumentError(dotted(path), f"{what}; {hint}" if hint else what)
+
+
+def section_with(
+    model: type[StudySection], own: StudySection | None, settings: Iterable[Setting], name: str
+) -> StudySection:
+    """The section of a study with settings of a command line; `name` stands for a file. Raises ConfigError."""
+    key = model.key
+    document = overridden(python_document({key: own.resolved() if own else {}}, name), settings)
+    problems = ProblemCollector(document)
+    section = problems.read(model, (key,), document.data[key])
+    problems.raise_any()
+    assert section is not None
+    return section
 
 
 class Regime(str):
