@@ -15,11 +15,11 @@ from stickslip import engine
 from stickslip.config.describe import value_text
 from stickslip.config.grid import build_grid, options_of
 from stickslip.config.model import Config
-from stickslip.config.overrides import Setting
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.rules import Finding, Space
 from stickslip.config.studies import Moved, Study
+from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, variable_of
 from stickslip.errors import Path, PlotError, Problem, StoppedError
 from stickslip.studies.study import joined

@@ -15,8 +15,8 @@ from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
-    from stickslip.config.overrides import Setting
     from stickslip.config.select import Recipe
+    from stickslip.config.yaml import Setting
     from stickslip.files.locations import Location
     from stickslip.files.targets import Kind
 
@@ -128,7 +128,7 @@ def next_step() -> str:
 
 
 def _setting(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[Setting, ...]:
-    from stickslip.config.overrides import setting
+    from stickslip.config.yaml import setting
 
     try:
         return tuple(map(setting, texts))
@@ -235,7 +235,7 @@ def recipe_in(path: Location) -> Recipe:
 
 def settings() -> tuple[Setting, ...]:
     """Settings of the configuration that `--set` and `--threads` of this call give."""
-    from stickslip.config.overrides import Setting
+    from stickslip.config.yaml import Setting
 
     threads = screen.remembered("threads")
     of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]

@@ -14,11 +14,11 @@ from stickslip.cli.exits import refuses_bad_input, reports_errors
 from stickslip.cli.outputs import Outputs
 from stickslip.cli.run import run_request
 from stickslip.vocabulary.studies import STUDIES
-from stickslip.vocabulary.units import number_or_text
+from stickslip.vocabulary.units import is_number, number_or_text
 
 if TYPE_CHECKING:
-    from stickslip.config.overrides import Setting
     from stickslip.config.sections import StudySection
+    from stickslip.config.yaml import Setting
     from stickslip.files.locations import Location
 
 
@@ -121,7 +121,7 @@ def _flag(model: type[StudySection], name: str) -> str:
 
 def _settings(context: click.Context, fields: Mapping[str, Any]) -> Iterator[Setting]:
     """The options that were given, as settings of the section."""
-    from stickslip.config.overrides import Setting
+    from stickslip.config.yaml import Setting
 
     for option in context.command.params:
         if value := fields.get(str(option.name)):
@@ -133,7 +133,8 @@ def _settings(context: click.Context, fields: Mapping[str, Any]) -> Iterator[Set
 def _given(value: Any) -> Any:
     """The value of an option as a section reads it: numbers in SI, texts with units, ranges by name."""
     if isinstance(value, str):
-        return number_or_text(value)
+        share = value.removesuffix("%")
+        return float(share) / 100.0 if share != value and is_number(share) else number_or_text(value)
     if isinstance(value, tuple) and isinstance(value[0], str) and "=" in value[0]:
         return dict(params.pairs(value))
     if isinstance(value, tuple) and isinstance(value[0], tuple):

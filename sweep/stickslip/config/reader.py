@@ -13,15 +13,14 @@ from typing import Any
 from stickslip import extensions
 from stickslip.config import examples, rules
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
-from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.resolve import LAWS_FITTED, keys_in, resolved, varied_paths
+from stickslip.config.resolve import LAWS_FITTED, resolved, varied_paths
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.unit_warnings import warn_of_units
-from stickslip.config.yaml import Document, parse_yaml, read_yaml
+from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
@@ -53,9 +52,8 @@ def load_config(
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     written = overridden(document, settings)
-    document = resolved(written)
-    config = _read(document, apart)
-    warn_of_units(document, config, keys_in(written.data))
+    config = _ConfigReader(resolved(written), apart).config()
+    warn_of_units(written, config)
     return config
 
 
@@ -82,17 +80,12 @@ def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = 
 
     settings : of a command line, which are put into the text. apart : as for `load_config`. Raises ConfigError.
     """
-    return _read(resolved(overridden(parse_yaml(text, name), settings)), apart)
+    return _ConfigReader(resolved(overridden(parse_yaml(text, name), settings)), apart).config()
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>", apart: str | None = "") -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(resolved(python_document(data, name)), apart)
-
-
-def _read(document: Document, apart: str | None) -> Config:
-    """The configuration that a document says, checked."""
-    return _ConfigReader(document, apart).config().shown_in(written_units(document.data))
+    return _ConfigReader(resolved(python_document(data, name)), apart).config()
 
 
 def _apart_in(data: object) -> str:
@@ -148,7 +141,7 @@ class _ConfigReader(ProblemCollector):
         config = Config(title=str(title).strip(), axes=tuple(axes), **sections, **studies)
         self._check_study(config)
         self.raise_any()
-        return config
+        return config.shown_in(written_units(self.document.data))
 
     def _without_foreign(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
         """The plain data without sections of studies that are not asked for, each of which is a problem."""

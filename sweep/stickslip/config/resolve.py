@@ -4,16 +4,15 @@ Whoever owns such a word puts in what it stands for, once: keys of extensions (`
 for draws, say), a damping in percent, a table of points. What is checked then names no file that is still to be read.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import nan
 from typing import Any
 
 from stickslip import extensions
 from stickslip.config.yaml import Document
 from stickslip.errors import Path
-from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -34,12 +33,6 @@ def resolved(document: Document) -> Document:
                 done.add(place)
                 document = extensions.imported(place)(document)
     return with_table(_with_damping(document))
-
-
-def keys_in(data: Any) -> set[str]:
-    """The keys of mappings in plain data, at any depth: what was written, and not filled in."""
-    inner = data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
-    return {*(data if isinstance(data, dict) else ())}.union(*map(keys_in, inner))
 
 
 def varied_paths(axes: object) -> list[Path]:
@@ -82,11 +75,10 @@ def _with_damping(document: Document) -> Document:
     if share is None:
         return document
     try:
-        names = [name for name in system if name in QUANTITIES and name != "damping"]
-        scales = scales_of({name: QUANTITIES[name].read(system[name]) for name in names})
-        damping = float(share[1]) / 100.0 * float(scales.critical_damping)
-    except ValueError:  # QuantityError is one
-        damping = nan
+        mass, stiffness = (QUANTITIES[name].read(system[name]) for name in ("mass", "stiffness"))
+        damping = float(share[1]) / 100.0 * 2.0 * math.sqrt(stiffness * mass)
+    except (KeyError, ValueError):  # QuantityError is one
+        damping = math.nan
     if not damping >= 0.0:
         text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"
         raise document.refused(("system", "damping"), text, "or write the damping in N s/m")

@@ -10,11 +10,10 @@ import xarray as xr
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group
-from stickslip.config.overrides import Setting, overridden
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.resolve import with_table
 from stickslip.config.unit_warnings import warn_of_units
-from stickslip.config.yaml import Document, parse_yaml
+from stickslip.config.yaml import Document, Setting, overridden, parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.parameter import Parameter

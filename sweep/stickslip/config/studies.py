@@ -18,10 +18,10 @@ from pydantic import ValidationError
 
 from stickslip import extensions
 from stickslip.config.model import Config
-from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
+from stickslip.config.yaml import Setting, overridden
 from stickslip.errors import ArgumentError, Path, Problem, dotted
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import QUANTITIES

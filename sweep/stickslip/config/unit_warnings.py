@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import add
 
@@ -22,7 +22,7 @@ from stickslip.config.yaml import Document
 from stickslip.errors import Path, Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import scales_of
-from stickslip.vocabulary.display_units import LIKELY, written_units
+from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
 from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -34,12 +34,9 @@ _DIMENSIONLESS = ("mass", "stiffness", "normal_load")
 _HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help units`)"
 
 
-def warn_of_units(document: Document, config: Config, names: Collection[str] | None = None) -> None:
-    """Warn of the values in a document that are implausible in SI, at the line outside of this package.
-
-    names : of the quantities that were written; others were filled in, and are not asked about.
-    """
-    if (text := unit_question(document, config, names)) is None:
+def warn_of_units(document: Document, config: Config) -> None:
+    """Warn of the values in a document that are implausible in SI, at the line outside of this package."""
+    if (text := unit_question(document, config)) is None:
         return
     frame, depth = sys._getframe(), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("stickslip."):
@@ -47,16 +44,16 @@ def warn_of_units(document: Document, config: Config, names: Collection[str] | N
     warnings.warn(text, UnitWarning, stacklevel=depth)
 
 
-def unit_question(document: Document, config: Config, names: Collection[str] | None = None) -> str | None:
-    """The question about the values of a document, `config` being what was read from it; None if all are plausible.
+def unit_question(document: Document, config: Config) -> str | None:
+    """The question about the values of a document, `config` being what it comes to; None if all are plausible.
 
-    names : as for `warn_of_units`.
+    What is not written there but stands behind its words, a fitted curve say, is not asked about.
     """
     written = dict(_written(document.data))
     problems = [
         Problem(written[name], question, document.keys.get(written[name]) or document.values.get(written[name]))
-        for name, question in _questions(config, written_units(document.data))
-        if name in written and (names is None or name in names)
+        for name, question in _questions(config)
+        if name in written
     ]
     if not problems:
         return None
@@ -113,14 +110,14 @@ def _written(data: Mapping[str, object]) -> Iterator[tuple[str, Path]]:
             yield name, (section, name)
 
 
-def _questions(config: Config, with_unit: Collection[str]) -> Iterator[tuple[str, str]]:
+def _questions(config: Config) -> Iterator[tuple[str, str]]:
     """The quantities that are implausible, each with a question."""
     spans, fixed = magnitudes(config), config.fixed()
     of_ratios = sum(fixed.get(name) == 1.0 for name in _DIMENSIONLESS) >= 2
     for name, row in QUANTITIES.items():
         if row.plausible is None or name not in spans or (of_ratios and row.units == "1"):
             continue
-        if spans[name][1] > row.plausible[name in with_unit]:
+        if spans[name][1] > row.plausible[name in config.written_in]:
             likely = LIKELY.get(row.units)
             meant = f"did you mean {span_text(spans[name], likely)}?" if likely else "is that meant?"
             yield name, f"got {span_text(spans[name], units.spelled(row.units))}; {meant}"

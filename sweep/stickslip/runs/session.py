@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any, Literal
 
 from stickslip.config.model import Config
-from stickslip.config.overrides import Setting
 from stickslip.config.reader import Given, as_config, load_config, parse_config
 from stickslip.config.sections import ADDRESS, HERE, is_address
+from stickslip.config.yaml import Setting
 from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Folder, Location, Url, folder_at, location

@@ -176,7 +176,7 @@ def _sounds(records: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, Any]]:
 
 def record_settings(config: Path | None, load: str | None, speed: str | None, bandwidth: str | None) -> Settings:
     """The settings of a configuration, with those of the options put in."""
-    from stickslip.config.overrides import Setting
+    from stickslip.config.yaml import Setting
     from stickslip_rig.settings import load_settings
 
     rows = (("load", "conditions.normal_load", load), ("speed", "conditions.drive_speed", speed),

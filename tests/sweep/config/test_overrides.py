@@ -3,9 +3,8 @@
 import pytest
 
 from helpers.configs import GOOD
-from stickslip.config.overrides import overridden, setting
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.yaml import overridden, parse_yaml, setting
 from stickslip.errors import ConfigError
 
 AXES = GOOD.replace("  stiffness: 10\n", "") + "axes: {stiffness: {start: 1, stop: 10, num: 10}}\n"
