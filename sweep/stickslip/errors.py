@@ -94,7 +94,10 @@ class ConfigError(_InInput, ValueError):
         if len(errors) == 1:
             return errors[0]
         several = [(problem, error.source) for error in errors for problem in error.problems]
-        return cls("", [Problem((), replace(one, hint=None).text(source), None, one.hint) for one, source in several])
+        return cls(
+            "",
+            [Problem((), replace(problem, hint=None).text(source), None, problem.hint) for problem, source in several],
+        )
 
     def __str__(self) -> str:
         return "\n".join(problem.text(self.source) for problem in self.problems)

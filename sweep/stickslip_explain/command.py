@@ -45,8 +45,7 @@ def explain(config: Path, output: Location | None, plot: Path | None, report: Pa
     configured = params.configured_targets(loaded)
     output, target, page = output or configured[0], plot or configured[1], report or configured[2]
     request = Request(loaded, output)
-    keep = ["explain", str(config), "-o", f"{config.stem}.nc"]
-    answer = run_request(request, keep, Outputs(target, page=page))
+    answer = run_request(request, Outputs(target, page))
     if "contradiction" in answer:
         remark_incomplete(f"{_place(config, answer['observation'])}: nothing explains this: {answer['contradiction']}")
     return answer

@@ -9,7 +9,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.resolve import varied_paths
-from stickslip.config.rules import Finding, Space, worst_cell
+from stickslip.config.rules import Finding, QuantitySpace, worst_cell
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary.models import ROUNDING
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -50,7 +50,7 @@ def _given(data: Mapping[str, Any], *path: str | int) -> object:
     return value
 
 
-def findings(drive: Drive, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
+def findings(drive: Drive, space: QuantitySpace, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
     """The belt of a rig moves, and reaches its speed within a stroke, if its profile has a ramp."""
     default = float(QUANTITIES["ramp"].default or 0.0)
     if drive.profile == "sine" and "ramp" in given and drive.ramp != default:

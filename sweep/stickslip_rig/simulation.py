@@ -17,7 +17,7 @@ from stickslip.config.grid import build_grid, options_of
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.reader import load_config, make_config
-from stickslip.config.rules import Finding, Space
+from stickslip.config.rules import Finding, QuantitySpace
 from stickslip.config.studies import Moved, Study
 from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, variable_of
@@ -161,7 +161,7 @@ class RigTests(Study):
         return checks.misplaced(data)
 
     @classmethod
-    def rules(cls, section: Drive, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
+    def rules(cls, section: Drive, space: QuantitySpace, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
         """The rules of the drive."""
         return checks.findings(section, space, given)
 

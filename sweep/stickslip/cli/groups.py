@@ -51,11 +51,9 @@ class SectionedGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command of a name; extensions are asked where it is none of the group's own."""
-        for sections in (lambda: self._own, self._sections):
-            places = {name: place for row in sections().values() for name, place in row.items()}
-            if cmd_name in places:
-                return _imported(cmd_name, places[cmd_name])
-        return None
+        rows = self._own.values() if any(cmd_name in row for row in self._own.values()) else self._sections().values()
+        place = next((row[cmd_name] for row in rows if cmd_name in row), None)
+        return None if place is None else _imported(cmd_name, place)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """The names that are listed, in the order of the table."""

@@ -81,9 +81,8 @@ def run(
     output = output or params.configured_target(loaded.output.file, "result")
     target = None if share else plot or params.configured_target(loaded.output.plot, "plot")
     request = Request(loaded, output, shard=share, dask=dask, **blocks)
-    keep = ["run", str(config), "-o", f"{config.stem}.nc"]
     page = None if share else report or params.configured_target(loaded.output.report, "page")
-    return run_request(request, keep, Outputs(target, page=page))
+    return run_request(request, Outputs(target, page))
 
 
 def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | None:
@@ -103,11 +102,8 @@ def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | 
 # --- for all commands that compute studies ----------------------------------------------------------------------------
 
 
-def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str, Any]:
-    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome; for programs, too.
-
-    keep : the words of the command that writes such a result to a file.
-    """
+def run_request(request: Request, outputs: Outputs) -> dict[str, Any]:
+    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome; for programs, too."""
     from stickslip.runs import session
     from stickslip.runs.work import Work
 
@@ -118,7 +114,7 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     if request.output is None and request.place is None:
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
-        return _run_in_memory(request, study, resume_command(keep), outputs)
+        return _run_in_memory(request, study, outputs)
     outcome, seconds = execute(session.run, request, study)
     answer = outcome_answer(request, study, outcome, seconds)
     if outcome.output is not None:
@@ -136,21 +132,15 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     return answer
 
 
-def resume_command(words: list[str]) -> str:
-    """A command with the settings of this call, to paste into a shell."""
-    return shlex.join(["stickslip", *words, *params.settings_again()])
-
-
-def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) -> dict[str, Any]:
-    """A run that writes no file, and says so; `keep` is the command that does."""
+def _run_in_memory(request: Request, study: Study, outputs: Outputs) -> dict[str, Any]:
+    """A run that writes no file, and says so."""
     from stickslip import engine
     from stickslip.api import runs
     from stickslip.runs.session import Outcome
 
     runs.check_in_memory(request.config, request.dask)
-    them, were = ("them", "were") if study.name.endswith("s") else ("it", "was")
     size = prod(study.shape)
-    screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
+    screen.notice(f"no output is named: the {study.name} will be shown and then discarded; -o FILE.nc writes a file")
     for law in study.kernels:
         engine.warm_up(law)
     results = []
@@ -164,7 +154,6 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     show_result(ds)
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
-    screen.info(f"the {study.name} {were} not kept; to keep {them}: {keep}")
     return outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 

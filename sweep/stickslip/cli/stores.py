@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import asdict, replace
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, fail, fields, incomplete, print_json, reports_errors
+from stickslip.cli.exits import JSON, fields, incomplete, print_json, reports_errors
 from stickslip.cli.outputs import Outputs, save_table, show_file
 from stickslip.cli.run import execute, outcome_answer, report_result, study_answer
 
@@ -44,7 +43,6 @@ def collect(config_or_store: str, output: Location | None, retry: bool) -> dict[
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
     later: then the exit code is 1. Names a configuration, or the folder of a store.
     """
-    from stickslip.errors import StoreError
     from stickslip.files import reading
     from stickslip.runs import collecting
     from stickslip.runs.session import request_for
@@ -53,10 +51,7 @@ def collect(config_or_store: str, output: Location | None, retry: bool) -> dict[
     request = replace(request, notice=screen.notice)
     if retry:
         return _retried(request)
-    try:
-        collected = collecting.collect(request)
-    except StoreError as error:
-        fail(f"{error.on_command_line}{_where_blocks_are(request, config_or_store)}")
+    collected = collecting.collect(request)
     study = collected.study
     if collected.up_to_date:
         screen.row(study.name, f"{collected.output} is complete already, and there is no store beside it")
@@ -92,20 +87,6 @@ def _retried(request: Request) -> dict[str, Any]:
         return outcome_answer(request, study, outcome, seconds)
     answer = report_result(outcome, seconds, request, Outputs())
     return outcome_answer(request, study, outcome, seconds) | answer
-
-
-def _where_blocks_are(request: Request, named: str) -> str:
-    """The command that collects, where there is no store beside the output that is named and one beside the usual."""
-    from stickslip.files.locations import location
-
-    usual = request.config.output.file
-    if request.place is not None or usual is None or request.folder().names():
-        return ""
-    there = replace(request, output=location(usual)).folder()
-    if not there.names() or there.where == request.folder().where:
-        return ""
-    command = shlex.join(["stickslip", "collect", there.where, "-o", str(request.output)])
-    return f"\nhint: the blocks of {named} are in {there.where}: {command}"
 
 
 @click.command()

@@ -76,10 +76,9 @@ def _run(
     if own is not None:  # of a file that asks for another thing, the output is that of this thing
         output = output or params.configured_target(loaded.output.file, "result")
         plot = plot or params.configured_target(loaded.output.plot, "plot")
-    words = [*_words(context, {"at": at, **fields}), "-o", f"{key}.nc"]
     with refuses_bad_input(config):
         request = Request(loaded.model_copy(update=update), output)
-        run_request(request, [key, str(config), *words], Outputs(plot))
+        run_request(request, Outputs(plot))
 
 
 def _options(model: type[StudySection]) -> Iterator[Callable[[params.Command], params.Command]]:
@@ -125,9 +124,8 @@ def _settings(context: click.Context, fields: Mapping[str, Any]) -> Iterator[Set
 
     for option in context.command.params:
         if value := fields.get(str(option.name)):
-            written = json.dumps(_given(value))
-            words = " ".join(_words(context, {str(option.name): value}))
-            yield Setting(words, f"{context.command.name}.{option.name}", written)
+            option_text = f"{option.opts[0]} {value}"
+            yield Setting(option_text, f"{context.command.name}.{option.name}", json.dumps(_given(value)))
 
 
 def _given(value: Any) -> Any:
@@ -140,13 +138,3 @@ def _given(value: Any) -> Any:
     if isinstance(value, tuple) and isinstance(value[0], tuple):
         return {name: _given(tuple(ends)) for name, *ends in value}
     return tuple(map(_given, value)) if isinstance(value, tuple) else value
-
-
-def _words(context: click.Context, given: Mapping[str, Any]) -> Iterator[str]:
-    """The words of these options, for a command that is to be called in the same way."""
-    for option in context.command.params:
-        value = given.get(str(option.name))
-        for part in value or () if option.multiple else (value,):
-            if part is not None:
-                yield option.opts[0]
-                yield from () if part is True else map(str, part) if isinstance(part, tuple) else (str(part),)

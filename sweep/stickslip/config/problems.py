@@ -142,7 +142,7 @@ class ProblemCollector:
             for key in path:
                 value = value[key]
             text = _WITHOUT_TEXT.get(type(value)) or repr(value)
-            if isinstance(value, list) and len(value) == 2 and not any(isinstance(one, dict | list) for one in value):
+            if isinstance(value, list) and len(value) == 2 and not any(isinstance(item, dict | list) for item in value):
                 text = f"[{value[0]}, {value[1]}]"  # a range
         return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
@@ -175,5 +175,5 @@ def model_at(model: type[Section], keys: Path) -> type[Section]:
     for key in keys:
         field = model.model_fields.get(str(key))
         types = (field.annotation, *get_args(field.annotation)) if field else ()
-        model = next((one for one in types if isinstance(one, type) and issubclass(one, Section)), model)
+        model = next((kind for kind in types if isinstance(kind, type) and issubclass(kind, Section)), model)
     return model

@@ -54,7 +54,7 @@ class _PlainData:
         if unit is not None or hasattr(given, "__array__"):
             return self._array(np.asarray(units.without_unit(given)), path, unit)
         if isinstance(given, list | tuple | range):
-            return [self.value(one, (*path, i)) for i, one in enumerate(given)]
+            return [self.value(item, (*path, i)) for i, item in enumerate(given)]
         return _scalar(given)
 
     def _mapping(self, given: Mapping[Any, Any], path: Path) -> dict[str, Any]:
@@ -101,12 +101,12 @@ class _PlainData:
         if row is None or values.dtype.kind not in "iuf" or (row.units == "1" and unit in ("", "1")):
             unit = None
 
-        def plain(one: Any) -> Any:
-            if isinstance(one, list):
-                return [plain(inner) for inner in one]
-            if row is not None and row.word is not None and one != one:
+        def plain(number: Any) -> Any:
+            if isinstance(number, list):
+                return [plain(inner) for inner in number]
+            if row is not None and row.word is not None and number != number:
                 return row.word
-            return _scalar(one) if unit is None else f"{one!r} {unit}"
+            return _scalar(number) if unit is None else f"{number!r} {unit}"
 
         return plain(values.tolist())
 
@@ -129,7 +129,7 @@ def _labels(given: Any) -> list[str] | None:
         return None
     for coordinate in given.coords.values():
         if coordinate.dims == tuple(given.dims) and coordinate.dtype.kind in "OUT":
-            return [str(one) for one in coordinate.values]
+            return [str(label) for label in coordinate.values]
     return None
 
 

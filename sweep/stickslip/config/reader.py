@@ -129,7 +129,7 @@ class _ConfigReader(ProblemCollector):
         values = {name: getattr(section, name) for section in holders for name in quantities_in(section)}
         fixed = {name: value for name, value in values.items() if name in of_model and value is not None}
         drawn = None if self._elsewhere else studies.get("uncertain")  # what is impossible explains nothing
-        space = rules.Space(fixed, axes, drawn, law)
+        space = rules.QuantitySpace(fixed, axes, drawn, law)
         own = study_class(study.key).rules(study, space, given) if study else ()
         for finding in (*rules.findings(space), *own):
             self.add_finding(finding)
@@ -314,7 +314,7 @@ class _ConfigReader(ProblemCollector):
             if law in laws_with(name) or (row.default is not None and getattr(friction, name, None) == row.default):
                 continue
             expected = listed(model.needed, "and") if row.default is None else "none"
-            laws = [one for one in laws_with(name) if one in WRITTEN_LAWS]
+            laws = [other for other in laws_with(name) if other in WRITTEN_LAWS]
             whose = f"the law {listed(laws)}" if laws else f"contacts with {STIFFNESS}"
             self.add(paths[0], f"got {name} with the law {law}, expected {expected}: it is for {whose}", at_key=True)
 

@@ -311,15 +311,9 @@ def _around(document: Document, path: Path, given: Setting) -> Any:
                 document.keys[path[: i + 1]] = document.values[path[: i + 1]] = given.place
         if not there:
             hint = None if isinstance(value, dict) else f"--set {dotted(path[:i])}=... replaces all of it"
-            raise ConfigError.of(document.name, _why_not(value, path[:i], key), hint, place=given.place, path=path)
+            size = f", a list of {len(value)} counted from 0," if isinstance(value, list) else ""
+            message = f"{dotted(path[:i]) or 'the document'}{size} has no {f'[{key}]' if isinstance(key, int) else key}"
+            raise ConfigError.of(document.name, message, hint, place=given.place, path=path)
         if i < len(path) - 1:
             value = value[key]
     return value
-
-
-def _why_not(value: Any, path: Path, key: str | int) -> str:
-    if isinstance(value, dict) and isinstance(key, str):
-        return f"{dotted((*path, key))} is not there, so it cannot be removed"
-    kind = "a list" if isinstance(value, list) else "a mapping" if isinstance(value, dict) else f"{value!r}"
-    size = f" of {len(value)}, counted from 0" if isinstance(value, list) and isinstance(key, int) else ""
-    return f"{dotted(path)} is {kind}{size}, and has no {f'[{key}]' if isinstance(key, int) else f'key {key}'}"

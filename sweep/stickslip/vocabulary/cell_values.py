@@ -162,7 +162,7 @@ def has_missing(values: Any) -> bool:
     if isinstance(values, np.ma.MaskedArray):
         return bool(np.ma.getmaskarray(values).any())
     if isinstance(values, list | tuple):
-        return any(isinstance(one, list | tuple | np.ma.MaskedArray) and has_missing(one) for one in values)
+        return any(isinstance(item, list | tuple | np.ma.MaskedArray) and has_missing(item) for item in values)
     if isinstance(getattr(values, "dtype", np.dtype(float)), np.dtype):
         return False
     return bool((values.isna() if hasattr(values, "isna") else values.isnull()).any())  # a dtype of pandas

@@ -13,7 +13,7 @@ from pydantic import ValidationInfo
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.rules import Finding, Space, findings
+from stickslip.config.rules import Finding, QuantitySpace, findings
 from stickslip.config.sections import StudySection, interval, one_of
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
@@ -200,7 +200,7 @@ def broken_rules(config: Config, lines: Lines) -> Iterator[Finding]:
         Range.model_construct(name=name, spacing="linear", start=line.between[0], stop=line.between[1], num=2)
         for name, line in lines.items()
     ]
-    for finding in findings(Space(rest.fixed(), (*rest.axes, *searched), law=config.friction.law)):
+    for finding in findings(QuantitySpace(rest.fixed(), (*rest.axes, *searched), law=config.friction.law)):
         is_searched = finding.path[0] == "axes" and finding.path[1:2] and finding.path[1] in lines
         between = ("between", *(finding.path[1:2] if len(lines) > 1 else ()))
         yield finding._replace(path=between) if is_searched else finding
