@@ -1,20 +1,17 @@
 """Units in which results are shown: those of the configuration, while everything is SI."""
 
-import re
-
 import numpy as np
 import pytest
 import xarray as xr
 
 import stickslip
-from helpers.maps import axis, make_map, plane
+from helpers.maps import plane
 from helpers.plotted import notes_of
 from stickslip.config.reader import make_config, parse_config
 from stickslip.dataset.display import MapAxis, displayed, unit_of, with_units
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, HATCHES
-from stickslip.vocabulary.display_units import Unit
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 
@@ -59,13 +56,6 @@ def test_units_survive_the_file(result, tmp_path):
     note = " ".join(" ".join(notes_of(figure)).split())
     assert "held fixed: mass = 100 g, damping = 0 N s/m, normal load = 0.01 kN, a1 = 0.3, a2 = 0.5 s/m" in note
     assert "a3 = 0.1, a4 = 20 mm/s" in note
-
-
-def test_configurations_that_differ_in_units_only_are_equal_and_are_written_alike():
-    si = parse_config(re.sub("20 mm/s", "0.02 m/s", ENGINEER))
-    one = parse_config(ENGINEER)
-    assert si == one and si.to_yaml() == one.to_yaml() and si.written_in != one.written_in
-    assert make_config(one.resolved()).written_in == {}
 
 
 def test_units_of_ranges_of_groups_and_of_what_is_searched_are_found():
@@ -113,11 +103,6 @@ def test_units_can_be_chosen_and_wrong_ones_are_refused():
             with_units(plane(), wanted)
 
 
-def test_powers_are_raised_in_print_only():
-    assert Unit("m/s2").printed == "m/s²" and Unit("N s m^-1").printed == "N s m⁻¹"
-    assert Unit("mm/s").printed == "mm/s" and Unit().printed == ""
-
-
 def test_exact_borders_lie_over_the_map_whatever_units_both_were_written_in():
     text = ENGINEER.replace("[5 mm/s, 20 mm/s, 300 mm/s]", "{start: 5 mm/s, stop: 300 mm/s, num: 60}")
     cells = stickslip.run(parse_config(text))
@@ -126,14 +111,6 @@ def test_exact_borders_lie_over_the_map_whatever_units_both_were_written_in():
     (drawn,) = [line for line in figure.axes[0].lines if line.get_color() == "white"]
     np.testing.assert_allclose(drawn.get_xdata(), 1e3 * lines["border"].values[:, 0])
     np.testing.assert_allclose(drawn.get_ydata(), [1, 4, 7, 10])
-
-
-def test_a_note_leaves_out_what_is_at_its_default_or_of_no_use():
-    ds = make_map(axis("stiffness", [1.0, 2.0]), axis("belt_speed", [0.1, 0.2]), damping=0.0, ageing_time=3.0,
-                  ageing_rate=0.0, displacement=0.0)  # fmt: skip
-    note = " ".join(" ".join(notes_of(plot_map(ds))).split())
-    held = "mass = 1 kg, damping = 0 N s/m, normal load = 1 N, a1 = 1, a2 = 0.1 s/m, a3 = 0.3, a4 = 0.1 m/s"
-    assert note.endswith(f"held fixed: {held}")
 
 
 def test_regimes_are_told_apart_without_colours():

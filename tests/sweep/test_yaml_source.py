@@ -95,11 +95,6 @@ def test_a_missing_file_is_named_with_what_lies_there(tmp_path):
     assert file_message(tmp_path / "none" / "map.yaml").endswith("no such file\n  hint: there is no folder DIR")
 
 
-def test_a_folder_is_no_file(tmp_path):
-    (tmp_path / "maps").mkdir()
-    assert file_message(tmp_path / "maps") == "DIR/maps: this is a folder, expected a configuration in YAML"
-
-
 def test_a_huge_file_is_not_read(tmp_path):
     path = tmp_path / "map.yaml"
     with path.open("wb") as file:

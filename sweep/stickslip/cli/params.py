@@ -136,14 +136,6 @@ def _setting(_context: click.Context, _option: click.Parameter, texts: tuple[str
         raise click.BadParameter(str(error)) from None
 
 
-def _scheduler(_context: click.Context, _option: click.Parameter, value: str | None) -> str | None:
-    from stickslip.config.sections import ADDRESS, is_address
-
-    if value is not None and not is_address(value):
-        raise click.BadParameter(f"got {value!r}, expected {ADDRESS}")
-    return value
-
-
 class _Threads(click.IntRange):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """A number, or auto as it is."""
@@ -163,7 +155,7 @@ OUTPUT = click.option(
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
 )  # fmt: skip
 DASK = click.option(
-    "--dask", metavar="ADDRESS", callback=_scheduler,
+    "--dask", metavar="ADDRESS",
     help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
 )  # fmt: skip
 AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")

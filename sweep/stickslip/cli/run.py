@@ -47,7 +47,7 @@ def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorato
     epilog=f"""\b
 Examples:
   stickslip run configs/quickstart.yaml
-  stickslip run my.yaml --output results/map.zarr --set output.plot=
+  stickslip run my.yaml --output results/map.zarr --no-plot
   stickslip run my.yaml -o s3://bucket/map.zarr
   stickslip run my.yaml --set axes.belt_speed.num=50 --set "system.mass=200 g"
   stickslip run my.yaml --shard 3/40        # 1/40 to 40/40; then: stickslip collect my.yaml
@@ -58,6 +58,7 @@ Examples:
 @params.OUTPUT
 @params.plot_option()
 @click.option("--report", type=params.Target("page"), help="Page to write (.html): plots, shares, meanings.")
+@click.option("--no-plot", is_flag=True, help="Write no plot.")
 @BLOCKS
 @params.DASK
 @params.THREADS
@@ -65,7 +66,7 @@ Examples:
 @JSON
 @reports_errors
 def run(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, shard: str | None,
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, shard: str | None,
     dask: str | None, **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute the map a configuration asks for.
@@ -79,8 +80,9 @@ def run(
     loaded = params.configuration(config)
     share = shard_of(shard, blocks["fresh"], output)
     output = output or params.configured_target(loaded.output.file, "result")
-    target = None if share else plot or params.configured_target(loaded.output.plot, "plot")
-    request = Request(loaded, output, shard=share, dask=dask, **blocks)
+    target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
+    with refuses_bad_input(""):
+        request = Request(loaded, output, shard=share, dask=dask, **blocks)
     page = None if share else report or params.configured_target(loaded.output.report, "page")
     return run_request(request, Outputs(target, page))
 

@@ -187,8 +187,7 @@ def file_name(*suffixes: str) -> Read:
             hint = f"did you mean {value}{suffixes[0]}?" if value and isinstance(value, str) and not suffix else None
             raise refused(f"a file name that ends in {listed(suffixes)}", hint)
         if "://" in value and suffix != REMOTE_SUFFIX:
-            zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
-            raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
+            raise refused(f"a file of this machine; what is behind a URL ends in {REMOTE_SUFFIX}")
         return value
 
     here = "|".join(re.escape(suffix) for suffix in suffixes if suffix != REMOTE_SUFFIX)
@@ -245,13 +244,8 @@ class Section(BaseModel):
     @classmethod
     def _mapping(cls, value: object) -> object:
         if not isinstance(value, dict | Section | None):
-            raise refused(f"a mapping with the keys {listed(cls.model_fields)}", cls._meant(value))
+            raise refused(f"a mapping with the keys {listed(cls.model_fields)}")
         return {} if value is None else value
-
-    @classmethod
-    def _meant(cls, value: object) -> str | None:
-        """A hint for what is given in place of a mapping."""
-        return None
 
     @field_validator("*", mode="before")
     @classmethod
@@ -396,10 +390,6 @@ class Output(Section):
     variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
         Field(None, description="variables of a map that are kept, regime among them; what none needs is not computed")
     )
-
-    @classmethod
-    def _meant(cls, value: object) -> str | None:
-        return f"output: {{file: {value}}}" if isinstance(value, str) else None
 
     @field_validator("variables")
     @classmethod

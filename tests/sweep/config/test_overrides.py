@@ -3,7 +3,7 @@
 import pytest
 
 from helpers.configs import GOOD
-from stickslip.config.reader import load_config, parse_config
+from stickslip.config.reader import parse_config
 from stickslip.config.yaml import overridden, parse_yaml, setting
 from stickslip.errors import ConfigError
 
@@ -43,10 +43,6 @@ def test_axes_change_by_one_of_their_keys_or_as_a_whole():
     assert read(AXES, "axes.stiffness=[1, 2, 3]", "axes.stiffness[2]=7").axes[0].values == (1.0, 2.0, 7.0)
 
 
-def test_the_last_of_several_for_a_key_counts():
-    assert read(GOOD, "system.mass=2", "system.mass=3").system.mass == 3
-
-
 def test_nothing_after_the_equals_sign_removes_a_key():
     config = read(AXES, "axes.stiffness=", "system.stiffness=7")
     assert config.axes == () and config.system.stiffness == 7
@@ -75,22 +71,10 @@ def test_errors_name_the_setting_in_place_of_a_line(text, said):
     assert said in complaint(AXES, text)
 
 
-def test_errors_elsewhere_keep_their_line():
-    bad = AXES.replace("mass: 1 kg", "mass: 1 N")
-    told = complaint(bad, "solver.rtol=7")
-    assert "my.yaml:3:9: system.mass" in told and "my.yaml: --set solver.rtol=7: solver.rtol" in told
-
-
 @pytest.mark.parametrize("text", ["", "mass", "=1", "a..b=1", ".a=1", "a b=1", "a[x]=1", "a[=1"])
 def test_what_is_no_setting_is_refused(text):
     with pytest.raises(ValueError, match="expected KEY=VALUE"):
         setting(text)
-
-
-def test_a_file_that_is_none_is_told_as_without_settings(tmp_path):
-    (tmp_path / "list.yaml").write_text("- 1\n")
-    with pytest.raises(ConfigError, match="expected a mapping"):
-        load_config(tmp_path / "list.yaml", [setting("system.mass=1")])
 
 
 def test_every_place_in_what_was_set_is_that_of_the_setting():

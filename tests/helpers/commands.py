@@ -1,0 +1,21 @@
+"""The command, called in the process of the test."""
+
+import click
+from click.testing import CliRunner
+
+from stickslip.cli import main
+
+
+def call(*arguments):
+    """What the command says to these arguments."""
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def commands_of(group=main, before=""):
+    """All commands by their words, those of groups too."""
+    context, commands = click.Context(group), {}
+    for name in group.list_commands(context):
+        commands[f"{before}{name}"] = command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            commands |= commands_of(command, f"{before}{name} ")
+    return commands
