@@ -9,9 +9,8 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fail, refuses_bad_input, remark_incomplete, reports_errors
-from stickslip.cli.outputs import Outputs, save_result
+from stickslip.cli.outputs import Outputs, save_result, show_result
 from stickslip.cli.run import run_request
-from stickslip.cli.summary import show_result
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location

@@ -14,7 +14,7 @@ from matplotlib.image import imread
 
 import stickslip
 from helpers.nightly import few
-from stickslip import plots, progress, sound
+from stickslip import plots, sound
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
@@ -216,27 +216,7 @@ def test_the_accessor_is_there_in_whatever_order_things_are_imported(order, entr
 # --- notebooks --------------------------------------------------------------------------------------------------------
 
 
-def test_a_notebook_shows_a_bar_that_ends_where_the_work_does(monkeypatch, capsys):
-    monkeypatch.setattr(progress, "in_notebook", lambda: True)
-    monkeypatch.setattr(progress, "PATIENCE", 0.0)
-    monkeypatch.setattr(progress, "will_compile", lambda law: True)
-    cell = {"mass": 1, "stiffness": 1, "normal_load": 1, **FRICTION}
-    stickslip.ramp(cell, "belt_speed", (0.1, 1.0), 20, progress=False)
-    assert capsys.readouterr() == ("", "")
-    stickslip.ramp(cell, "belt_speed", (0.1, 1.0), 20)
-    shown = capsys.readouterr().out
-    assert shown.startswith("compiling the kernels for this machine")
-    assert "100.0 %  1 of 1 lines" in shown.rpartition("\r")[2]
-
-
 # --- what is wrong, in a notebook -------------------------------------------------------------------------------------
-
-
-def test_ipython_shows_the_message_of_an_error_in_the_input_alone():
-    with pytest.raises(stickslip.ConfigError) as wrong:
-        stickslip.sweep(system={"mas": 1}, friction=FRICTION)
-    (shown,) = wrong.value._render_traceback_()
-    assert shown.startswith("ConfigError: system.mas: unknown key") and "did you mean mass?" in shown
 
 
 def test_words_that_are_nearly_right_are_recognised():

@@ -457,9 +457,9 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     ("arguments", "message"),
     [
         (("--along", "damping"), "between: missing; damping is no axis of the configuration"),
-        (("--along", "damping", "--between", "2 mm", "3"), "--between: got ('2 mm', 3.0)"),
-        (("--along", "dampin", "--between", "2", "3"), "--along: got 'dampin', expected a parameter of a cell"),
-        (("--along", "belt_speed", "--scan", "1"), "scan: got 1, expected"),
+        (("--along", "damping", "--between", "2 mm", "3"), "border.between: got [2 mm, 3.0]"),
+        (("--along", "dampin", "--between", "2", "3"), "along: got 'dampin', expected a parameter of a cell"),
+        (("--along", "belt_speed", "--set", "border.scan=1"), "scan: got 1, expected"),
     ],
 )
 def test_the_command_says_what_is_wrong(tmp_path, arguments, message):

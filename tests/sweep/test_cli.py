@@ -52,15 +52,6 @@ def test_without_an_output_it_is_said_that_the_map_is_not_kept(here, kernels):
     assert {p.name for p in here.iterdir()} == {"a map.yaml", "map.png"}
 
 
-def test_ctrl_c_without_an_output_says_how_far_it_got(here, monkeypatch):
-    def interrupted(*_):
-        raise stickslip.Interrupted(100, 144)
-
-    monkeypatch.setattr("stickslip.api.runs.run_in_memory", interrupted)
-    done = call("run", write_config(here))
-    assert done.exit_code == 1 and "100 of 144 cells are finished, not written" in done.stderr
-
-
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--output", "map.txt"], "map.txt"),
     (["--plot", "map.bmp"], "map.bmp: plots end in .png, .svg, .pdf"),
@@ -169,16 +160,6 @@ def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(
     assert done.exit_code == 0 and "3,400 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
 
 
-def test_blocks_that_failed_in_a_shard_are_computed_without_the_others(here, monkeypatch):
-    config = write_config(here, num=100, more="output: {file: map.nc}\n")
-    with monkeypatch.context() as broken:
-        broken.setattr(Work, "compute", lambda *_: 1 / 0)
-        assert call("run", config, "--shard", "2/2").exit_code == 1
-    done = call("collect", config, "--retry-failed")
-    assert done.exit_code == 0 and "blocks   3,400 cells computed into map.nc.parts" in done.stdout, done.output
-    assert not (here / "map.nc").exists()
-
-
 def test_another_configuration_is_refused_and_fresh_replaces_the_map(here):
     config = write_config(here, more="output: {file: map.nc}\n")
     assert call("run", config).exit_code == 0
@@ -186,19 +167,6 @@ def test_another_configuration_is_refused_and_fresh_replaces_the_map(here):
     done = call("run", config)
     assert done.exit_code == 2 and "system.mass: 1.0 there, 2.0 here" in done.stderr and "--fresh" in done.stderr
     assert call("run", config, "--fresh").exit_code == 0
-
-
-def test_an_extended_axis_computes_only_what_is_new(here):
-    config = write_config(here, more="output: {file: map.nc}\n")
-    assert call("run", config).exit_code == 0
-    text = config.read_text().replace("stop: 1, num: 12", "stop: 2.0, num: 24")
-    config.write_text(text.replace("start: 0.05", "start: 0.086363636363636363"))
-    assert call("run", config).exit_code == 2, "cells would be lost"
-    config.write_text(config.read_text().replace("{start: 0.086363636363636363, stop: 2.0, num: 24}", str(
-        [float(v) for v in np.linspace(0.05, 1, 12)] + [1.5, 2.0])))  # fmt: skip
-    done = call("run", config)
-    assert done.exit_code == 0, done.output
-    assert "24 cells in" in done.stdout and "reused   144 cells of the earlier map" in done.stdout
 
 
 def test_shards_are_computed_shown_and_collected(here):

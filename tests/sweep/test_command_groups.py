@@ -15,7 +15,6 @@ from helpers.configs import write_config
 from stickslip import extensions
 from stickslip.cli import SECTIONS
 from stickslip.cli import help as manual
-from stickslip_rig.commands.features import feature_screen_table
 
 ROOT = Path(__file__).parents[2]
 
@@ -60,12 +59,6 @@ def test_examples_in_the_helps_of_the_group_are_commands():
 
 
 # --- what is named by mistake -----------------------------------------------------------------------------------------
-
-
-def test_alone_it_says_what_there_is_to_do_here(here):
-    assert "No configuration is in this folder; `stickslip init my.yaml` writes one" in call().stdout
-    write_config(here)
-    assert "Configurations in this folder: small.yaml" in call().stdout and call().exit_code == 0
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "validate", "rig", "simulate"])
@@ -211,53 +204,3 @@ def test_commands_and_options_are_completed():
     assert "rig" in completed([], "r")
     assert completed(["rig"]) == ["run", "features", "calibrate"]
     assert "--plot" in completed(["run"], "--p")
-
-
-def test_without_colour_nothing_is_bold():
-    """A terminal is imitated, since pipes never get escapes."""
-    pytest.importorskip("pty", reason="no pseudo-terminals on Windows")
-    from stickslip.cli import screen
-
-    code = (
-        "from stickslip.cli import screen; from rich.table import Table\n"
-        "console = screen.terminal(); console.print('[bold]x[/]', Table('a', header_style='bold'))"
-    )
-    assert "\x1b[" in on_terminal(code, {}) and "\x1b[" not in on_terminal(code, {"NO_COLOR": "1"})
-    assert screen.terminal().width >= 1000
-
-
-def on_terminal(code, variables, columns=80):
-    """What a program prints to a terminal of that width."""
-    import pty
-
-    reading, writing = pty.openpty()
-    environment = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")} | variables
-    environment |= {"PYTHONPATH": str(ROOT / "sweep"), "TERM": "xterm", "COLUMNS": str(columns)}
-    subprocess.run([sys.executable, "-c", code], stdout=writing, env=environment, check=True)
-    os.close(writing)
-    said = b""
-    try:
-        while part := os.read(reading, 65536):
-            said += part
-    except OSError:  # the other end is closed
-        pass
-    os.close(reading)
-    return said.decode()
-
-
-def test_a_table_of_records_has_every_column_at_any_width():
-    import xarray as xr
-    from rich.console import Console
-
-    from stickslip_rig.quantities import FEATURES
-
-    names = [f"a rather long name of record {i}" for i in range(3)]
-    found = xr.Dataset({name: ("record", [1.0, 2.0, 3.0]) for name in FEATURES}, {"record": names})
-    found["model_rpn"] = ("record", [1, 5, 9])
-    for width in (40, 80, 1000):
-        console = Console(width=width)
-        with console.capture() as captured:
-            console.print(feature_screen_table(found, console.width))
-        flat = re.sub(r"\s+", " ", captured.get())
-        for heading in ("sticks", "RPN", "drops", "mu_d", "mu_s"):
-            assert heading in flat, (width, heading, flat)

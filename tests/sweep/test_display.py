@@ -11,7 +11,6 @@ from stickslip.config.reader import make_config, parse_config
 from stickslip.dataset.display import MapAxis, displayed, unit_of, with_units
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
-from stickslip.plots.palette import FLAG_COLOURS, HATCHES
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 
@@ -111,19 +110,6 @@ def test_exact_borders_lie_over_the_map_whatever_units_both_were_written_in():
     (drawn,) = [line for line in figure.axes[0].lines if line.get_color() == "white"]
     np.testing.assert_allclose(drawn.get_xdata(), 1e3 * lines["border"].values[:, 0])
     np.testing.assert_allclose(drawn.get_ydata(), [1, 4, 7, 10])
-
-
-def test_regimes_are_told_apart_without_colours():
-    """In grey, any two regimes differ in their brightness or in their hatching."""
-    names = [name for name in FLAG_COLOURS["regime"]]
-
-    def grey(name):
-        red, green, blue = (int(FLAG_COLOURS["regime"][name][i : i + 2], 16) for i in (1, 3, 5))
-        return 0.299 * red + 0.587 * green + 0.114 * blue
-
-    for i, one in enumerate(names):
-        for other in names[i + 1 :]:
-            assert HATCHES.get(one) != HATCHES.get(other) or abs(grey(one) - grey(other)) > 35, (one, other)
 
 
 def test_units_survive_a_store_that_is_collected_by_itself(tmp_path):

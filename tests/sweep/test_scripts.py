@@ -233,12 +233,6 @@ def test_a_log_gets_a_line_at_the_start_every_minute_and_at_the_end():
     assert len(found) == 1 + 8 + 1
 
 
-def test_writing_is_told_of_only_where_it_takes_minutes():
-    assert lines([(0, 100), (59, 6000)], " written") == []
-    found = lines([(0, 100), (61, 3000), (100, 6000)], " written")
-    assert [line.split(",")[0] for line in found] == [" 50.0 %  3", "100.0 %  6"] and "cells written" in found[0]
-
-
 # --- many nodes -------------------------------------------------------------------------------------------------------
 
 

@@ -8,8 +8,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import save_result
-from stickslip.cli.summary import show_result
+from stickslip.cli.outputs import save_result, show_result
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, flag_label
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Files that commands write: results, tables, plots and pages, each with a line on screen.
+"""What becomes of results: said on screen, and written as files, tables, plots and pages, each with a line.
 
 Their names were checked when the options were read (`params.Target`).
 """
@@ -13,14 +13,67 @@ from typing import TYPE_CHECKING, Any
 from stickslip.cli import screen
 from stickslip.cli.exits import drawing
 from stickslip.cli.params import requested_table
+from stickslip.vocabulary.flags import flag_label
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
     from stickslip.config.model import Config
+    from stickslip.engine import Options
     from stickslip.files.locations import Location
     from stickslip.plots import Look, Mark
+
+
+# --- on screen --------------------------------------------------------------------------------------------------------
+
+
+def show_result(ds: xr.Dataset, output: Location | None = None) -> None:
+    """Print what a result of any kind holds. output : its file, which remarks name."""
+    from stickslip.config.studies import Table, result_class
+
+    if (study := result_class(ds)) is None:
+        _show_map(ds, output)
+    for part in study.report(ds) if study else ():
+        if isinstance(part, Table | str):
+            screen.echo(part.text() if isinstance(part, Table) else part)
+        else:
+            screen.terminal().print(part)
+    if "audit" in ds.attrs:
+        screen.row("refined", f"{ds.attrs['refine_cells_computed']:,} cells computed for {ds['regime'].size:,}")
+        screen.row("audit", ds.attrs["audit"])
+
+
+def rate_text(computed: int, counted: str, seconds: float, machines: str) -> str:
+    """`57,600 cells in 0.1 s, 576,000 cells/s on 2 threads`."""
+    per_second = computed / max(seconds, 1e-9)
+    each = f"{per_second:,.0f} {counted}/s" if per_second >= 10.0 else f"{per_second:.2g} {counted}/s"
+    items = counted if computed != 1 else counted.removesuffix("s")
+    return f"{computed:,} {items} in {screen.duration_text(seconds)}, {each} on {machines}"
+
+
+def threads_text(options: Options) -> str:
+    """`2 threads`: what a computation with these options runs on."""
+    from stickslip import engine
+
+    count = options.threads or engine.processors()
+    return f"{count} thread{'s' if count != 1 else ''}"
+
+
+def _show_map(ds: xr.Dataset, output: Location | None) -> None:
+    """Print the regimes of a map, and remarks on cells that have none."""
+    from stickslip.config.studies import Table
+    from stickslip.dataset.summary import remark, step_limit_remark, summary, table_remark
+
+    shares, file = summary(ds), None if output is None else str(output)
+    rows = [(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction)) for name, share in shares.items()]
+    screen.echo(Table("", ("regime",), ("cells", "share"), rows).text())
+    remarks = remark(shares, file), step_limit_remark(ds, file), table_remark(ds)
+    for text in filter(None, remarks):
+        screen.echo(text)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
 
 
 def show_file(kind: str, target: Location, note: str = "") -> None:
@@ -139,7 +192,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     from stickslip.config.select import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
-    from stickslip.vocabulary.flags import REGIMES, flag_label
+    from stickslip.vocabulary.flags import REGIMES
 
     points = [*marks_in(ds, path)]
     if "regime" not in ds or "configuration" not in ds.attrs:

@@ -9,8 +9,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
-from stickslip.cli.outputs import save_table
-from stickslip.cli.summary import show_result
+from stickslip.cli.outputs import save_table, show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
-from stickslip.cli.summary import rate_text, show_result, threads_text
+from stickslip.cli.outputs import Outputs, plot_limits, rate_text, save_table, show_file, show_result, threads_text
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
 from tokenize import TokenError
@@ -294,39 +294,23 @@ def _kind_of(unit: Any) -> str:
 
 
 def each_with_unit(given: Any, units: str) -> Any:
-    """Values of a quantity in lists and mappings, where a number without a unit takes that of the next one.
+    """Values of a quantity in a list or a mapping, where a number without a unit takes that of the next one.
 
     So [-5, 5 mm/s] is what it reads as. 0 needs none. Raises QuantityError for a number
     that lacks its unit after others that have one.
     """
-    leaves, unit = [*_leaves(given)], ""
-    if not any(_unit_of(leaf, units) for leaf in leaves):
+    if isinstance(given, Mapping):
+        return dict(zip(given, each_with_unit([*given.values()], units), strict=True))
+    if not isinstance(given, list | tuple) or not any(_unit_of(value, units) for value in given):
         return given
-    for i in reversed(range(len(leaves))):
-        unit = _unit_of(leaves[i], units) or unit
-        if isinstance(leaves[i], int | float) and not isinstance(leaves[i], bool) and 0 < abs(leaves[i]) < math.inf:
+    values, unit = [*given], ""
+    for i, value in reversed([*enumerate(values)]):
+        unit = _unit_of(value, units) or unit
+        if isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < math.inf:
             if not unit:
-                raise QuantityError(f"a unit with {leaves[i]!r} as well, since others have one")
-            leaves[i] = f"{leaves[i]} {unit}"
-    return _like(given, iter(leaves))
-
-
-def _leaves(given: Any) -> Iterator[Any]:
-    """The values in lists and mappings, in order."""
-    if isinstance(given, Mapping):
-        given = list(given.values())
-    if isinstance(given, list | tuple):
-        for value in given:
-            yield from _leaves(value)
-    else:
-        yield given
-
-
-def _like(given: Any, leaves: Iterator[Any]) -> Any:
-    """Other values in the same lists and mappings."""
-    if isinstance(given, Mapping):
-        return {key: _like(value, leaves) for key, value in given.items()}
-    return [_like(value, leaves) for value in given] if isinstance(given, list | tuple) else next(leaves)
+                raise QuantityError(f"a unit with {value!r} as well, since others have one")
+            values[i] = f"{value} {unit}"
+    return values
 
 
 def _unit_of(value: Any, units: str) -> str | None:

@@ -11,8 +11,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import save_plot, save_result, save_table
-from stickslip.cli.summary import show_result
+from stickslip.cli.outputs import save_plot, save_result, save_table, show_result
 from stickslip.errors import UnitWarning, visible
 from stickslip.vocabulary import units
 from stickslip_rig.commands import sounds

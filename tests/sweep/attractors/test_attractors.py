@@ -151,9 +151,9 @@ def test_the_command_tells_a_line_per_cell_or_a_summary(config, tmp_path):
 def test_the_command_refuses_a_missing_or_bad_box(config):
     config.write_text(PAIR)
     for words, message in (
-        ((), "--displacement: missing"),
-        (("--displacement", "2", "0", "--velocity", "0", "1"), "--displacement: got (2.0, 0.0)"),
-        (("--displacement", "0", "2", "--velocity", "0", "1", "--samples", "7"), "samples: got 7"),
+        ((), "attractors.displacement: missing"),
+        (("--displacement", "2", "0", "--velocity", "0", "1"), "attractors.displacement: got [2.0, 0.0]"),
+        (("--displacement", "0", "2", "--velocity", "0", "1", "--set", "attractors.samples=7"), "samples: got 7"),
     ):
         done = CliRunner().invoke(main, ["attractors", str(config), *words])
         assert done.exit_code == 2 and message in done.output

@@ -4,8 +4,6 @@ import random
 import re
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
@@ -154,16 +152,3 @@ def test_a_key_with_two_letters_swapped_is_named_in_a_hint(tmp_path, name):
         line = text[: match.start()].count("\n") + 1
         about = [one for one in said if one.startswith(f"my.yaml:{line}:")]
         assert any(key in one.partition("hint:")[2] for one in about), (swapped, said)
-
-
-@pytest.mark.filterwarnings("ignore::stickslip.errors.UnitWarning")
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(st.data())
-def test_a_character_lost_or_doubled_never_leaves_a_message_without_a_line(tmp_path_factory, data):
-    name = data.draw(st.sampled_from(sorted(TEXTS)))
-    text = TEXTS[name]
-    at = data.draw(st.integers(0, len(text) - 1))
-    changed = data.draw(st.sampled_from([text[:at] + text[at + 1 :], text[:at] + text[at] + text[at:]]))
-    for said in problems_of(tmp_path_factory.getbasetemp(), name, changed):
-        assert re.match(r"my\.yaml:\d+:\d+: \S", said), said
-        assert "ScalarEvent" not in said and "<stream" not in said and "Traceback" not in said
