@@ -272,6 +272,8 @@ def test_validate_says_what_it_understood_in_si(here):
         and rows["stiffness"][0] == "5000 N/m"
         and rows["a4"][0] == "0.02 m/s"
     )
+    assert rows["natural frequency"][0] == "35.6 Hz"  # sqrt(50000)/6.283
+    assert rows["static deflection"][:2] == ["0.0006 m", "(0.6 mm)"]  # 0.3 x 10/5000
     assert rows["velocity"] == ["sticking", "velocity at the start: that of the belt, sticking"]
     assert rows["axis belt_speed"] == ["0.001 to 0.2 m/s", "(1 to 200 mm/s)", "80 values, log spacing: belt speed"]
     assert rows["axis lubricant"] == ["2 points", "dry, oil"]

@@ -129,23 +129,6 @@ def test_a_file_in_place_of_a_command_gets_the_commands_that_take_it(here, name,
 # --- validate ---------------------------------------------------------------------------------------------------------
 
 
-def test_validate_says_each_quantity_in_base_and_customary_units_and_what_they_come_to(here):
-    (here / "my.yaml").write_text(
-        "system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N}\n"
-        "friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}\n"
-        "axes: {belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 3}}\n"
-    )
-    rows = [" ".join(line.split()) for line in call("validate", "my.yaml").stdout.splitlines()]
-    for row in (
-        "mass 0.1 kg (100 g) mass",
-        "stiffness 5000 N/m (5 N/mm) spring stiffness",
-        "natural frequency 35.6 Hz sqrt(stiffness/mass)/(2 pi), without friction",  # sqrt(50000)/6.283
-        "static deflection 0.0008 m (0.8 mm) mu_start times load over stiffness, where it breaks away",  # 0.4 x 10/5000
-        "axis belt_speed 0.001 to 0.2 m/s (1 to 200 mm/s) 3 values, linear spacing: belt speed",
-    ):
-        assert row in rows
-
-
 def test_validate_answers_programs(here):
     write_config(here)
     (here / "bad.yaml").write_text("system: {mass: 1,5 kg}\n")

@@ -91,8 +91,8 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 
     if listing:
         for each in config_names():
-            data = read_yaml(config_path(each)).data
-            screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {each:20} {data['title']}")
+            path = config_path(each)
+            screen.echo(f"stickslip {command_for(path)} {each:20} {read_yaml(path).data['title']}")
         return
     text, command = starter(), "run"
     try:

@@ -46,7 +46,7 @@ def test_axes_change_by_one_of_their_keys_or_as_a_whole():
 def test_nothing_after_the_equals_sign_removes_a_key():
     config = read(AXES, "axes.stiffness=", "system.stiffness=7")
     assert config.axes == () and config.system.stiffness == 7
-    assert "not there, so it cannot be removed" in complaint(GOOD, "friction.mu_stop=")
+    assert "friction has no mu_stop" in complaint(GOOD, "friction.mu_stop=")
 
 
 def test_a_configuration_keeps_what_was_set():
@@ -59,9 +59,9 @@ def test_a_configuration_keeps_what_was_set():
     ("system.mass=1,5 kg", "my.yaml: --set system.mass=1,5 kg: system.mass: got '1,5 kg', expected a mass"),
     ("sytem.mass=1", "my.yaml: --set sytem.mass=1: sytem: unknown key"),
     ("axes.stiffness.nm=1", "my.yaml: --set axes.stiffness.nm=1: axes.stiffness.nm: unknown key"),
-    ("axes.stiffness.num.more=1", "axes.stiffness.num is 10, and has no key more"),
-    ("axes.stiffness.num[0]=1", "axes.stiffness.num is 10, and has no [0]"),
-    ("axes.stiffness[0]=1", "axes.stiffness is a mapping, and has no [0]"),
+    ("axes.stiffness.num.more=1", "axes.stiffness.num has no more"),
+    ("axes.stiffness.num[0]=1", "axes.stiffness.num has no [0]"),
+    ("axes.stiffness[0]=1", "axes.stiffness has no [0]"),
     ("axes.stiffness.num=[1", "my.yaml: --set axes.stiffness.num=[1: axes.stiffness.num: not valid YAML"),
     ("axes.mass.num=5", "my.yaml: --set axes.mass.num=5: axes.mass.start: missing"),
     ("system.stiffness=4", "given twice, as system.stiffness by --set system.stiffness=4 already"),
