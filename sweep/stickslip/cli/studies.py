@@ -124,8 +124,12 @@ def _settings(context: click.Context, fields: Mapping[str, Any]) -> Iterator[Set
 
     for option in context.command.params:
         if value := fields.get(str(option.name)):
-            option_text = f"{option.opts[0]} {value}"
-            yield Setting(option_text, f"{context.command.name}.{option.name}", json.dumps(_given(value)))
+            written = f"{option.opts[0]} {_spelled(value)}"
+            yield Setting(written, f"{context.command.name}.{option.name}", json.dumps(_given(value)))
+
+
+def _spelled(value: Any) -> str:
+    return " ".join(map(_spelled, value)) if isinstance(value, tuple) else str(value)
 
 
 def _given(value: Any) -> Any:
