@@ -124,7 +124,7 @@ def test_no_way_out_is_no_error(here):
     ("arguments", "message"),
     [
         (("advise", "pair.yaml"), "missing, expected a value for this axis"),
-        (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=NUMBER"),
+        (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=VALUE"),
         (("advise", "pair.yaml", *AT, "--within", "1"), "within: got 1.0, expected a number above 1"),
         (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
         (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),

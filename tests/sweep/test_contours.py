@@ -165,7 +165,7 @@ def test_a_plane_without_borders_has_no_lines_and_says_so(tmp_path):
         ({"between": {"mass": (1, 2)}}, "between: got a range for 'mass', expected stiffness or belt_speed"),
         ({"between": {"belt_speed": (1, 2)}}, "between: missing; cells need a range of stiffness"),
         ({"points": 1}, "points: got 1, expected a whole number from 2 to"),
-        ({"points": (8, 8)}, "points: got (8, 8)"),
+        ({"points": (8, 8)}, "points: got [8, 8]"),
         ({"scan": 1}, "scan: got 1"),
     ],
 )

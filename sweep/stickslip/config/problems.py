@@ -18,10 +18,13 @@ _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a ma
 
 
 class ProblemCollector:
-    """The problems of one document; a reader is one that also returns what is right."""
+    """The problems of one document; a reader is one that also returns what is right.
 
-    def __init__(self, document: Document) -> None:
-        self.document = document
+    in_full : whether messages quote mappings and lists, which of a file would be long.
+    """
+
+    def __init__(self, document: Document, in_full: bool = False) -> None:
+        self.document, self._in_full = document, in_full
         self.problems = list(document.problems)
         self.meant: set[str] = set()  # keys that misspelt ones were probably meant to be
 
@@ -141,7 +144,7 @@ class ProblemCollector:
             value = self.document.data
             for key in path:
                 value = value[key]
-            text = _WITHOUT_TEXT.get(type(value)) or repr(value)
+            text = ("" if self._in_full else _WITHOUT_TEXT.get(type(value), "")) or repr(value)
             if isinstance(value, list) and len(value) == 2 and not any(isinstance(item, dict | list) for item in value):
                 text = f"[{value[0]}, {value[1]}]"  # a range
         return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."

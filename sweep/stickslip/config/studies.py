@@ -67,7 +67,7 @@ def section_class(key: str) -> type[StudySection]:
 def section_of_call(model: type[AnySection], **values: Any) -> AnySection:
     """A section from the arguments of a call, of which None is not given. Raises ArgumentError."""
     document = python_document({"call": {name: value for name, value in values.items() if value is not None}})
-    problems = ProblemCollector(document)
+    problems = ProblemCollector(document, in_full=True)
     section = None if document.problems else problems.read(model, ("call",), document.data["call"])
     for problem in problems.problems:
         hint = f"; {problem.hint}" if problem.hint else ""

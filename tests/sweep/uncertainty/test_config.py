@@ -151,12 +151,6 @@ BAD = {
         "map.yaml:5:12: uncertain.indices: got true, expected false: Sobol indices are defined for independent inputs\n"
         "  hint: leave the correlation out to see which input matters",
     ),
-    "a covariance": (
-        text(f"{SPEED}, damping: {{uniform: [0, 1]}}",
-             "covariance: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
-        "map.yaml:5:3: uncertain.covariance: got a covariance, expected the std of each quantity, and their "
-        "correlation",
-    ),
     "not a power of two": (
         text(SPEED, "draws: 1000"),
         "map.yaml:5:10: uncertain.draws: got 1000, expected a power of two\n"
