@@ -44,7 +44,7 @@ class Document:
     keys, values : place of each key and of each value, by path.
     texts : spelling of each scalar, by path, so that messages can show it as it was written ("1e400", not inf).
     problems : what is wrong but does not keep the rest from being read: repeated keys and keys that are not words.
-    moved : where parts stand in the file that stand elsewhere in `data` (`document.py`).
+    moved : where parts stand in the file that stand elsewhere in `data` (resolvers).
     """
 
     name: str

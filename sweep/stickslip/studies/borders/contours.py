@@ -121,8 +121,8 @@ class ContourStudy(Study):
     )
     examples = (
         "configs/quickstart.yaml --plot borders.png",
-        "configs/quickstart.yaml -o borders.nc --csv borders.csv",
-        "configs/start_state.yaml --points 1024 --plot basins.svg",
+        "configs/quickstart.yaml -o borders.csv",
+        "configs/start_state.yaml --set contours.points=1024 --plot basins.svg",
     )
     name, counted, ragged = "contours", "panels", True
     columns: Mapping[str, np.dtype[Any]] = {
