@@ -2,8 +2,9 @@
 
 Arrays become lists, numbers of NumPy plain numbers, paths texts. An array with units (`units` in the attributes of a
 DataArray, or an array of Pint) becomes texts with that unit, which the reader understands or refuses like any other.
-In arrays, which hold no words, NaN stands for the word of its quantity (none, sticking). A value that is none of these
-is left as it is, for the reader to refuse.
+In arrays, which hold no words, NaN stands for the word of its quantity (none, sticking). An axis that `np.linspace` or
+`np.geomspace` made is the range it came from, so that plots know its scale. A value that is none of these is left as
+it is, for the reader to refuse.
 """
 
 import os
@@ -20,6 +21,7 @@ from stickslip.vocabulary.cell_values import has_missing
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _AXES = "axes"
+_FEWEST = 3  # values of an array that can be told to be a range
 
 
 def python_document(given: Mapping[Any, Any], name: str = "") -> Document:
@@ -108,10 +110,23 @@ class _PlainData:
                 return row.word
             return _scalar(number) if unit is None else f"{number!r} {unit}"
 
+        if row is not None and path == (_AXES, row.name) and (ends := _range(values)) and np.all(row.allows(values)):
+            return ends | {key: plain(ends[key]) for key in ("start", "stop")}
         return plain(values.tolist())
 
     def _note(self, path: Path, message: str) -> None:
         self._document.problems.append(Problem(path, message))
+
+
+def _range(values: Any) -> dict[str, Any] | None:
+    """The range whose points these are to the last bit; None if there is none."""
+    if values.dtype.kind not in "iuf" or values.ndim != 1 or values.size < _FEWEST or not values[0] < values[-1]:
+        return None
+    start, stop = float(values[0]), float(values[-1])
+    for spacing, spread in (("linear", np.linspace), ("log", np.geomspace)):
+        if (spacing == "linear" or start > 0) and np.array_equal(values, spread(start, stop, values.size)):
+            return {"start": start, "stop": stop, "num": int(values.size), "spacing": spacing}
+    return None
 
 
 def _scalar(given: Any) -> Any:

@@ -131,9 +131,11 @@ def test_values_of_an_axis_come_in_every_form(values):
     assert axis.values == pytest.approx((0.1, 0.2, 0.5), rel=1e-6)
 
 
-def test_arrays_are_the_values_of_an_axis():
-    values = np.linspace(1.0, 12.0, 37)
+@pytest.mark.parametrize(("spread", "spacing"), [(np.linspace, "linear"), (np.geomspace, "log")])
+def test_arrays_that_numpy_spaced_are_ranges_with_their_scale(spread, spacing):
+    values = spread(1.0, 12.0, 37)
     (axis,) = axes_of({"belt_speed": values})
+    assert axis.spacing == spacing
     np.testing.assert_array_equal(axis.points(), values)
 
 
