@@ -13,6 +13,7 @@ from typing import Any
 from stickslip import extensions
 from stickslip.config.yaml import Document
 from stickslip.errors import Path
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -75,9 +76,10 @@ def _with_damping(document: Document) -> Document:
     if share is None:
         return document
     try:
-        mass, stiffness = (QUANTITIES[name].read(system[name]) for name in ("mass", "stiffness"))
-        damping = float(share[1]) / 100.0 * 2.0 * math.sqrt(stiffness * mass)
-    except (KeyError, ValueError):  # QuantityError is one
+        names = [name for name in system if name in QUANTITIES and name != "damping"]
+        scales = scales_of({name: QUANTITIES[name].read(system[name]) for name in names})
+        damping = float(share[1]) / 100.0 * float(scales.critical_damping)
+    except ValueError:  # QuantityError is one
         damping = math.nan
     if not damping >= 0.0:
         text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"

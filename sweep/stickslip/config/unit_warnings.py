@@ -12,6 +12,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from functools import reduce
+from itertools import product
 from operator import add
 
 import numpy as np
@@ -25,7 +26,7 @@ from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, model_of, model_with
 from stickslip.vocabulary.parameter import FRICTION
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.quantities import OSCILLATOR, QUANTITIES
 
 DOUBTED_FRICTION = FRICTION[-1]
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
@@ -89,8 +90,10 @@ def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
     if BREAKAWAY not in spans and all(name in spans for name in levels):
         spans[BREAKAWAY] = reduce(add, (spans[name] for name in levels))
     if {"stiffness", "mass"} <= spans.keys():
-        softest = scales_of({"stiffness": spans["stiffness"], "mass": spans["mass"][::-1]})
-        spans["natural frequency"] = softest.natural_frequency
+        names = [name for name in OSCILLATOR if name in spans]
+        corners = np.transpose([*product(*(spans[name] for name in names))])
+        frequency = scales_of(dict(zip(names, corners, strict=True))).natural_frequency
+        spans["natural frequency"] = np.array([frequency.min(), frequency.max()])
     if {BREAKAWAY, "normal_load", "stiffness"} <= spans.keys():
         spans["static deflection"] = spans[BREAKAWAY] * spans["normal_load"] / spans["stiffness"][::-1]
     return spans

@@ -37,6 +37,7 @@ _START = table(
 # Of a cell whose contact follows a model, in their order.
 PARAMETERS_OF = {model: {**_BODY, **model.parameters, **_START} for model in MODELS}
 
+OSCILLATOR = tuple(_BODY)
 PARAMETERS: dict[str, Parameter] = {**_BODY, **{n: row for m in MODELS for n, row in m.parameters.items()}, **_START}
 MEASURED: dict[str, Parameter] = {name: row for model in MODELS for name, row in model.measured.items()}
 SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along
