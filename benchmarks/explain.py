@@ -24,7 +24,7 @@ from time import process_time
 import numpy as np
 
 from stickslip.config.examples import config_path
-from stickslip.config.options import options_of
+from stickslip.config.grid import options_of
 from stickslip.config.reader import load_config
 from stickslip.engine import stop_flag
 from stickslip.vocabulary.flags import DECIDED, REGIMES

@@ -17,8 +17,7 @@ import problem
 from measure import Job, interleave
 from stickslip import engine
 from stickslip.config.examples import config_path
-from stickslip.config.grid import build_grid
-from stickslip.config.options import options_of
+from stickslip.config.grid import build_grid, options_of
 from stickslip.config.reader import load_config
 from stickslip.vocabulary.cells import Cells
 

@@ -22,8 +22,7 @@ from scipy.integrate import solve_ivp
 from measure import Job, interleave
 from stickslip import engine
 from stickslip.config.examples import config_path
-from stickslip.config.grid import build_grid
-from stickslip.config.options import options_of
+from stickslip.config.grid import build_grid, options_of
 from stickslip.config.reader import load_config
 from stickslip.theory import memory
 from stickslip.vocabulary.cell_values import as_cells

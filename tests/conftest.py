@@ -18,6 +18,13 @@ def pytest_configure(config):
     config.addinivalue_line("filterwarnings", "ignore:mu_start = .* is more than:stickslip.errors.UnitWarning")
 
 
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 @pytest.fixture(scope="session")
 def kernels():
     """The article's kernels, in the cache: for tests of what should not compile while it is watched.

@@ -104,8 +104,8 @@ def output(*words):
     done = CliRunner().invoke(main, words)
     assert done.exit_code == 0, (words, done.output, done.exception)
     return done.output
-assert "Toys:" in output("--help") and output("greet") == "hello from a toy\\n"
-assert "--factor" in output("pace", "--help") and "pace" in json_schema()["properties"]
+assert "greet, pace" in output("--help") and output("greet") == "hello from a toy\\n"
+assert "its numbers (factor)" in " ".join(output("pace", "--help").split()) and "pace" in json_schema()["properties"]
 ds = stickslip.run("my.yaml")
 assert ds["pace"].shape == (3, 2) and ds.attrs["result"] == "pace"
 cell = stickslip.evaluate(ds.stickslip.cell(belt_speed=0.1, damping=0))
@@ -128,7 +128,7 @@ def test_an_extension_whose_package_was_taken_away_is_left_out(monkeypatch):
             raise ModuleNotFoundError("No module named 'stickslip_gone'", name="stickslip_gone")
 
     monkeypatch.setattr(extensions, "entry_points", lambda group: [Gone()])
-    assert extensions.installed.__wrapped__() == ()
+    assert extensions.named.__wrapped__() == {}
 
 
 def test_an_extension_that_lacks_what_it_imports_says_so(monkeypatch):
@@ -140,4 +140,4 @@ def test_an_extension_that_lacks_what_it_imports_says_so(monkeypatch):
 
     monkeypatch.setattr(extensions, "entry_points", lambda group: [Broken()])
     with pytest.raises(ModuleNotFoundError, match="nothing"):
-        extensions.installed.__wrapped__()
+        extensions.named.__wrapped__()

@@ -64,7 +64,7 @@ assert units.si_value("2 bar", "Pa") == 2e5 and units.expected("Pa") == "a press
 try:
     units.si_value("1 mm", "Pa")
 except QuantityError as error:
-    assert error.found == "length"
+    assert error.kind == "length"
 """)
 
 
@@ -281,9 +281,9 @@ def told(*words):
     assert done.exit_code == 0, (words, done.output, done.exception)
     return done.output
 assert json_schema()["properties"]["pace"]["properties"]["factor"]["exclusiveMinimum"] == 0
-assert "--factor FLOAT" in (shown := told("pace", "--help")) and "[default: 1]" in shown and "--squared" in shown
-assert "pace" in told("--help") and "what speeds are multiplied by" in shown.lower()
-assert "fastest" in told("pace", "pace.yaml", "--factor", "3", "-o", "pace.nc", "--plot", "pace.png")
+assert "--squared" in (shown := told("pace", "--help")) and "its numbers (factor)" in " ".join(shown.split())
+assert "pace" in told("--help")
+assert "fastest" in told("pace", "pace.yaml", "--set", "pace.factor=3", "-o", "pace.nc", "--plot", "pace.png")
 fast = stickslip.open("pace.nc")
 assert fast.attrs["result"] == plots.kind_of(fast) == "pace" and os.path.getsize("pace.png") > 1000
 plain = make_config(load_config("pace.yaml").resolved() | dict(pace=dict(factor=3.0)))

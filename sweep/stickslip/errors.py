@@ -94,7 +94,10 @@ class ConfigError(_InInput, ValueError):
         if len(errors) == 1:
             return errors[0]
         several = [(problem, error.source) for error in errors for problem in error.problems]
-        return cls("", [Problem((), replace(one, hint=None).text(source), None, one.hint) for one, source in several])
+        return cls(
+            "",
+            [Problem((), replace(problem, hint=None).text(source), None, problem.hint) for problem, source in several],
+        )
 
     def __str__(self) -> str:
         return "\n".join(problem.text(self.source) for problem in self.problems)
@@ -126,12 +129,12 @@ def visible(text: str) -> str:
 class QuantityError(ValueError):
     """Something that is not the quantity asked for.
 
-    expected : what would be right, in words. hint : the next step, or None. found : what it is instead, or None.
+    expected : what would be right, in words. hint : the next step, or None. kind : of quantity it is instead, or None.
     """
 
-    def __init__(self, expected: str, hint: str | None = None, found: str | None = None) -> None:
-        self.expected, self.hint, self.found = expected, hint, found
-        super().__init__(expected, hint, found)
+    def __init__(self, expected: str, hint: str | None = None, kind: str | None = None) -> None:
+        self.expected, self.hint, self.kind = expected, hint, kind
+        super().__init__(expected, hint, kind)
 
     def __str__(self) -> str:
         return f"expected {self.expected}" + (f"; {self.hint}" if self.hint else "")

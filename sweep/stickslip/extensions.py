@@ -47,7 +47,7 @@ class StudyEntry(NamedTuple):
 class Extension:
     """What an extension brings.
 
-    commands : by heading of `stickslip --help`, by name: places of click commands.
+    commands : by what they are about, by name: places of click commands.
     calls : by name in `stickslip` (`plots.NAME` in one of its rooms): places of modules, functions and classes.
     quantities : places of tables of quantities, by the section that holds them. marks : of results without the
         attribute `result`, the kind by a variable that no others have.
@@ -69,22 +69,27 @@ class Extension:
     methods: Mapping[str, Place] = field(default_factory=dict)
 
 
-@cache
 def installed() -> tuple[Extension, ...]:
-    """The extensions that are there, in the order of their names.
+    """The extensions that are there, in the order of their names."""
+    return tuple(named().values())
+
+
+@cache
+def named() -> Mapping[str, Extension]:
+    """The extensions that are there by name, in the order of names.
 
     One whose package was taken away though its entry point is still listed (an editable installation) is left out.
     """
-    extensions = []
+    extensions = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         try:
-            extensions.append(point.load())
+            extensions[point.name] = point.load()
         except ModuleNotFoundError as error:
             if error.name != point.module.partition(".")[0]:
                 raise
         except AttributeError as error:  # its module imports the engine, which is just asking for it
             raise ImportError(f"{point.value}: expected in a module that imports stickslip.extensions alone") from error
-    return tuple(extensions)
+    return extensions
 
 
 def brought(field: str) -> dict[str, Any]:
@@ -96,9 +101,9 @@ def brought(field: str) -> dict[str, Any]:
 
 
 def commands() -> Iterator[tuple[str, Mapping[str, Place]]]:
-    """Headings of the help, each with places of commands by name; a heading may come several times."""
-    for extension in installed():
-        yield from extension.commands.items()
+    """The names of extensions, each with places of its commands by name."""
+    for name, extension in named().items():
+        yield name, {command: place for row in extension.commands.values() for command, place in row.items()}
 
 
 def call(name: str, module: str) -> Any:

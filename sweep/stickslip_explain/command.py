@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, QUIET, fail, refuses_bad_input, remark_incomplete, reports_errors
-from stickslip.cli.outputs import Outputs, save_result
-from stickslip.cli.run import FRESH, run_request
-from stickslip.cli.summary import show_result
+from stickslip.cli.exits import JSON, fail, refuses_bad_input, remark_incomplete, reports_errors
+from stickslip.cli.outputs import Outputs, save_result, show_result
+from stickslip.cli.run import run_request
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -27,15 +26,9 @@ Examples:
 @params.OUTPUT
 @params.plot_option()
 @click.option("--report", type=params.Target("page"), help="Page to write (.html): plots and meanings.")
-@FRESH
-@params.DASK
-@params.THREADS
-@QUIET
 @JSON
 @reports_errors
-def explain(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, fresh: bool, dask: str | None
-) -> dict[str, Any]:
+def explain(config: Path, output: Location | None, plot: Path | None, report: Path | None) -> dict[str, Any]:
     """Find springs, dampers and friction that explain observations.
 
     CONFIG holds observations, `explain: {observed: [...]}` (regimes, results with their scatter), what was known
@@ -50,9 +43,8 @@ def explain(
         fail(f"{config}: no observation, expected explain: {{observed: [...]}}")
     configured = params.configured_targets(loaded)
     output, target, page = output or configured[0], plot or configured[1], report or configured[2]
-    request = Request(loaded, output, fresh=fresh, dask=dask)
-    keep = ["explain", str(config), "-o", f"{config.stem}.nc"]
-    answer = run_request(request, keep, Outputs(target, page=page))
+    request = Request(loaded, output)
+    answer = run_request(request, Outputs(target, page))
     if "contradiction" in answer:
         remark_incomplete(f"{_place(config, answer['observation'])}: nothing explains this: {answer['contradiction']}")
     return answer
@@ -76,7 +68,7 @@ Examples:
   stickslip next explain.nc --over belt_speed normal_load
   stickslip next explain.nc --over belt_speed="5..300 mm/s" --scatter period=2 --plot next.png""",
 )
-@click.argument("file", type=params.Place())
+@click.argument("file", type=params.PathOrUrl())
 @click.argument("more", nargs=-1, metavar="[NAME]")
 @click.option("--over", multiple=True, metavar="NAME[=RANGE]",
               help="One or two parameters in which an observation may differ.")  # fmt: skip

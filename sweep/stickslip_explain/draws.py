@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.config.checks import varied_paths
+from stickslip.config.resolve import varied_paths
 from stickslip.config.yaml import Document, parse_yaml
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.suggest import listed

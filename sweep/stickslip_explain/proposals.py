@@ -16,9 +16,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
+from stickslip.config.grid import options_of
 from stickslip.config.model import Config, Range
-from stickslip.config.options import options_of
-from stickslip.config.ranges import interval
+from stickslip.config.sections import interval
 from stickslip.config.studies import Table
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, stop_flag

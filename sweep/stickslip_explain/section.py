@@ -7,8 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, create_model
 
-from stickslip.config.ranges import each_with_unit
-from stickslip.config.sections import Read, Section, StudySection, list_of, one_of, refused, with_rows
+from stickslip.config.sections import Read, Section, StudySection, each_with_unit, list_of, one_of, refused, with_rows
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import DECIDED
@@ -96,7 +95,7 @@ def _read_measured(row: Variable) -> Read:
         try:
             value = units.si_value(text, row.units)
         except QuantityError as error:
-            raise refused(error.expected, error.hint, error.found) from None
+            raise refused(error.expected, error.hint, error.kind) from None
         if not 0.0 < value < math.inf:
             raise refused(forms, "its logarithm is what is compared")
         return value

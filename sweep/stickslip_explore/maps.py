@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
+from stickslip.config.grid import options_of
 from stickslip.config.model import Config, Range
-from stickslip.config.options import options_of
 from stickslip.config.studies import Study, section_of_call
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel

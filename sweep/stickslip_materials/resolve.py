@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.config.checks import varied_paths
-from stickslip.config.document import LAWS_FITTED
 from stickslip.config.examples import points_path
+from stickslip.config.resolve import LAWS_FITTED, varied_paths
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Place, UnitWarning
 from stickslip.vocabulary.models import CURVE

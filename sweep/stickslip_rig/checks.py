@@ -9,12 +9,12 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.checks import varied_paths
 from stickslip.config.describe import value_text
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.rules import Finding, Space, worst_cell
+from stickslip.config.resolve import varied_paths
+from stickslip.config.rules import Finding, QuantitySpace, worst_cell
 from stickslip.config.studies import Study
 from stickslip.errors import Path, PlotError, Problem
 from stickslip.vocabulary.models import ROUNDING
@@ -56,7 +56,7 @@ class RigStudy(Study):
             yield Problem(("drive",), message, hint="without a drive it is a map, which stickslip run computes")
 
     @classmethod
-    def rules(cls, section: Drive, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
+    def rules(cls, section: Drive, space: QuantitySpace, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
         """The belt of a rig moves, and reaches its speed within a stroke, if its profile has a ramp."""
         default = float(QUANTITIES["ramp"].default or 0.0)
         is_sine = section.profile == "sine"

@@ -16,10 +16,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
-from stickslip.config.yaml import Document, read_yaml, write_yaml
+from stickslip.config.yaml import Document, Setting, overridden, read_yaml, write_yaml
 from stickslip.errors import QuantityError
 from stickslip.vocabulary.column_units import column_unit
 from stickslip_materials.fit.headings import Heading, heading
@@ -88,7 +87,7 @@ def read_settings(document: Document) -> Settings:
                 else:
                     named[name] = read(name, text)
             except QuantityError as error:
-                problems.refuse((*path, word), error.expected, error.hint, error.found)
+                problems.refuse((*path, word), error.expected, error.hint, error.kind)
         return named
 
     def column_named(word: str) -> str | None:

@@ -12,12 +12,11 @@ import numpy as np
 import xarray as xr
 
 from stickslip import engine
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, options_of
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
-from stickslip.config.overrides import Setting
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.studies import Moved
+from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, study_dataset
 from stickslip.errors import StoppedError
 from stickslip.studies.study import joined

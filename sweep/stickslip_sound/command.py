@@ -57,7 +57,6 @@ Examples:
     "--reference", multiple=True, metavar="NAME=VALUE,...",
     help="With --level: the cell that has 0 dB, by what differs from --at.",
 )  # fmt: skip
-@params.THREADS
 @JSON
 @reports_errors
 def listen(

@@ -248,8 +248,9 @@ def test_the_command_computes_tells_and_draws_a_goal(tmp_path):
         "uncertain: {draws: 4, quantities: {normal_load: {normal: {mean: 3, std: 0.3}}}}\n"
     )
     words = ("goal", tmp_path / "pair.yaml", "--over", "damping", "mu_static", "--between", "damping", "0.5", "9 N s/m",
-             "--quiet-over", "belt_speed=20..200mm/s", "--with", "90%", "--points", "17", "--scan", "5")  # fmt: skip
-    files = ("-o", tmp_path / "goal.nc", "--plot", tmp_path / "goal.png", "--csv", tmp_path / "goal.csv")
+             "--quiet-over", "belt_speed=20..200mm/s", "--with", "90%",
+             "--set", "goal.points=17", "--set", "goal.scan=5")  # fmt: skip
+    files = ("-o", tmp_path / "goal.csv", "--plot", tmp_path / "goal.png")
     done = CliRunner().invoke(main, list(map(str, words + files)))
     assert done.exit_code == 0, done.output
     assert "quiet over belt speed 20 to 200 mm/s with a probability of 90 %" in done.output

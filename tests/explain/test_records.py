@@ -9,7 +9,7 @@ from scipy import stats
 
 import stickslip
 from stickslip import rig
-from stickslip.config.options import options_of
+from stickslip.config.grid import options_of
 from stickslip.config.reader import load_config, make_config
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError, ContradictionError

@@ -1,13 +1,29 @@
 """Calls of the command line within the process of the test."""
 
+import click
 from click.testing import CliRunner
 
 from stickslip.cli import main
 
 
+def call(*arguments):
+    """What the command says to these arguments."""
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
 def invoke(*arguments):
-    """What a command says, and its exit code; an exception that is no exit is raised."""
-    done = CliRunner().invoke(main, [str(a) for a in arguments])
+    """The same; an exception that is no exit is raised."""
+    done = call(*arguments)
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
     return done
+
+
+def commands_of(group=main, before=""):
+    """All commands by their words, those of groups too."""
+    context, commands = click.Context(group), {}
+    for name in group.list_commands(context):
+        commands[f"{before}{name}"] = command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            commands |= commands_of(command, f"{before}{name} ")
+    return commands

@@ -8,9 +8,8 @@ from time import perf_counter
 import numpy as np
 
 from stickslip import engine
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, options_of
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.reader import make_config
 from stickslip.runs.memory import compute_study
 from stickslip.runs.work import study_of

@@ -116,7 +116,7 @@ def test_marks_of_a_file_have_their_regimes_and_a_legend_below_the_axes(folder, 
         drawn.append(figure)
 
     monkeypatch.setattr(plots, "save", save)
-    done = call("plot", folder / "map.nc", "--marks", folder / "points.csv", "--size", "16 cm x 9 cm")
+    done = call("plot", folder / "map.nc", "--mark", folder / "points.csv", "--size", "16 cm x 9 cm")
     assert done.exit_code == 0, done.output
     said = re.findall(r"^mark     (.*): (\S+)$", done.stdout, re.MULTILINE)
     ds = stickslip.open(folder / "map.nc")
@@ -149,7 +149,7 @@ def test_marks_of_a_file_have_their_regimes_and_a_legend_below_the_axes(folder, 
 )
 def test_a_file_of_marks_that_is_wrong_is_refused_with_its_line(folder, tmp_path, text, said):
     (tmp_path / "points.csv").write_text(text)
-    done = call("plot", folder / "map.nc", "--marks", tmp_path / "points.csv", "-o", tmp_path / "x.png")
+    done = call("plot", folder / "map.nc", "--mark", tmp_path / "points.csv", "-o", tmp_path / "x.png")
     assert done.exit_code == 2 and said in done.stderr and not (tmp_path / "x.png").exists()
 
 

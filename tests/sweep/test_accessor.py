@@ -14,7 +14,7 @@ from matplotlib.image import imread
 
 import stickslip
 from helpers.nightly import few
-from stickslip import plots, progress, sound
+from stickslip import plots, sound
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
@@ -75,13 +75,6 @@ def test_a_cell_is_simulated_as_it_was_computed():
     some = cells.stickslip.simulate(cell=1)
     period = float(cells["period"][1])
     assert 3 * period < float(some["time"][-1]) < 20 * period, "some cycles, unless a duration is given"
-
-
-def test_a_cell_is_heard_at_its_frequency(ds):
-    heard = ds.stickslip.sound(0.5, slow=0.01, grease="A", mu_stop="none", belt_speed=0.1)
-    cell = ds.stickslip.cell(grease="A", mu_stop="none", belt_speed=0.1)
-    np.testing.assert_array_equal(heard.acceleration, sound.of(cell, 0.5, slow=0.01).acceleration)
-    assert "<audio" in heard._repr_html_() and heard.wav().startswith(b"RIFF")
 
 
 def test_the_configuration_computes_the_result_again(ds):
@@ -220,70 +213,10 @@ def test_the_accessor_is_there_in_whatever_order_things_are_imported(order, entr
     assert said == [str(ds["regime"].size), "2", "1.0"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="paths are joined by a colon")
-def test_importing_ours_does_not_import_xarray():
-    said = python(["import sys, stickslip", "print('xarray' in sys.modules, 'numpy' in sys.modules)",
-                   "stickslip.open", "import xarray", "print(hasattr(xarray.Dataset, 'stickslip'))"])  # fmt: skip
-    assert said == ["False", "False", "True"]
-
-
 # --- notebooks --------------------------------------------------------------------------------------------------------
 
 
-def test_every_plot_shows_itself_in_a_notebook(ds):
-    figure = plots.plot_map(ds.isel(grease=0))
-    assert figure._repr_png_().startswith(b"\x89PNG")
-    assert "matplotlib.pyplot" not in sys.modules
-
-
-def test_a_configuration_shows_what_was_understood(ds):
-    shown = ds.stickslip.configuration._repr_html_()
-    assert "<td>normal_load</td><td>1 N</td><td>normal load</td>" in shown and "two greases" in shown
-    assert "0.01 to 1 m/s, 5 values, linear" in shown
-
-
-def test_a_notebook_shows_a_bar_that_ends_where_the_work_does(monkeypatch, capsys):
-    monkeypatch.setattr(progress, "in_notebook", lambda: True)
-    monkeypatch.setattr(progress, "PATIENCE", 0.0)
-    monkeypatch.setattr(progress, "will_compile", lambda law: True)
-    cell = {"mass": 1, "stiffness": 1, "normal_load": 1, **FRICTION}
-    stickslip.ramp(cell, "belt_speed", (0.1, 1.0), 20, progress=False)
-    assert capsys.readouterr() == ("", "")
-    stickslip.ramp(cell, "belt_speed", (0.1, 1.0), 20)
-    shown = capsys.readouterr().out
-    assert shown.startswith("compiling the kernels for this machine")
-    assert "100.0 %  1 of 1 lines" in shown.rpartition("\r")[2]
-
-
-def test_a_ramp_says_how_far_it_is():
-    cell = {"mass": 1, "stiffness": 1, "normal_load": 1, **FRICTION}
-    moves = []
-    stickslip.ramp(cell | {"damping": [0.0, 0.1]}, "belt_speed", (0.1, 1.0), 20, progress=lambda *at: moves.append(at))
-    assert moves[0] == (0, 2) and moves[-1] == (2, 2) and moves == sorted(moves)
-
-
-def test_outside_of_notebooks_a_bar_is_shown_if_asked_for(capfd):
-    axes = {"stiffness": np.geomspace(1, 100, 200), "belt_speed": np.linspace(0.01, 1.0, 100)}
-    asked = {"system": {"mass": 1, "normal_load": 1}, "friction": FRICTION, "axes": axes}
-    stickslip.sweep(**asked)
-    assert capfd.readouterr() == ("", "")
-    stickslip.sweep(**asked, progress=True)
-    assert "20,000 of 20,000 cells" in capfd.readouterr().err
-    moves = []
-    stickslip.sweep(**asked, progress=lambda done, total: moves.append((done, total)))
-    assert moves[-1] == (20_000, 20_000)
-    with pytest.raises(ValueError, match="progress: got 'often', expected a function, True, False or 'auto'"):
-        stickslip.sweep(**asked, progress="often")
-
-
 # --- what is wrong, in a notebook -------------------------------------------------------------------------------------
-
-
-def test_ipython_shows_the_message_of_an_error_in_the_input_alone():
-    with pytest.raises(stickslip.ConfigError) as wrong:
-        stickslip.sweep(system={"mas": 1}, friction=FRICTION)
-    (shown,) = wrong.value._render_traceback_()
-    assert shown.startswith("ConfigError: system.mas: unknown key") and "did you mean mass?" in shown
 
 
 def test_words_that_are_nearly_right_are_recognised():

@@ -38,7 +38,8 @@ def said(*arguments, code=0):
 
 
 def test_contours_go_to_a_file_a_table_and_a_plot(here):
-    arguments = ("--points", "16", "--tolerance", "1e-4", "-o", "lines.nc", "--csv", "lines.csv", "--plot", "lines.png")
+    numbers = ("--set", "contours.points=16", "--set", "contours.tolerance=1e-4")
+    arguments = (*numbers, "-o", "lines.csv", "--plot", "lines.png")
     told = said("contours", "pair.yaml", *arguments)
     assert re.search(r"^stick_slip +damped +line +[\d.]+ to [\d.]+ m/s", told, re.MULTILINE)
     ds = stickslip.open("lines.nc")
@@ -53,10 +54,9 @@ def test_contours_go_to_a_file_a_table_and_a_plot(here):
 
 def test_borders_are_drawn_over_the_map_of_a_file_or_a_coarse_one(here):
     said("run", "pair.yaml", "-o", "map.nc")
-    said("border", "pair.yaml", "--along", "belt_speed", "--scan", "8", "--tolerance", "1e-4", "-o", "b.nc",
-         "--map", "map.nc", "--plot", "b.png")  # fmt: skip
-    said("border", "pair.yaml", "--along", "damping", "--between", "0", "1", "--scan", "4", "--tolerance", "1e-3",
-         "-o", "d.nc", "--plot", "d.png")  # fmt: skip
+    numbers = ("--set", "border.scan=8", "--set", "border.tolerance=1e-4")
+    said("border", "pair.yaml", "--along", "belt_speed", *numbers, "-o", "b.nc", "--plot", "b.png")
+    said("border", "pair.yaml", "--along", "damping", "--between", "0", "1", *numbers, "-o", "d.nc", "--plot", "d.png")
     assert "plot     c.png" in said("plot", "b.nc", "-o", "c.png")
     assert "plot     m.png" in said("plot", "map.nc", "--lines", "b.nc", "-o", "m.png")
     for name in ("b", "c", "d", "m"):
@@ -124,12 +124,11 @@ def test_the_opposite_of_each_cell_is_looked_for(here):
     ("arguments", "message"),
     [
         (("advise", "pair.yaml"), "missing, expected a value for this axis"),
-        (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=NUMBER"),
+        (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=VALUE"),
         (("advise", "pair.yaml", *AT, "--within", "1"), "within: got 1.0, expected a number above 1"),
         (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
         (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
-        (("contours", "pair.yaml", "--csv", "lines.txt"), "tables of points end in .csv"),
-        (("contours", "pair.yaml", "--scan", "1"), "scan: got 1"),
+        (("contours", "pair.yaml", "--set", "contours.scan=1"), "contours.scan=1: contours.scan: got 1"),
     ],
 )  # fmt: skip
 def test_wrong_input_is_said_before_anything_is_computed(here, arguments, message):

@@ -13,7 +13,6 @@ from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.options import Look
 from stickslip.vocabulary.units import each_with_unit
-from stickslip_materials.compare.system import speeds_of
 
 CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, **CURVE}
@@ -101,11 +100,6 @@ def test_boxes_and_ranges_of_python_calls():
     assert found.attrs["box_velocity"].tolist() == [-1, 1] and found.attrs["box_displacement"].tolist() == [-0.001, 1]
     ramp = stickslip.ramp(CELL, along="belt_speed", between=(5, "900 mm/s"), points=3)
     np.testing.assert_allclose(ramp["belt_speed"][[0, -1]], [0.005, 0.9], rtol=1e-12)
-
-
-def test_speeds_of_a_comparison():
-    assert speeds_of([5, "60 mm/s"], None).values == (0.005, 0.06)
-    assert speeds_of(None, (5, "60 mm/s")).values == (0.005, 0.06)
 
 
 def test_options_of_commands(tmp_path):

@@ -41,19 +41,12 @@ def test_a_dataset_gives_its_variables_and_its_coordinates():
     assert set(zip(cells["belt_speed"], cells["a1"], strict=True)) == {(0.1, 1.0), (0.2, 1.1)}
 
 
-@pytest.mark.parametrize("curve", [{"a2": -0.1}, {"a3": -0.4}, {"a3": -1.0}, {"a1": 0.3, "a3": -(0.1 + 0.2)}])
-def test_friction_may_strengthen_from_zero_speed_and_weaken_at_speed(curve):
-    """As fits of real curves do; only static friction, a1 + a3, is not negative (0.1 + 0.2 exceeds 0.3 by rounding)."""
-    cells = as_cells(PAIR | curve)
-    assert all(float(cells[name][0]) == value for name, value in curve.items())
-
-
 WRONG = {
     "missing": ({"mass": None}, ValueError, r"^mass is missing \(mass, kg\)"),
     "unknown": ({"belt_sped": 1.0}, TypeError, "'belt_sped' is not a parameter of a cell; did you mean belt_speed?"),
     "no number": ({"mass": [1.0, None]}, TypeError, r"mass: got \[1.0, None\], expected a number or .* '250 g'"),
     "another unit": ({"mass": "1 N"}, ValueError, r"^mass: got '1 N' \(force\), expected a mass such as '250 g'"),
-    "a unit in a list": ({"stiffness": ["5 N/mm", "1,5 N/m"]}, ValueError, r"^stiffness\[1\]: got '1,5 N/m', .*1.5"),
+    "a unit in a list": ({"stiffness": ["5 N/mm", "1,5 N/m"]}, ValueError, r"^stiffness\[1\]: got '1,5 N/m'.*decimal"),
     "a negative text": ({"mass": ["1 kg", "-2 g"]}, ValueError, r"^mass\[1\]: got '-2 g', expected a mass above 0 kg"),
     "text without unit": ({"a1": "1.2"}, ValueError, "^a1: got '1.2', expected a number .*remove the quotes"),
     "negative": ({"mass": -1.0}, ValueError, r"mass: got -1, expected a mass above 0 kg"),

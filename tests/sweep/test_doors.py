@@ -6,16 +6,11 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip import plots, sound
+from stickslip import sound
 from stickslip.config.reader import parse_config
 from stickslip.dataset.display import MapAxis
 from stickslip.plots.theory import over_plane
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.flags import REGIMES
-from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip_explore.source import _of_config
-from stickslip_explore.view import sliders_of
 from stickslip_sound.loudness import a_weighting
 
 TABLE = "table: {speed: [0.001, 0.005, 0.02, 0.1, 1.0], mu: [0.30, 0.29, 0.27, 0.25, 0.256]}"
@@ -96,21 +91,6 @@ def test_no_line_of_theory_is_made_up_where_cells_alone_know_it(map_of):
     )
 
 
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_every_slider_of_the_explorer_ends_where_cells_can_be(contact):
-    source = _of_config(contact, parse_config(text_of(contact)))
-    sliders = {one.name: one for one in sliders_of(source)}
-    assert ("contact_time" in sliders) == ("contact_stiffness" not in sliders)
-    for name, one in sliders.items():
-        assert one.low < one.high and np.isfinite([one.low, one.high, one.otherwise]).all()
-        for end in (one.low, one.high, one.otherwise):
-            assert QUANTITIES[name].allows(end), name
-    assert "contact_damping_speed" not in sliders or as_cells(
-        parameters_of({key: np.array([value]) for key, value in source.typical.items()})
-        | {"contact_damping_speed": sliders["contact_damping_speed"].otherwise}, source.options.law,
-    )  # fmt: skip
-
-
 def test_the_sound_of_bristles_is_that_of_their_motion_over_time():
     """Of the last second of a long one."""
     heard = sound.of(SQUEAL, 1.0)
@@ -131,16 +111,6 @@ def test_the_sound_of_rate_and_state_friction_begins_with_a_slip(speed):
     largest = float(stickslip.evaluate(cell, law="rate_state_ageing")["acceleration_max"][0])
     assert sound.of(cell, 1.0, law="rate_state_ageing").peak == pytest.approx(largest, rel=5e-3)
     assert np.isfinite(sound.levels(cell, law="rate_state_ageing")["acceleration_level_a"].values).all()
-
-
-def test_a_motion_of_a_ramp_that_is_alone_among_its_neighbours_is_drawn():
-    cell = {name: value for name, value in SQUEAL.items() if name != "belt_speed"}
-    ds = stickslip.ramp(cell, "belt_speed", (1e-3, 0.3), points=6).isel(cell=0)
-    (ax,) = plots.plot_branches(ds).axes
-    dots = [line for line in ax.lines if line.get_marker() == "o" and line.get_linestyle() == "None"]
-    lone = np.isin(ds["regime"].sel(direction="up").values, (1, 4))
-    shown = {round(float(x), 9) for line in dots for x in np.ravel(line.get_xdata())}
-    assert lone.sum() == 2 and {round(float(x), 9) for x in MapAxis(ds, "belt_speed").centres[lone]} <= shown
 
 
 @pytest.mark.slow

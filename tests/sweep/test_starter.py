@@ -15,12 +15,6 @@ from stickslip.vocabulary.settings import SOLVER
 TEMPLATE = starter()
 
 
-def test_the_starter_is_a_configuration():
-    config = parse_config(TEMPLATE)
-    assert build_grid(config).shape == (60, 80)
-    assert config.output.file == "my_map.nc" and config.output.plot == "my_map.png"
-
-
 def test_what_the_starter_says_holds_when_left_out_does():
     """Sections that claim to show the defaults."""
     config = parse_config(TEMPLATE)

@@ -23,7 +23,7 @@ COMMANDS = {  # what writes a file: the words before its name, and the suffixes 
     "run --report": (("run", "c.yaml", "-o", "map.nc", "--report"), (".html",)),
     "border -o": (("border", "c.yaml", "--along", "stiffness", "-o"), (".nc",)),
     "border --plot": (("border", "c.yaml", "--along", "stiffness", "--plot"), (".png",)),
-    "contours --csv": (("contours", "c.yaml", "--csv"), (".csv",)),
+    "contours -o": (("contours", "c.yaml", "-o"), (".csv",)),
     "attractors -o": (("attractors", "c.yaml", "-o"), (".nc",)),
     "ramp -o": (("ramp", "c.yaml", "--along", "stiffness", "-o"), (".nc",)),
     "ramp --plot": (("ramp", "c.yaml", "--along", "stiffness", "--plot"), (".svg",)),

@@ -38,11 +38,6 @@ def test_a_text_with_a_unit_becomes_si(text, unit, value):
     assert si_value(text, unit) == pytest.approx(value, rel=1e-15)
 
 
-def test_numbers_are_si_already():
-    assert si_value(3, "m s-1") == 3.0
-    assert isinstance(si_value(3, "m s-1"), float)
-
-
 @given(st.integers(-10_000, 10_000), st.integers(0, 6))
 def test_conversion_gives_the_double_nearest_to_what_was_written(digits, decimals):
     """0.7 mm is 0.0007, although 0.7 * 0.001 is not."""
@@ -53,19 +48,18 @@ def test_conversion_gives_the_double_nearest_to_what_was_written(digits, decimal
 @pytest.mark.parametrize(
     ("value", "unit", "message"),
     [
-        ("1,5 mm", "m", "a length such as '10 mm' or a number in m; write a decimal point, not a comma: '1.5 mm'"),
+        ("1,5 mm", "m", "a length such as '10 mm' or a number in m; write a decimal point, not a comma"),
         ("10 mm mm/s x", "m s-1", "a speed such as '10 mm/s' or a number in m/s; no unit is called 'x'"),
         ("1 nan", "kg", "a mass such as '250 g' or a number in kg; no unit is called 'nan'"),
         ("1 kg/inf", "kg", "a mass such as '250 g' or a number in kg; no unit is called 'inf'"),
-        ("10", "m", "a length such as '10 mm' or a number in m; remove the quotes: 10 is read in m"),
-        ("1e-3", "kg", "a mass such as '250 g' or a number in kg; remove the quotes: 1e-3 is read in kg"),
+        ("10", "m", "a length such as '10 mm' or a number in m; remove the quotes: 10"),
+        ("1e-3", "kg", "a mass such as '250 g' or a number in kg; remove the quotes: 1e-3"),
         ("0.3", "1", "a number (without unit); remove the quotes: 0.3"),
-        ("0,3", "1", "a number (without unit); write a decimal point, not a comma, and no quotes"),
-        ("30 %", "1", "a number (without unit); write the share as a number: 0.3"),
+        ("0,3", "1", "a number (without unit); write a decimal point, not a comma"),
+        ("30 %", "1", "a number (without unit); write 0.3"),
         ("3 m", "1", "a number (without unit); leave the unit out: this quantity has none"),
-        ("nan", "m", "a length such as '10 mm' or a number in m; every quantity is a finite number"),
-        ("3 N/(mm)", "N m-1", "a stiffness such as '5 N/mm' or a number in N/m; "
-                              "write units without brackets: 'N/m/s' or 'N m-1 s-1'"),
+        ("nan", "m", "a length such as '10 mm' or a number in m"),
+        ("3 N/(mm)", "N m-1", "a stiffness such as '5 N/mm' or a number in N/m; 'N/(mm)' is not a unit"),
         ("1 000 mm", "m", "a length such as '10 mm' or a number in m; '000 mm' is not a unit"),
         ("1 m/s/", "m s-1", "a speed such as '10 mm/s' or a number in m/s; 'm/s/' is not a unit"),
         ("10 N degC/m/K", "N m-1", "a stiffness such as '5 N/mm' or a number in N/m; "
@@ -89,7 +83,7 @@ def test_what_is_no_quantity_is_refused_with_a_way_out(value, unit, message):
 
 
 @pytest.mark.parametrize(
-    ("text", "unit", "found"),
+    ("text", "unit", "kind"),
     [
         ("10 mm", "m s-1", "length"),
         ("10 mm/s", "m", "speed"),
@@ -100,10 +94,10 @@ def test_what_is_no_quantity_is_refused_with_a_way_out(value, unit, message):
         ("1 /s", "s", "frequency"),
     ],
 )
-def test_a_wrong_dimension_is_named(text, unit, found):
+def test_a_wrong_dimension_is_named(text, unit, kind):
     with pytest.raises(QuantityError) as caught:
         si_value(text, unit)
-    assert caught.value.found == found
+    assert caught.value.kind == kind
 
 
 @given(st.text(alphabet="0123456789.,+-eE mMsNk/*^°%x() _\t", max_size=20))
@@ -155,13 +149,3 @@ def test_products_of_plain_units_are_those_of_pint(powers, si):
     assert (found[1] == asked[1]) == (written.dimensionality == wanted.dimensionality)
     if found[1] == asked[1]:
         assert Fraction(registry.Quantity(Fraction(1), written).to(wanted).magnitude) == found[0] / asked[0]
-
-
-def test_pint_is_imported_only_for_units_that_are_not_plain():
-    code = (
-        "import sys, stickslip.vocabulary.units as u\n"
-        "print(u.si_value('5 N/mm', 'N m-1'), u.si_value('10 mm/s', 'm s-1'), u.si_value('250 g', 'kg'))\n"
-        "print('pint' in sys.modules, u.si_value('1 inch', 'm'), 'pint' in sys.modules)"
-    )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert found.split() == ["5000.0", "0.01", "0.25", "False", "0.0254", "True"]

@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
 from stickslip.config.reader import make_config
-from stickslip.errors import ConfigError
 
 SYSTEM, CURVE = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}, {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 CELL = SYSTEM | CURVE | {"belt_speed": 0.1}
@@ -36,11 +33,6 @@ def test_what_needs_the_law_names_register_law(foreign):
             call()
 
 
-def test_inspect_counts_cells_whose_law_nobody_knows(foreign, tmp_path):
-    done = CliRunner().invoke(main, ["inspect", str(tmp_path / "map.nc")])
-    assert done.exit_code == 0 and "stick_slip" in done.stdout, done.output
-
-
 @pytest.mark.parametrize("law, remedy", [
     (lambda z, delta: 1.0 / (1.0 + z), "register_law"), ([[0.0, 1.0], [0.3, 0.2]], "Table"),
     ((np.array([0.0, 1.0]), np.array([0.3, 0.2])), "Table"), ({"speed": [0, 1], "mu": [0.3, 0.2]}, "Table"),
@@ -57,11 +49,6 @@ def test_what_is_given_as_a_law_is_told_how_it_becomes_one(law, remedy):
     for call in calls:
         with pytest.raises(ValueError, match=rf"\b{remedy}\(" if remedy == "Table" else remedy):
             call()
-
-
-def test_a_misspelt_law_is_still_meant():
-    with pytest.raises(ConfigError, match="did you mean stribeck"):
-        make_config({"system": SYSTEM | {"belt_speed": 0.1}, "friction": CURVE | {"law": "stribek"}})
 
 
 def test_a_cell_comes_first_in_simulate_as_in_other_calls():

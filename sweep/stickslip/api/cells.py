@@ -91,7 +91,8 @@ def evaluate(
     if question := friction_question_of_cells(full.listed):
         warnings.warn(question, UnitWarning, stacklevel=2)
     computed = compute(full, options)
-    _warn_beyond_points(options.law, computed.results.get("slip_speed_max"), full.listed)
+    if (slip_speed := computed.results.get("slip_speed_max")) is not None:
+        _warn_beyond_points(options, slip_speed, full.listed)
     attributes = provenance(options.described(), title="Cells evaluated one by one", action="evaluate")
     dataset = evaluated_dataset(full.dims, full.shape, grid_coordinates(full), computed.results, attributes)
     if not computed.complete:
@@ -99,8 +100,8 @@ def evaluate(
     return dataset
 
 
-def _warn_beyond_points(law: str, slip_speed: ArrayLike | None, cells: Parameters) -> None:
-    if slip_speed is not None and (text := beyond_points(law, slip_speed, cells.get("a4", np.inf))):
+def _warn_beyond_points(options: Options, slip_speed: ArrayLike, cells: Parameters) -> None:
+    if text := beyond_points(options.law, slip_speed, cells.get("a4", np.inf)):
         warnings.warn(text, ExtrapolationWarning, stacklevel=3)
 
 
@@ -159,7 +160,7 @@ def simulate(
         raise ValueError("simulate computes one trajectory: give every parameter one number")
     times = np.linspace(0.0, seconds, samples)
     motion = trajectory(full, times, options)
-    _warn_beyond_points(options.law, np.abs(motion["relative_speed"]).max(keepdims=True), full)
+    _warn_beyond_points(options, np.abs(motion["relative_speed"]).max(keepdims=True), full)
     solver = {"rtol": options.rtol, "duration": seconds, "samples": int(samples)}
     text = json.dumps({"friction": options.friction, "solver": solver})
     attributes = provenance(text, title="Trajectory", action="simulate")
@@ -197,9 +198,9 @@ def time_span(result: xr.Dataset, duration: float | None = None) -> TimeSpan:
         regime = REGIMES[int(result["regime"].values[0])]
         began = values["breakaway_time"] if isfinite(values["breakaway_time"]) else 0.0
         if "growth_rate" in result and isfinite(values["period"]):  # a contact without break-away
-            one = {name: float(result[name].values[0]) for name in ("belt_speed", "growth_rate")}
+            speed, growth = (float(result[name].values[0]) for name in ("belt_speed", "growth_rate"))
             far = values["spring_force_max"] / values["stiffness"]
-            began = min(time_to_cycle(far, one["belt_speed"], one["growth_rate"]), _LONGEST * natural)
+            began = min(time_to_cycle(far, speed, growth), _LONGEST * natural)
         after, why = _SLOW * natural, f"{_SLOW:g} natural periods"
         if regime == "stick_slip" and isfinite(values["period"]):
             after, why = CYCLES * values["period"], f"{CYCLES:g} cycles"

@@ -17,17 +17,15 @@ from stickslip.cli.params import next_step
 from stickslip.vocabulary.studies import STUDIES
 
 SECTIONS = {  # of the help: each command with its file, a new one is an entry here
-    "To begin": {"init": "configs", "validate": "configs", "schema": "configs", "help": "help"},
-    "Maps": {
-        "plan": "plan", "run": "run", "plot": "plot", "inspect": "results", "export": "results",
+    "To begin": {"init": "configs", "run": "run", "plot": "plot", "help": "help"},
+    "before a run": {"validate": "configs", "plan": "plan", "schema": "configs"},
+    "results": {"inspect": "results", "export": "results"},
+    "one cell": {"simulate": "simulate", "advise": "advise"},
+    "studies": {
+        key: "studies" for key, entry in STUDIES.items() if entry.command and entry.place.startswith("stickslip.")
     },
-    "One cell, and what a designer asks": {
-        "simulate": "simulate",
-        **{key: "studies" for key, entry in STUDIES.items() if entry.command and entry.place.startswith("stickslip.")},
-        "advise": "advise",
-    },
-    "Long runs and clusters": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
-}  # fmt: skip
+    "long runs": {"status": "stores", "collect": "stores"},
+}
 
 
 def _places(files: dict[str, str]) -> dict[str, str]:
@@ -48,15 +46,7 @@ def main(context: click.Context) -> None:
     """Where does a friction contact stick and slip?
 
     A YAML file names a friction pair and what to vary; `run` computes the motion of every combination and writes a map
-    of regimes: netCDF or Zarr, and a plot.
-
-    \b
-    Start here:
-      stickslip init my.yaml            a commented configuration to change
-      stickslip plan my.yaml            how many cells, how long
-      stickslip run my.yaml             compute it
-      stickslip simulate my.yaml ...    one cell over time
-      stickslip help                    what there is to read; each command has --help
+    of regimes: netCDF or Zarr, and a plot. `stickslip init my.yaml` writes a commented one to change.
     """
     warnings.showwarning = lambda message, *_: screen.notice(f"warning: {message}")
     if context.invoked_subcommand is None:

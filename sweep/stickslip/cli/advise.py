@@ -8,8 +8,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import save_result
-from stickslip.cli.summary import show_result
+from stickslip.cli.outputs import save_result, show_result
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, flag_label
 
 if TYPE_CHECKING:
@@ -33,7 +32,6 @@ Examples:
 @click.option("--speed-range", metavar="RANGE", help='Belt speeds to be quiet throughout, as in "5..60 mm/s".')
 @click.option("--into", multiple=True, metavar="REGIME", help="Regime wanted; may be repeated.")
 @params.OUTPUT
-@params.THREADS
 @reports_errors
 def advise(
     config: Location, at: tuple[str, ...], parameters: tuple[str, ...], costs: tuple[str, ...], within: float,

@@ -16,7 +16,7 @@ from stickslip.errors import ConfigError, Problem, dotted
 
 
 @click.command()
-@click.argument("configs", type=params.Place("configuration"), nargs=-1, required=True)
+@click.argument("configs", type=params.PathOrUrl("configuration"), nargs=-1, required=True)
 @params.SET
 @JSON
 @reports_errors
@@ -91,8 +91,8 @@ def init(file: Path, name: str | None, listing: bool) -> None:
 
     if listing:
         for each in config_names():
-            data = read_yaml(config_path(each)).data
-            screen.echo(f"stickslip {'rig' if 'drive' in data else 'run'} {each:20} {data['title']}")
+            path = config_path(each)
+            screen.echo(f"stickslip {command_for(path)} {each:20} {read_yaml(path).data['title']}")
         return
     text, command = starter(), "run"
     try:

@@ -1,4 +1,4 @@
-"""Files that commands write: results, tables, plots and pages, each with a line on screen.
+"""What becomes of results: said on screen, and written as files, tables, plots and pages, each with a line.
 
 Their names were checked when the options were read (`params.Target`).
 """
@@ -13,14 +13,69 @@ from typing import TYPE_CHECKING, Any
 from stickslip.cli import screen
 from stickslip.cli.exits import drawing
 from stickslip.cli.params import requested_table
+from stickslip.vocabulary.flags import flag_label
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
     from stickslip.config.model import Config
+    from stickslip.engine import Options
     from stickslip.files.locations import Location
     from stickslip.plots import Look, Mark
+
+
+# --- on screen --------------------------------------------------------------------------------------------------------
+
+
+def show_result(ds: xr.Dataset, output: Location | None = None) -> None:
+    """Print what a result of any kind holds. output : its file, which remarks name."""
+    from stickslip.config.studies import Table, result_class
+
+    if (study := result_class(ds)) is None:
+        _show_map(ds, output)
+    for part in study.report(ds) if study else ():
+        if isinstance(part, Table | str):
+            screen.echo(part.text() if isinstance(part, Table) else part)
+        else:
+            screen.terminal().print(part)
+    if "audit_bound" in ds.attrs:
+        computed, points, wrong = (ds.attrs[key] for key in ("refine_cells_computed", "audit_points", "audit_wrong"))
+        screen.row("refined", f"{computed:,} cells computed for {ds['regime'].size:,}")
+        screen.row("audit", f"{points:,} random points among the inferred cells, {wrong:,} of them wrong: at most "
+                   f"{100 * ds.attrs['audit_bound']:.3g} % of all cells (95 %, Clopper-Pearson)")  # fmt: skip
+
+
+def rate_text(computed: int, counted: str, seconds: float, machines: str) -> str:
+    """`57,600 cells in 0.1 s, 576,000 cells/s on 2 threads`."""
+    per_second = computed / max(seconds, 1e-9)
+    each = f"{per_second:,.0f} {counted}/s" if per_second >= 10.0 else f"{per_second:.2g} {counted}/s"
+    items = counted if computed != 1 else counted.removesuffix("s")
+    return f"{computed:,} {items} in {screen.duration_text(seconds)}, {each} on {machines}"
+
+
+def threads_text(options: Options) -> str:
+    """`2 threads`: what a computation with these options runs on."""
+    from stickslip import engine
+
+    count = options.threads or engine.processors()
+    return f"{count} thread{'s' if count != 1 else ''}"
+
+
+def _show_map(ds: xr.Dataset, output: Location | None) -> None:
+    """Print the regimes of a map, and remarks on cells that have none."""
+    from stickslip.config.studies import Table
+    from stickslip.dataset.summary import remark, step_limit_remark, summary, table_remark
+
+    shares, file = summary(ds), None if output is None else str(output)
+    rows = [(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction)) for name, share in shares.items()]
+    screen.echo(Table("", ("regime",), ("cells", "share"), rows).text())
+    remarks = remark(shares, file), step_limit_remark(ds, file), table_remark(ds)
+    for text in filter(None, remarks):
+        screen.echo(text)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
 
 
 def show_file(kind: str, target: Location, note: str = "") -> None:
@@ -68,16 +123,14 @@ def save_table(ds: xr.Dataset, target: Path | None, variables: tuple[str, ...] =
 
 @dataclass(frozen=True)
 class Outputs:
-    """Files to be made of a result: a plot, a table, a page; `map` is the file of the map behind borders."""
+    """Files to be made of a result beside it: a plot, a page."""
 
     plot: Path | None = None
-    table: Path | None = None
     page: Path | None = None
-    map: Location | None = None
 
     def is_lacking(self) -> bool:
         """True if something is to be written though the result is there and was complete already."""
-        return bool(self.table or self.page or self.plot and not self.plot.exists())
+        return bool(self.page or self.plot and not self.plot.exists())
 
     def save(self, ds: xr.Dataset) -> Path | None:
         """Write everything, and give the plot if there is one. A plot or page that fails is said, and goes without."""
@@ -87,13 +140,12 @@ class Outputs:
 
             with drawing(self.plot):
                 if plots.is_drawn(ds):
-                    save_plot(result_figure(ds, self.map), self.plot)
+                    save_plot(result_figure(ds), self.plot)
                     drawn = self.plot
         if self.page is not None:
             with drawing(self.page):
-                save_page(ds, self.page, self.map)
-        for table in (self.table, requested_table()):
-            save_table(ds, table)
+                save_page(ds, self.page)
+        save_table(ds, requested_table())
         return drawn
 
 
@@ -101,7 +153,7 @@ class Outputs:
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureOptions:
     """The options of `plot` that shape a picture, as texts."""
 
     title: str | None = None
@@ -111,9 +163,6 @@ class Picture:
     log: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
-    marks_file: Path | None = None
-    no_hatch: bool = False
-    no_note: bool = False
 
     def with_units(self, ds: xr.Dataset) -> xr.Dataset:
         """The dataset, to be shown in the units that are asked for, or that limits have. Raises PlotError."""
@@ -130,12 +179,13 @@ class Picture:
         """The look of a map. Raises PlotError."""
         from stickslip.plots import Look
 
-        look = Look.of(ds, log=self.log, limits=self.limits, marks=self.marks, hatched=not self.no_hatch,
-                       held=not self.no_note)  # fmt: skip
-        return look if self.marks_file is None else replace(look, marks=(*look.marks, *_points(ds, self.marks_file)))
+        files = [text for text in self.marks if "=" not in text]
+        marks = [text for text in self.marks if text not in files]
+        look = Look.of(ds, log=self.log, limits=self.limits, marks=marks)
+        return replace(look, marks=(*look.marks, *(mark for file in files for mark in _points(ds, Path(file)))))
 
 
-PLAIN = Picture()
+PLAIN = PictureOptions()
 
 
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
@@ -144,7 +194,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     from stickslip.config.select import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
-    from stickslip.vocabulary.flags import REGIMES, flag_label
+    from stickslip.vocabulary.flags import REGIMES
 
     points = [*marks_in(ds, path)]
     if "regime" not in ds or "configuration" not in ds.attrs:
@@ -163,17 +213,13 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
 # --- pictures of results ----------------------------------------------------------------------------------------------
 
 
-def result_figure(ds: xr.Dataset, map_file: Location | None = None, picture: Picture = PLAIN) -> Figure:
-    """The plot of a result that has one: a map; of borders, the map they lie in, with them over it.
-
-    map_file : that map; without it a coarse one is computed. picture : what is asked of one over a map.
-    """
+def result_figure(ds: xr.Dataset, picture: PictureOptions = PLAIN) -> Figure:
+    """The plot of a result that has one: a map; of borders, a coarse map they lie in, with them over it."""
     from stickslip import accessor, plots
-    from stickslip.files import reading
 
     if not plots.is_over_map(ds):
         return plots.plot_result(part_that_fits(ds))
-    behind = picture.with_units(accessor.map_behind(ds) if map_file is None else reading.look_into(map_file))
+    behind = picture.with_units(accessor.map_behind(ds))
     behind = part_that_fits(behind.assign_attrs(title=ds.attrs.get("title", "")))
     return plots.plot_result(ds, behind=behind, title=picture.title, look=picture.look(behind))
 
@@ -203,7 +249,7 @@ def plot_limits(config: Config) -> str | None:
     return left_out(dict(zip(grid.dims, grid.shape, strict=True)))
 
 
-def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, picture: Picture = PLAIN) -> None:
+def save_page(ds: xr.Dataset, target: Path, picture: PictureOptions = PLAIN) -> None:
     """Write the page of a result: its plots, what was held fixed, what the words mean, how exact it is."""
     from stickslip import pages, plots
     from stickslip.config.studies import result_class
@@ -212,7 +258,7 @@ def save_page(ds: xr.Dataset, target: Path, map_file: Location | None = None, pi
 
     if plots.is_over_map(ds):
         try:
-            drawn = [result.Picture("borders between regimes", result_figure(ds, map_file, picture))]
+            drawn = [result.Picture("borders between regimes", result_figure(ds, picture))]
         except PlotError as error:
             drawn = [result.Picture(str(error))]
         text = result.result_page(ds, drawn, picture.title)

@@ -15,20 +15,20 @@ from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
-    from stickslip.config.overrides import Setting
     from stickslip.config.select import Recipe
+    from stickslip.config.yaml import Setting
     from stickslip.files.locations import Location
     from stickslip.files.targets import Kind
 
 Command = Callable[..., Any]
 PAGES = (".html", ".htm")
 _TABLE = "stickslip.table"  # of a call
-_RESUMING = ("run", *STUDIES, "collect", "retry-failed")  # know their own result
+_RESUMING = ("run", *STUDIES, "collect")  # know their own result
 
 # --- places -----------------------------------------------------------------------------------------------------------
 
 
-class Place(click.Path):
+class PathOrUrl(click.Path):
     """A file, or the URL of a Zarr store, which a `Path` would spoil.
 
     expected : what is named where it is missing, a `result` or a `configuration`.
@@ -54,7 +54,7 @@ class Place(click.Path):
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
 
-class Target(Place):
+class Target(PathOrUrl):
     """A file to be written (`targets.check_target`), refused before anything is computed if it cannot be."""
 
     def __init__(self, *kinds: str | Kind) -> None:
@@ -128,20 +128,12 @@ def next_step() -> str:
 
 
 def _setting(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[Setting, ...]:
-    from stickslip.config.overrides import setting
+    from stickslip.config.yaml import setting
 
     try:
         return tuple(map(setting, texts))
     except ValueError as error:
         raise click.BadParameter(str(error)) from None
-
-
-def _scheduler(_context: click.Context, _option: click.Parameter, value: str | None) -> str | None:
-    from stickslip.config.sections import ADDRESS, is_address
-
-    if value is not None and not is_address(value):
-        raise click.BadParameter(f"got {value!r}, expected {ADDRESS}")
-    return value
 
 
 class _Threads(click.IntRange):
@@ -163,15 +155,10 @@ OUTPUT = click.option(
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
 )  # fmt: skip
 DASK = click.option(
-    "--dask", metavar="ADDRESS", callback=_scheduler,
+    "--dask", metavar="ADDRESS",
     help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
 )  # fmt: skip
 AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
-MAP = click.option(
-    "--map", "map_file", type=Place(),
-    help="Map to draw the borders over, of the same cells.  [default: a coarse one is computed]",
-)  # fmt: skip
-KEEP_PARTS = click.option("--keep-parts", "keep", is_flag=True, help="Leave the finished blocks where they are.")
 RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 
 
@@ -191,7 +178,7 @@ def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those abo
     """The argument `config`, and `--set` with it, which `configuration` reads; `recipe_in` also where it is a result,
     which holds its configuration."""
     path = click.argument(
-        "config", type=Place("configuration"), callback=lambda _context, _parameter, path: config_file(path)
+        "config", type=PathOrUrl("configuration"), callback=lambda _context, _parameter, path: config_file(path)
     )
     return decorated(command, path, SET)
 
@@ -240,7 +227,7 @@ def recipe_in(path: Location) -> Recipe:
 
 def settings() -> tuple[Setting, ...]:
     """Settings of the configuration that `--set` and `--threads` of this call give."""
-    from stickslip.config.overrides import Setting
+    from stickslip.config.yaml import Setting
 
     threads = screen.remembered("threads")
     of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
@@ -263,21 +250,10 @@ def pairs(texts: tuple[str, ...]) -> dict[str, str]:
 
 def numbers(option: str, texts: tuple[str, ...], unit: str = "") -> dict[str, float]:
     """NAME=NUMBER texts as a mapping. unit : of the numbers, which may be left out."""
-    found = {}
-    for text in texts:
-        name, _, number = text.partition("=")
-        try:
-            found[name.strip()] = float(number.strip().removesuffix(unit))
-        except ValueError:
-            fail(f"{option}: got {text!r}, expected NAME=NUMBER")
-    return found
-
-
-def number_or_text(text: str) -> float | str:
-    """A number, in SI, or a text with a unit."""
-    from stickslip.files.layout import NUMBER
-
-    return float(text) if NUMBER.fullmatch(text) else text
+    try:
+        return {name: float(number.removesuffix(unit)) for name, number in pairs(texts).items()}
+    except ValueError as error:
+        fail(f"{option}: {error}, expected NAME=NUMBER")
 
 
 def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool = False) -> float:
@@ -286,7 +262,7 @@ def si_quantity(option: str, text: str, unit: str, expected: str, or_zero: bool 
     from stickslip.vocabulary import units
 
     try:
-        value = units.si_value(number_or_text(text), unit)
+        value = units.si_value(units.number_or_text(text), unit)
         if value < 0 or (value == 0 and not or_zero):
             raise QuantityError(expected)
     except QuantityError as error:

@@ -13,13 +13,13 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fields, reports_errors
 from stickslip.cli.outputs import plot_limits
-from stickslip.cli.run import resume_command, study_answer
+from stickslip.cli.run import study_answer
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.runs.estimate import Estimate, NodeEstimate
 
-_MARGIN, _START = 1.5, 10  # of what is asked of sbatch: a factor, and minutes to load, or to compile
+_MARGIN, _START = 1.5, 10  # of what is resources of sbatch: a factor, and minutes to load, or to compile
 _TASK = "$SLURM_ARRAY_TASK_ID"
 
 
@@ -48,11 +48,11 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
     shared = None if nodes is None else whole.on(nodes, loaded.execution.threads or whole.tried.threads)
     lines = {} if shared is None else _shell_lines(config, loaded, shared)
     screen.echo(f"{loaded.title}\n{whole.study.described()}")
-    screen.print_rows([*_here(config, loaded, whole), *(_on_nodes(whole, shared, lines) if shared else ())])
+    screen.print_rows([*_here(loaded, whole), *(_on_nodes(whole, shared, lines) if shared else ())])
     return _answer(loaded, whole, shared, lines)
 
 
-def _here(config: Path, loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
+def _here(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
     """The estimate for this machine, in rows of a label and a text."""
     from stickslip.runs.estimate import DISK
 
@@ -78,8 +78,7 @@ def _here(config: Path, loaded: Config, whole: Estimate) -> Iterator[tuple[str, 
     if loaded.output.plot is not None and (part := plot_limits(loaded)):
         yield "", part
     if loaded.output.file is None:
-        command = resume_command(["run", str(config), "-o", f"{config.stem}.nc"])
-        yield study.name, f"not kept, no output is named; to keep it: {command}"
+        yield study.name, "not kept, no output is named: run -o FILE.nc writes a file"
 
 
 def _space(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
@@ -100,10 +99,10 @@ def _on_nodes(whole: Estimate, shared: NodeEstimate, lines: dict[str, str]) -> I
     """The estimate for many machines."""
     share = f"{shared.most:,}" if shared.least == shared.most else f"{shared.least:,} or {shared.most:,}"
     threads = f"{shared.threads} thread{'s' * (shared.threads != 1)} each"
-    longest, one = screen.duration_text(shared.seconds), screen.duration_text(shared.seconds_of_one)
+    longest, alone = screen.duration_text(shared.seconds), screen.duration_text(shared.seconds_of_one)
     yield "nodes", f"{shared.nodes:,} of {threads}, if a thread there is as fast as one here"
     yield "shards", f"{shared.shards:,} of {share} blocks"
-    yield "lasts", f"about {longest} for the longest shard, {one} on one node"
+    yield "lasts", f"about {longest} for the longest shard, {alone} on one node"
     if whole.blocks.count < shared.nodes:
         yield "", f"there are only {whole.blocks.count:,} blocks: further nodes have nothing to compute"
     elif shared.most < shared.threads:
@@ -126,9 +125,9 @@ def _shell_lines(config: Path, loaded: Config, shared: NodeEstimate) -> dict[str
     run += f" --shard {_TASK}/{shared.shards}"
     store = str(beside(location(output)))
     minutes = ceil(_MARGIN * shared.seconds / 60) + _START
-    asked = f"--cpus-per-task={shared.threads} --mem={ceil(_MARGIN * shared.memory / 1e6)}M --time={minutes}"
+    resources = f"--cpus-per-task={shared.threads} --mem={ceil(_MARGIN * shared.memory / 1e6)}M --time={minutes}"
     return {
-        "submit": f"sbatch --array=1-{shared.shards} {asked} --wrap={shlex.quote(run)}",
+        "submit": f"sbatch --array=1-{shared.shards} {resources} --wrap={shlex.quote(run)}",
         "status": shlex.join(["stickslip", "status", store]),
         "collect": shlex.join(["stickslip", "collect", store]),
     }

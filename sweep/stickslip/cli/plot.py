@@ -9,7 +9,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import fail, reports_errors
-from stickslip.cli.outputs import Picture, result_figure, save_page
+from stickslip.cli.outputs import PictureOptions, result_figure, save_page
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -26,14 +26,12 @@ Examples:
   stickslip plot map.nc --mark "pump: stiffness=5 N/mm, belt_speed=20 mm/s" --size "16 cm x 9 cm"
   stickslip plot map.nc -o map.html"""
 )
-@click.argument("file", type=params.Place())
+@click.argument("file", type=params.PathOrUrl())
 @click.option("--variable", help="Variable to plot.  [default: regime, or what a result is about]")
 @click.option(
     "--select", multiple=True, metavar="DIM=VALUE", help="Fix a dimension at the cell with this value, or label."
 )
-@click.option("--lines", type=params.Place(), help="File of borders or contours to draw over the map.")
-@params.MAP
-@click.option("--no-borders", is_flag=True, help="Leave out the borders of linear theory.")
+@click.option("--lines", type=params.PathOrUrl(), help="File of borders or contours to draw over the map.")
 @click.option("--title", help="Title of the picture.  [default: that of the result, and what is selected]")
 @click.option("--size", metavar="WxH", help="Size: '16 cm x 9 cm', '1920 px x 1080 px'.")
 @click.option("--dpi", type=click.IntRange(20, 1200), help="Dots per inch of a PNG.  [default: 150]")
@@ -43,14 +41,10 @@ Examples:
     "--limits", multiple=True, metavar="NAME=LOW..HIGH", help="Limits of an axis or of colours: 'period=0.1..2 s'."
 )
 @click.option(
-    "--mark", "marks", multiple=True, metavar="[LABEL:]NAME=VALUE,...", help="Operating point to draw; may be repeated."
-)
-@click.option(
-    "--marks", "marks_file", type=click.Path(path_type=Path, exists=True, dir_okay=False), metavar="FILE",
-    help="Table of operating points to draw: a column 'label', and one for each axis; coloured by their regimes.",
+    "--mark", "marks", multiple=True, metavar="POINT",
+    help="Operating point to draw, [LABEL:]NAME=VALUE,...; or a table of them (.csv): a column 'label', and one for "
+    "each axis; coloured by their regimes.",
 )  # fmt: skip
-@click.option("--no-hatch", is_flag=True, help="Leave out the hatching that tells regimes apart without colours.")
-@click.option("--no-note", is_flag=True, help="Leave out the note of what is held fixed.")
 @click.option(
     "-o",
     "--output",
@@ -61,7 +55,7 @@ Examples:
 @reports_errors
 def plot(
     file: Location, variable: str | None, select: tuple[str, ...], lines: Location | None,
-    map_file: Location | None, no_borders: bool, output: Path | None, **options: Any,
+    output: Path | None, **options: Any,
 ) -> None:  # fmt: skip
     """Plot a result, whatever its kind.
 
@@ -74,22 +68,23 @@ def plot(
     from stickslip.files import reading
     from stickslip.plots.theory import law_with_theory
 
-    ds, picture = reading.look_into(file), Picture(**options)
+    ds, picture = reading.look_into(file), PictureOptions(**options)
     of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
                    "--dpi": picture.dpi}  # fmt: skip
     try:
         if output is not None and output.suffix.lower() in params.PAGES:
             if given := [name for name, value in of_pictures.items() if value]:
                 fail(f"{', '.join(given)}: for a picture; a page shows the whole result")
-            return save_page(ds, output, map_file, picture)
+            return save_page(ds, output, picture)
         places = params.pairs(select) if "time" not in ds.dims else {}
         ds = picture.with_units(ds)
         if plots.is_over_map(ds):
-            figure = result_figure(ds, map_file, picture)
+            figure = result_figure(ds, picture)
         else:
             over = None if lines is None else reading.look_into(lines)
-            figure = plots.plot_result(ds, variable, select=places, title=picture.title, look=picture.look(ds),
-                                       borders=not no_borders, lines=over)  # fmt: skip
+            figure = plots.plot_result(
+                ds, variable, select=places, title=picture.title, look=picture.look(ds), lines=over
+            )
             for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
                 screen.row("drawn", point)
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
@@ -98,6 +93,6 @@ def plot(
     except PlotError as error:
         fail(f"{file}: {error}")
     of_cells = plots.kind_of(ds) in ("map", "refine") and law_with_theory(ds) is None  # borders, where they are drawn
-    if not no_borders and of_cells and (absent := why_absent(ds, "damping_ratio")):
+    if of_cells and (absent := why_absent(ds, "damping_ratio")):
         screen.notice(f"{file}: no borders of linear theory are drawn: the map {absent}")
     screen.row("plot", target)

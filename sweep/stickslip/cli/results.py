@@ -9,8 +9,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, reports_errors
-from stickslip.cli.outputs import save_table
-from stickslip.cli.summary import show_result
+from stickslip.cli.outputs import save_table, show_result
 from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ Examples:
   stickslip inspect map.nc --regime sustained --limit 5
   stickslip inspect map.zarr --status step_limit"""
 )
-@click.argument("file", type=params.Place())
+@click.argument("file", type=params.PathOrUrl())
 @click.option("--regime", "regimes", multiple=True, metavar="NAME", help="List cells of this regime.")
 @click.option("--status", "statuses", multiple=True, metavar="NAME", help="List cells of this status.")
 @click.option("--limit", type=click.IntRange(0), default=20, show_default=True, help="Largest number of cells to list.")
@@ -86,7 +85,7 @@ Examples:
   stickslip export quickstart.nc --variable regime --variable period -o periods.xlsx
   stickslip export map.nc --select stiffness="5 N/mm" -o line.csv"""
 )
-@click.argument("file", type=params.Place())
+@click.argument("file", type=params.PathOrUrl())
 @click.option("-o", "--output", type=params.Target("table"), help="Table to write, .csv or .xlsx.  [default: FILE.csv]")
 @click.option("--variable", "variables", multiple=True, metavar="NAME", help="Variable to write.  [default: all]")
 @click.option(

@@ -15,8 +15,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
-from stickslip.cli.summary import rate_text, show_result, threads_text
+from stickslip.cli.outputs import Outputs, plot_limits, rate_text, save_table, show_file, show_result, threads_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +29,7 @@ FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a re
 
 
 def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `FRESH`
-    """The options about blocks, and where they are kept: `place`, `shard`, `fresh`, `keep` and `on_error`."""
+    """The options about blocks, and where they are kept: `place`, `shard` and `fresh`."""
     return params.decorated(
         command,
         click.option(
@@ -40,12 +39,7 @@ def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorato
             "--shard", metavar="I/N", help="Compute only share I of N, from 1, of the blocks, and write no result."
         ),
         FRESH,
-        params.KEEP_PARTS,
-        click.option(
-            "--on-error", type=click.Choice(["continue", "stop"]), default="continue", show_default=True,
-            help="Whether a block that fails ends the run.",
-        ),
-    )  # fmt: skip
+    )
 
 
 @click.command(
@@ -86,10 +80,10 @@ def run(
     share = shard_of(shard, blocks["fresh"], output)
     output = output or params.configured_target(loaded.output.file, "result")
     target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
-    request = Request(loaded, output, shard=share, dask=dask, **blocks)
-    keep = ["run", str(config), "-o", f"{config.stem}.nc"]
+    with refuses_bad_input(""):
+        request = Request(loaded, output, shard=share, dask=dask, **blocks)
     page = None if share else report or params.configured_target(loaded.output.report, "page")
-    return run_request(request, keep, Outputs(target, page=page))
+    return run_request(request, Outputs(target, page))
 
 
 def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | None:
@@ -109,11 +103,8 @@ def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | 
 # --- for all commands that compute studies ----------------------------------------------------------------------------
 
 
-def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str, Any]:
-    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome; for programs, too.
-
-    keep : the words of the command that writes such a result to a file.
-    """
+def run_request(request: Request, outputs: Outputs) -> dict[str, Any]:
+    """Carry out a run, or compute in memory what has no place to be kept, and tell the outcome; for programs, too."""
     from stickslip.runs import session
     from stickslip.runs.work import Work
 
@@ -124,9 +115,9 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     if request.output is None and request.place is None:
         if request.shard is not None:
             fail("a shard needs a place for its blocks: --store, or an output beside which they are kept")
-        return _run_in_memory(request, study, resume_command(keep), outputs)
+        return _run_in_memory(request, study, outputs)
     outcome, seconds = execute(session.run, request, study)
-    answer = _outcome_answer(request, study, outcome, seconds)
+    answer = outcome_answer(request, study, outcome, seconds)
     if outcome.output is not None:
         return answer | report_result(outcome, seconds, request, outputs)
     of = f"shard {request.shard}: " if request.shard else ""
@@ -142,21 +133,15 @@ def run_request(request: Request, keep: list[str], outputs: Outputs) -> dict[str
     return answer
 
 
-def resume_command(words: list[str]) -> str:
-    """A command with the settings of this call, to paste into a shell."""
-    return shlex.join(["stickslip", *words, *params.settings_again()])
-
-
-def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) -> dict[str, Any]:
-    """A run that writes no file, and says so; `keep` is the command that does."""
+def _run_in_memory(request: Request, study: Study, outputs: Outputs) -> dict[str, Any]:
+    """A run that writes no file, and says so."""
     from stickslip import engine
     from stickslip.api import runs
     from stickslip.runs.session import Outcome
 
     runs.check_in_memory(request.config, request.dask)
-    them, were = ("them", "were") if study.name.endswith("s") else ("it", "was")
     size = prod(study.shape)
-    screen.notice(f"no output is named: the {study.name} will be shown and then discarded; to keep {them}: {keep}")
+    screen.notice(f"no output is named: the {study.name} will be shown and then discarded; -o FILE.nc writes a file")
     for law in study.kernels:
         engine.warm_up(law)
     results = []
@@ -170,8 +155,7 @@ def _run_in_memory(request: Request, study: Study, keep: str, outputs: Outputs) 
     show_result(ds)
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
     plot = outputs.save(ds)
-    screen.info(f"the {study.name} {were} not kept; to keep {them}: {keep}")
-    return _outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
+    return outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
 
 
 def execute(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
@@ -241,7 +225,8 @@ def study_answer(title: str, study: Study, size: int) -> dict[str, Any]:
     return {"title": title, "study": study.name, "counted": study.counted, "items": size, "shape": shape}
 
 
-def _outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
+def outcome_answer(request: Request, study: Study, outcome: Outcome, seconds: float) -> dict[str, Any]:
+    """What became of a run."""
     shard = str(request.shard) if request.shard else None
     return (
         study_answer(request.config.title, study, outcome.cells)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite, nan, pi, sqrt
+from math import isfinite, nan
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,6 @@ from stickslip.cli.outputs import save_plot, save_result
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
-from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 
 if TYPE_CHECKING:
@@ -53,13 +52,12 @@ Examples:
     "-t", "--duration", metavar="TIME",
     help='How long: seconds, or with a unit ("2 min").  [default: eight cycles, or until it has settled]',
 )  # fmt: skip
-@click.option("--samples", type=click.IntRange(2), help="Number of points in time.  [default: 2001, or 60 a vibration]")
 @params.OUTPUT
 @params.plot_option()
 @JSON
 @reports_errors
 def simulate(
-    config: Location, at: tuple[str, ...], duration: str | None, samples: int | None, output: Location | None,
+    config: Location, at: tuple[str, ...], duration: str | None, output: Location | None,
     plot: Path | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute one cell of a configuration, over time.
@@ -83,7 +81,7 @@ def simulate(
         screen.echo("over time: -o trace.nc, --plot trace.png")
         return answer
     ds = cells.simulate(
-        cell, duration=span.duration, samples=samples or span.samples, law=law, rtol=solver.rtol,
+        cell, duration=span.duration, samples=span.samples, law=law, rtol=solver.rtol,
         max_steps=solver.max_steps,
     )  # fmt: skip
     ds = with_units(ds, {name: unit for name, unit in loaded.written_in.items() if name in ds.coords})
@@ -100,8 +98,6 @@ def _values(result: xr.Dataset, *names: str) -> dict[str, float]:
 
 def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
     """Labels and values of a cell as texts; only what is finite."""
-    from stickslip.vocabulary.cell_values import scales_of
-
     regime, status = REGIMES[int(result["regime"].values[0])], STATUSES[int(result["status"].values[0])]
     rows = [("regime", f"{flag_label(regime)}: {REGIME_MESSAGES[regime]}"), ("", STATUS_MESSAGES[status])]
     values = _values(result, *(name for name in _LABELS if name in result))
@@ -109,11 +105,6 @@ def _rows(result: xr.Dataset) -> list[tuple[str, str]]:
     values |= {name: 0.0 for name in _FORCES if abs(values[name]) < _ROUNDING * largest}
     if regime not in ("stick_slip", "sustained"):
         values |= dict.fromkeys(_OF_CYCLES, nan)
-    if regime == "damped" and abs(ratio := values["damping_ratio"]) < 1.0:
-        known = _values(result, "growth_frequency") if "growth_frequency" in result else {}
-        by = scales_of(_values(result, *(name for name in PARAMETERS if name in result)))
-        decay = known.get("growth_frequency", sqrt(1.0 - ratio**2) * float(by.rate)) / (2.0 * pi)
-        rows.append(("vibrates at", f"{quantity(decay, 's-1')} while it decays, by linear theory"))
     texts = {name: quantity(value, VARIABLES[name].units) for name, value in values.items() if isfinite(value)}
     if regime == "stick_slip" and "stick_fraction" in texts:
         texts["stick_fraction"] = f"{values['stick_fraction']:.1%} of the period"

@@ -1,8 +1,7 @@
-"""`collect`, `status` and `retry-failed`: runs in parts."""
+"""`collect` and `status`: runs in parts."""
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import asdict, replace
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -10,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, QUIET, fail, fields, incomplete, print_json, reports_errors
+from stickslip.cli.exits import JSON, fields, incomplete, print_json, reports_errors
 from stickslip.cli.outputs import Outputs, save_table, show_file
-from stickslip.cli.run import execute, report_result, study_answer
+from stickslip.cli.run import execute, outcome_answer, report_result, study_answer
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
@@ -22,40 +21,37 @@ if TYPE_CHECKING:
 
 
 def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
-    """The argument `config_or_store` with the option `--set` for the former, and the option `--store`."""
-    option = click.option("--store", metavar="FOLDER", help="Store of CONFIG, if it is not OUTPUT.parts.")
-    return params.decorated(command, click.argument("config_or_store"), params.SET, option)
+    """The argument `config_or_store` with the option `--set` for the former."""
+    return params.decorated(command, click.argument("config_or_store"), params.SET)
 
 
 @click.command(
     epilog="""\b
 Examples:
   stickslip collect my.yaml
-  stickslip collect map.nc.parts -o so_far.nc"""
+  stickslip collect map.nc.parts -o so_far.nc
+  stickslip collect my.yaml --retry-failed"""
 )
 @STORE
 @params.OUTPUT
-@params.KEEP_PARTS
-@QUIET
+@click.option("--retry-failed", "retry", is_flag=True, help="Compute blocks that failed again; write if all are there.")
 @JSON
 @reports_errors
-def collect(config_or_store: str, store: str | None, output: Location | None, keep: bool) -> dict[str, Any]:
+def collect(config_or_store: str, output: Location | None, retry: bool) -> dict[str, Any]:
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
     later: then the exit code is 1. Names a configuration, or the folder of a store.
     """
-    from stickslip.errors import StoreError
     from stickslip.files import reading
     from stickslip.runs import collecting
     from stickslip.runs.session import request_for
 
-    request = request_for(config_or_store, output, store, params.settings())
-    request = replace(request, keep=keep, notice=screen.notice)
-    try:
-        collected = collecting.collect(request)
-    except StoreError as error:
-        fail(f"{error.on_command_line}{_where_blocks_are(request, config_or_store)}")
+    request = request_for(config_or_store, output, None, params.settings())
+    request = replace(request, notice=screen.notice)
+    if retry:
+        return _retried(request)
+    collected = collecting.collect(request)
     study = collected.study
     if collected.up_to_date:
         screen.row(study.name, f"{collected.output} is complete already, and there is no store beside it")
@@ -79,25 +75,25 @@ def collect(config_or_store: str, store: str | None, output: Location | None, ke
     return answer
 
 
-def _where_blocks_are(request: Request, named: str) -> str:
-    """The command that collects, where there is no store beside the output that is named and one beside the usual."""
-    from stickslip.files.locations import location
+def _retried(request: Request) -> dict[str, Any]:
+    """Compute the blocks that failed again, and write the map if nothing is missing then."""
+    from stickslip.runs import session
+    from stickslip.runs.work import study_of
 
-    usual = request.config.output.file
-    if request.place is not None or usual is None or request.folder().names():
-        return ""
-    there = replace(request, output=location(usual)).folder()
-    if not there.names() or there.where == request.folder().where:
-        return ""
-    command = shlex.join(["stickslip", "collect", there.where, "-o", str(request.output)])
-    return f"\nhint: the blocks of {named} are in {there.where}: {command}"
+    study = study_of(request.config)
+    outcome, seconds = execute(session.retry_failed, request, study)
+    if outcome.output is None:
+        screen.row("blocks", f"{outcome.computed:,} {study.counted} computed into {outcome.where}")
+        return outcome_answer(request, study, outcome, seconds)
+    answer = report_result(outcome, seconds, request, Outputs())
+    return outcome_answer(request, study, outcome, seconds) | answer
 
 
 @click.command()
 @STORE
 @JSON
 @reports_errors
-def status(config_or_store: str, store: str | None) -> dict[str, Any]:
+def status(config_or_store: str) -> dict[str, Any]:
     """Show the progress of a run, and who works on it.
 
     Names a configuration, or the folder of a store.
@@ -106,7 +102,7 @@ def status(config_or_store: str, store: str | None) -> dict[str, Any]:
     from stickslip.runs.session import request_for
     from stickslip.runs.workdir.block_store import is_empty
 
-    request = request_for(config_or_store, None, store, params.settings())
+    request = request_for(config_or_store, None, None, params.settings())
     output = request.output if request.place is None else None
     if output is not None and output.exists() and is_empty(request.folder()):
         screen.row("map", f"{output} is there, and no unfinished run beside it")
@@ -140,31 +136,6 @@ def _show(progress: Status) -> None:
     screen.print_rows(rows)
     if failures and failures[0].traceback:
         screen.echo(f"\nWhat happened in block {failures[0].block}:\n{failures[0].traceback.rstrip()}")
-
-
-@click.command("retry-failed")
-@STORE
-@params.OUTPUT
-@params.DASK
-@params.THREADS
-@QUIET
-@reports_errors
-def retry_failed(config_or_store: str, store: str | None, output: Location | None, dask: str | None) -> None:
-    """Retry the blocks that failed.
-
-    The map is written if nothing is missing then. Names a configuration, or the folder of a store.
-    """
-    from stickslip.runs import session
-    from stickslip.runs.session import request_for
-    from stickslip.runs.work import study_of
-
-    request = replace(request_for(config_or_store, output, store, params.settings()), dask=dask)
-    study = study_of(request.config)
-    outcome, seconds = execute(session.retry_failed, request, study)
-    if outcome.output is not None:
-        report_result(outcome, seconds, request, Outputs())
-    else:
-        screen.row("blocks", f"{outcome.computed:,} {study.counted} computed into {outcome.where}")
 
 
 # --- for programs -----------------------------------------------------------------------------------------------------

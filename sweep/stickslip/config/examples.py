@@ -31,7 +31,7 @@ def config_path(name: str) -> Path:
 
     Raises FileNotFoundError, naming those that exist.
     """
-    shipped, stem = _shipped(), _stem(name)
+    shipped, stem = _shipped(), stem_of(name)
     if stem not in shipped:
         near = nearest(stem, sorted(shipped))
         hint = f"did you mean {near}? " if near else ""
@@ -47,7 +47,7 @@ def existing_config(path: str | os.PathLike[str]) -> Path:
     calls = not here.suffix or here.as_posix().startswith(_PREFIX)  # my.yaml that is not there is a mistake
     if here.exists() or not calls or not any(folder.is_dir() for folder in _FOLDERS):
         return here
-    return _shipped().get(_stem(here.as_posix()), here)
+    return _shipped().get(stem_of(here.as_posix()), here)
 
 
 def points_path(path: str | os.PathLike[str]) -> Path:
@@ -68,5 +68,6 @@ def _shipped() -> dict[str, Path]:
     raise FileNotFoundError(f"the configurations that come with stickslip are missing: {folders}")
 
 
-def _stem(name: str) -> str:
+def stem_of(name: str) -> str:
+    """The name of a configuration, without ``configs/`` and ``.yaml``."""
     return name.removeprefix(_PREFIX).removesuffix(".yaml")

@@ -1,8 +1,10 @@
-"""The cells of a configuration: its grid."""
+"""What the engine is to compute for a configuration: the cells of its grid, and how they are integrated."""
 
 import math
+from dataclasses import replace
 
 from stickslip.config.model import Config, Group, Range, Values
+from stickslip.engine import Options
 from stickslip.vocabulary.cells import Cells, Coordinate, Floats
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, QUANTITIES
@@ -53,3 +55,22 @@ def _coordinate_name(name: str) -> str:
 def quantity_of(coordinate: str) -> str:
     """The quantity behind the name of a coordinate: the opposite of `_coordinate_name`."""
     return coordinate.removesuffix(_OF_CURVE)
+
+
+def options_of(config: Config) -> Options:
+    """The options with which cells of a configuration are integrated."""
+    solver, execution = config.solver, config.execution
+    return Options(
+        law=config.friction.law,
+        rtol=solver.rtol,
+        horizon=math.inf if solver.horizon is None else solver.horizon,
+        max_steps=solver.max_steps,
+        early_stop=solver.early_stop,
+        threads=execution.threads,
+        block=execution.block,
+    )
+
+
+def map_options_of(config: Config) -> Options:
+    """The options of a map, of which some variables may be all that is kept."""
+    return replace(options_of(config), variables=config.output.variables)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from stickslip.config.ranges import each_with_unit
 from stickslip.config.sections import (
     Execution,
     Friction,
@@ -26,6 +25,7 @@ from stickslip.config.sections import (
     Start,
     StudySection,
     System,
+    each_with_unit,
     number,
     one_of,
     refused,
@@ -177,7 +177,6 @@ class Group(Section):
 
 
 Axis = Range | Values | Group
-_LONGEST = 80  # characters of a value in a notebook
 
 
 def quantities_in(section: Section | type[Section]) -> list[str]:
@@ -240,7 +239,7 @@ class Config(Section):
     def with_sections(self, **sections: Section) -> Config:
         """The configuration with other sections under these keys."""
         changed: dict[str, Any] = {key: section for key, section in sections.items() if key in type(self).model_fields}
-        if study := next((one for one in sections.values() if isinstance(one, StudySection)), None):
+        if study := next((section for section in sections.values() if isinstance(section, StudySection)), None):
             changed["study"] = study
         beside = {key: section for key, section in sections.items() if key in self.beside}
         return self.model_copy(update={**changed, "beside": {**self.beside, **beside}})
@@ -281,30 +280,9 @@ class Config(Section):
         return {key: value for key, value in plain.items() if value is not None}
 
     def _repr_html_(self) -> str:
-        """A table for notebooks: a row for each key of the resolved configuration, with unit and meaning."""
-        resolved = self.resolved()
-        rows = ["<tr><th>section</th><th>key</th><th>value</th><th></th></tr>"]
-        for section, keys in resolved.items():
-            for i, (key, value) in enumerate(keys.items() if isinstance(keys, Mapping) else ()):
-                row = QUANTITIES.get(key)
-                unit = "" if row is None else units.spelled(row.units)
-                texts = ("" if i else section, key, _short(value, unit), "" if row is None else row.long_name)
-                rows.append(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in texts)}</tr>")
-        return f"<b>{escape(str(resolved['title']))}</b><table>{''.join(rows)}</table>"
+        """What notebooks show."""
+        return f"<b>{escape(self.title)}</b><pre>{escape(self.to_yaml())}</pre>"
 
     def to_yaml(self) -> str:
         """`resolved` as YAML text; what result files keep, and what `reader.parse_config` reads."""
         return write_yaml(self.resolved())
-
-
-def _short(value: Any, unit: str) -> str:
-    """A value of a resolved configuration in few characters."""
-    if isinstance(value, Mapping) and "start" in value:
-        text = f"{value['start']:g} to {value['stop']:g} {unit}".rstrip()
-        return f"{text}, {value['num']:,} values, {value['spacing']}"
-    if isinstance(value, Mapping):
-        value = value["values"] if set(value) == {"values"} else value
-    if isinstance(value, float):
-        return f"{value:.6g} {unit}".rstrip()
-    text = f"{value} {unit if isinstance(value, list) else ''}".rstrip()
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."

@@ -5,6 +5,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from stickslip.config.rules import Finding
 from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
@@ -17,10 +18,13 @@ _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a ma
 
 
 class ProblemCollector:
-    """The problems of one document; a reader is one that also returns what is right."""
+    """The problems of one document; a reader is one that also returns what is right.
 
-    def __init__(self, document: Document) -> None:
-        self.document = document
+    in_full : whether messages quote mappings and lists, which of a file would be long.
+    """
+
+    def __init__(self, document: Document, in_full: bool = False) -> None:
+        self.document, self._in_full = document, in_full
         self.problems = list(document.problems)
         self.meant: set[str] = set()  # keys that misspelt ones were probably meant to be
 
@@ -36,10 +40,15 @@ class ProblemCollector:
         if len(self.problems) >= MOST_PROBLEMS:
             self.raise_any()
 
-    def refuse(self, path: Path, expected: str, hint: str | None = None, found: str | None = None) -> None:
-        """Note that the value at `path` is not what was expected; `found` says what kind of quantity it is."""
-        kind = f" ({found})" if found else ""
-        self.add(path, f"got {self.text(path)}{kind}, expected {expected}", hint)
+    def refuse(self, path: Path, expected: str, hint: str | None = None, kind: str | None = None) -> None:
+        """Note that the value at `path` is not what was expected; `kind` says what it is instead."""
+        instead = f" ({kind})" if kind else ""
+        self.add(path, f"got {self.text(path)}{instead}, expected {expected}", hint)
+
+    def add_finding(self, finding: Finding) -> None:
+        """Note a rule that is broken."""
+        got = finding.got or self.text(finding.path)
+        self.add(finding.path, f"got {got}, expected {finding.expected}", finding.hint)
 
     def mapping(self, value: object, path: Path, expected: str) -> dict[str, Any]:
         """`value` if it is a mapping, else an empty one; nothing at all is one, but not as a whole document."""
@@ -79,7 +88,7 @@ class ProblemCollector:
             where, context = (*path, *detail["loc"]), detail.get("ctx", {})
             around = model_at(model, detail["loc"][:-1])
             if detail["type"] == REFUSED:
-                self.refuse(where, context["expected"], context["hint"], context["found"])
+                self.refuse(where, context["expected"], context["hint"], context["kind"])
             elif detail["type"] == "extra_forbidden":
                 self.unknown_key(where, around.model_fields)
             elif detail["type"] != "missing":
@@ -135,8 +144,8 @@ class ProblemCollector:
             value = self.document.data
             for key in path:
                 value = value[key]
-            text = _WITHOUT_TEXT.get(type(value)) or repr(value)
-            if isinstance(value, list) and len(value) == 2 and not any(isinstance(one, dict | list) for one in value):
+            text = ("" if self._in_full else _WITHOUT_TEXT.get(type(value), "")) or repr(value)
+            if isinstance(value, list) and len(value) == 2 and not any(isinstance(item, dict | list) for item in value):
                 text = f"[{value[0]}, {value[1]}]"  # a range
         return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
@@ -169,5 +178,5 @@ def model_at(model: type[Section], keys: Path) -> type[Section]:
     for key in keys:
         field = model.model_fields.get(str(key))
         types = (field.annotation, *get_args(field.annotation)) if field else ()
-        model = next((one for one in types if isinstance(one, type) and issubclass(one, Section)), model)
+        model = next((kind for kind in types if isinstance(kind, type) and issubclass(kind, Section)), model)
     return model

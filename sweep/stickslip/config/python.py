@@ -3,8 +3,8 @@
 Arrays become lists, numbers of NumPy plain numbers, paths texts. An array with units (`units` in the attributes of a
 DataArray, or an array of Pint) becomes texts with that unit, which the reader understands or refuses like any other.
 In arrays, which hold no words, NaN stands for the word of its quantity (none, sticking). An axis that `np.linspace` or
-`np.geomspace` made is the range it came from, so that plots know its scale and results need not list it. A value that
-is none of these is left as it is, for the reader to refuse.
+`np.geomspace` made is the range it came from, so that plots know its scale. A value that is none of these is left as
+it is, for the reader to refuse.
 """
 
 import os
@@ -18,7 +18,6 @@ from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import has_missing
-from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _AXES = "axes"
@@ -28,11 +27,11 @@ _FEWEST = 3  # values of an array that can be told to be a range
 def python_document(given: Mapping[Any, Any], name: str = "") -> Document:
     """The document that a mapping, shaped like the YAML, stands for; it has no places. `name` stands for a file."""
     document = Document(name)
-    document.data = _Builder(document).value(given, ())
+    document.data = _PlainData(document).value(given, ())
     return document
 
 
-class _Builder:
+class _PlainData:
     """Turns Python values into plain data, and notes what no YAML could say."""
 
     def __init__(self, document: Document) -> None:
@@ -57,7 +56,7 @@ class _Builder:
         if unit is not None or hasattr(given, "__array__"):
             return self._array(np.asarray(units.without_unit(given)), path, unit)
         if isinstance(given, list | tuple | range):
-            return [self.value(one, (*path, i)) for i, one in enumerate(given)]
+            return [self.value(item, (*path, i)) for i, item in enumerate(given)]
         return _scalar(given)
 
     def _mapping(self, given: Mapping[Any, Any], path: Path) -> dict[str, Any]:
@@ -104,14 +103,14 @@ class _Builder:
         if row is None or values.dtype.kind not in "iuf" or (row.units == "1" and unit in ("", "1")):
             unit = None
 
-        def plain(one: Any) -> Any:
-            if isinstance(one, list):
-                return [plain(inner) for inner in one]
-            if row is not None and row.word is not None and one != one:
+        def plain(number: Any) -> Any:
+            if isinstance(number, list):
+                return [plain(inner) for inner in number]
+            if row is not None and row.word is not None and number != number:
                 return row.word
-            return _scalar(one) if unit is None else f"{one!r} {unit}"
+            return _scalar(number) if unit is None else f"{number!r} {unit}"
 
-        if row is not None and (ends := _range(values, row, path)):
+        if row is not None and path == (_AXES, row.name) and (ends := _range(values)) and np.all(row.allows(values)):
             return ends | {key: plain(ends[key]) for key in ("start", "stop")}
         return plain(values.tolist())
 
@@ -119,17 +118,13 @@ class _Builder:
         self._document.problems.append(Problem(path, message))
 
 
-def _range(values: Any, row: Parameter, path: Path) -> dict[str, Any] | None:
-    """The range of an axis whose points these are to the last bit; None if there is none, or if a value is not allowed,
-    which is told better by its place."""
-    if len(path) != 2 or path[0] != _AXES or values.ndim != 1 or values.size < _FEWEST:
-        return None
-    if values.dtype.kind not in "iuf" or not np.all(row.allows(values)):
+def _range(values: Any) -> dict[str, Any] | None:
+    """The range whose points these are to the last bit; None if there is none."""
+    if values.dtype.kind not in "iuf" or values.ndim != 1 or values.size < _FEWEST or not values[0] < values[-1]:
         return None
     start, stop = float(values[0]), float(values[-1])
     for spacing, spread in (("linear", np.linspace), ("log", np.geomspace)):
-        possible = start < stop and (spacing == "linear" or start > 0)
-        if possible and np.array_equal(values, spread(start, stop, values.size)):
+        if (spacing == "linear" or start > 0) and np.array_equal(values, spread(start, stop, values.size)):
             return {"start": start, "stop": stop, "num": int(values.size), "spacing": spacing}
     return None
 
@@ -149,7 +144,7 @@ def _labels(given: Any) -> list[str] | None:
         return None
     for coordinate in given.coords.values():
         if coordinate.dims == tuple(given.dims) and coordinate.dtype.kind in "OUT":
-            return [str(one) for one in coordinate.values]
+            return [str(label) for label in coordinate.values]
     return None
 
 

@@ -13,7 +13,7 @@ from stickslip.config.uncertain import (
     NOT_WITH_SUBSET,
     NUMBERS,
     TRUNCATED,
-    Sampling,
+    SamplingSection,
     Scatter,
     Uncertain,
     has_unit,
@@ -27,7 +27,7 @@ from stickslip.vocabulary.suggest import listed
 SECTION = "uncertain"
 QUANTITIES_PATH: Path = (SECTION, "quantities")
 _ALLOWED_OUTSIDE = 1e-6  # of the points: rarely met, and then such a draw is `failed`
-_LEAST_KEPT = 1e-6  # of a distribution that is truncated; from less, what is left has no digits
+_LEAST_INSIDE = 1e-6  # of a distribution that is truncated; from less, what is left has no digits
 _SMALLEST_EIGENVALUE = 1e-12  # of a correlation matrix
 _LARGEST = 1e100  # numbers of distributions, whose squares are to be finite
 _NEEDED = "numbers that make one: std and median above 0, factor above 1, low below high, mode between them"
@@ -38,12 +38,10 @@ _ENDS = ("low", "high")
 def read_uncertain(problems: ProblemCollector, raw: object, early_stop: bool) -> Uncertain | None:
     """The section in plain data `raw`; None where something is wrong with it. early_stop : of the solver."""
     path: Path = (SECTION,)
-    if isinstance(raw, dict) and "covariance" in raw:
-        message = "got a covariance, expected the std of each quantity, and their correlation"
-        problems.add((*path, "covariance"), message, at_key=True)
-        return None
-    data = problems.keys_of(raw, path, ("quantities", "correlation", *Sampling.model_fields))
-    sampling = problems.section_of(Sampling, path, {key: data[key] for key in data if key in Sampling.model_fields})
+    data = problems.keys_of(raw, path, ("quantities", "correlation", *SamplingSection.model_fields))
+    sampling = problems.section_of(
+        SamplingSection, path, {key: data[key] for key in data if key in SamplingSection.model_fields}
+    )
     for name in sampling.metrics if early_stop else ():
         if VARIABLES[name].when == "full":
             problems.refuse((*path, "metrics"), f"no {name}: it needs solver: {{early_stop: false}} and a horizon")
@@ -92,7 +90,7 @@ def _scatter(problems: ProblemCollector, name: str, raw: Any) -> Scatter | None:
     kinds = [str(key) for key in raw if key != TRUNCATED] if isinstance(raw, dict) else []
     known = [key for key in kinds if key in (*NUMBERS, DRAWN) or numbers_of(key)]
     if len(known) != 1 and len(kinds) != 1:
-        problems.refuse(path, f"one of {FORMS}", found=listed(kinds, "and") if kinds else None)
+        problems.refuse(path, f"one of {FORMS}", kind=listed(kinds, "and") if kinds else None)
         return None
     kind = next((key for key in kinds if key not in known), kinds[0])
     inside, ends = raw.get(kind), raw.get(TRUNCATED)
@@ -140,7 +138,7 @@ def _in_si(problems: ProblemCollector, path: Path, given: dict[Path, Any]) -> di
             if not abs(values[place]) < _LARGEST:
                 raise QuantityError(f"a number below {_LARGEST:g}")
         except QuantityError as error:
-            problems.refuse((*path, *place), error.expected, error.hint, error.found)
+            problems.refuse((*path, *place), error.expected, error.hint, error.kind)
     return values
 
 
@@ -152,14 +150,14 @@ def _check(problems: ProblemCollector, scatter: Scatter, path: Path) -> None:
         for i in (i for i, value in scatter.numbers.items() if not row.allows(value)):
             problems.refuse((*path, DRAWN, i), expected)
         return
-    kept = of.shares[2]
-    if not kept >= _LEAST_KEPT:  # NaN for numbers that make no such distribution
-        expected = f"{_LEAST_KEPT:g} of it or more within the ends" if kept < _LEAST_KEPT else _NEEDED
+    inside = of.shares[2]
+    if not inside >= _LEAST_INSIDE:  # NaN for numbers that make no such distribution
+        expected = f"{_LEAST_INSIDE:g} of it or more within the ends" if inside < _LEAST_INSIDE else _NEEDED
         problems.add((*path, kind), f"got {scatter.in_words(row.name)}, expected {expected}")
         return
     low = max(bound for bound in (row.above, row.at_least, of.low) if bound is not None)
     possible = replace(of, low=low, high=of.high if row.at_most is None else min(of.high, row.at_most))
-    share = 1.0 - max(possible.shares[2], 0.0) / kept
+    share = 1.0 - max(possible.shares[2], 0.0) / inside
     if share > _ALLOWED_OUTSIDE:
         hint = f"truncate it: {row.name}: {{{kind}: ..., truncated: {{low: ..., high: ...}}}}, or one end"
         problems.add(path, f"got {100 * share:.3g} % of the points elsewhere, expected {expected}", hint, at_key=True)

@@ -11,29 +11,28 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from stickslip import extensions
-from stickslip.config import checks, examples, rules
-from stickslip.config.document import LAWS_FITTED, with_damping, with_table
+from stickslip.config import examples, rules
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
-from stickslip.config.overrides import Setting, overridden
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.resolve import keys_in, resolved
+from stickslip.config.resolve import LAWS_FITTED, resolved, varied_paths
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.unit_warnings import warn_of_units
-from stickslip.config.yaml import Document, parse_yaml, read_yaml
+from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import WRITTEN_LAWS, law_of_contact, laws_with, model_of
 from stickslip.vocabulary.models.lugre import STIFFNESS
 from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
-from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip.vocabulary.results import MAP_VARIABLES, VARIABLES
 from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
 from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
+_RIGID = "none"  # for the stiffness of a contact that sticks without giving way
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -53,9 +52,8 @@ def load_config(
     """
     document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
     written = overridden(document, settings)
-    document = resolved(written)
-    config = _read(document, apart)
-    warn_of_units(document, config, keys_in(written.data))
+    config = _ConfigReader(resolved(written), apart).config()
+    warn_of_units(written, config)
     return config
 
 
@@ -82,18 +80,12 @@ def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = 
 
     settings : of a command line, which are put into the text. apart : as for `load_config`. Raises ConfigError.
     """
-    return _read(resolved(overridden(parse_yaml(text, name), settings)), apart)
+    return _ConfigReader(resolved(overridden(parse_yaml(text, name), settings)), apart).config()
 
 
 def make_config(data: Mapping[str, Any], name: str = "<data>", apart: str | None = "") -> Config:
     """The configuration in mappings shaped like the YAML; `name` stands for a file in messages. Raises ConfigError."""
-    return _read(resolved(python_document(data, name)), apart)
-
-
-def _read(document: Document, apart: str | None) -> Config:
-    """A document with the curve of its points, if it names some, and then checked."""
-    whole = with_table(with_damping(document))
-    return _Reader(whole, apart).config().shown_in(written_units(document.data))
+    return _ConfigReader(resolved(python_document(data, name)), apart).config()
 
 
 def _apart_in(data: object) -> str:
@@ -102,7 +94,7 @@ def _apart_in(data: object) -> str:
     return next((key for key in keys if key in STUDIES and STUDIES[key].apart), "")
 
 
-class _Reader(ProblemCollector):
+class _ConfigReader(ProblemCollector):
     """Reads one document and collects what is wrong with it."""
 
     def __init__(self, document: Document, apart: str | None) -> None:
@@ -112,7 +104,7 @@ class _Reader(ProblemCollector):
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        whole = checks.with_rigid_contact(self.mapping(self.document.data, (), f"the keys {listed(KEYS)}"))
+        whole = _with_rigid_contact(self.mapping(self.document.data, (), f"the keys {listed(KEYS)}"))
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
         data = self.known_keys(self._without_foreign(whole), (), KEYS)
@@ -137,19 +129,19 @@ class _Reader(ProblemCollector):
         values = {name: getattr(section, name) for section in holders for name in quantities_in(section)}
         fixed = {name: value for name, value in values.items() if name in of_model and value is not None}
         drawn = None if self._elsewhere else studies.get("uncertain")  # what is impossible explains nothing
-        space = rules.Space(fixed, axes, drawn, law)
+        space = rules.QuantitySpace(fixed, axes, drawn, law)
         own = study_class(study.key).rules(study, space, given) if study else ()
         for finding in (*rules.findings(space), *own):
-            checks.add_finding(self, finding)
+            self.add_finding(finding)
         self.raise_any()
         for holder, key in (*((sections, key) for key in QUANTITY_SECTIONS), *([(studies, "study")] if study else [])):
             names = [name for name in quantities_in(holder[key]) if name not in given]
             absent = {name: QUANTITIES[name].default if name in of_model else None for name in names}
             holder[key] = holder[key].model_copy(update=absent)
         config = Config(title=str(title).strip(), axes=tuple(axes), **sections, **studies)
-        checks.check_study(config, self)
+        self._check_study(config)
         self.raise_any()
-        return config
+        return config.shown_in(written_units(self.document.data))
 
     def _without_foreign(self, data: Mapping[str, Any]) -> Mapping[str, Any]:
         """The plain data without sections of studies that are not asked for, each of which is a problem."""
@@ -166,8 +158,7 @@ class _Reader(ProblemCollector):
             for problem in study.misplaced(data):
                 self.meant |= study.section.rows.keys() if problem.path == (self._apart,) else set()
                 self.add(problem.path, problem.message, problem.hint, at_key=True)
-        axes = data.get("axes")
-        for path in checks.varied_paths(axes if isinstance(axes, dict) else {}):
+        for path in varied_paths(data.get("axes")):
             if (section := QUANTITIES[str(path[-1])].section) not in (*self._sections, self._apart):
                 hint = f"stickslip {STUDIES[section].apart or section} has one"
                 self.add(path, f"{path[-1]} belongs to {section}, which a map has not", hint, at_key=True)
@@ -270,10 +261,15 @@ class _Reader(ProblemCollector):
         scattered = inside.get("uncertain", {}).get("quantities")
         paths += [(*QUANTITIES_PATH, name) for name in scattered] if isinstance(scattered, dict) else []
         given: dict[str, list[Path]] = {}
-        for path in (*paths, *checks.varied_paths(inside.get("axes", {})), *checks.study_paths(inside)):
+        for path in (*paths, *varied_paths(inside.get("axes")), *self._study_paths(inside)):
             if path[-1] in QUANTITIES:
                 given.setdefault(str(path[-1]), []).append(path)
         return given
+
+    def _study_paths(self, sections: Mapping[str, Any]) -> list[Path]:
+        """The positions of the quantities that sections of studies give themselves."""
+        keys = [key for key in sections if key in STUDIES and key != "uncertain"]
+        return [(key, *path) for key in keys for path in study_class(key).given_in(sections[key])]
 
     def _check_once(self, given: Mapping[str, list[Path]]) -> None:
         """No quantity is given twice, and those without a default are given."""
@@ -318,9 +314,29 @@ class _Reader(ProblemCollector):
             if law in laws_with(name) or (row.default is not None and getattr(friction, name, None) == row.default):
                 continue
             expected = listed(model.needed, "and") if row.default is None else "none"
-            laws = [one for one in laws_with(name) if one in WRITTEN_LAWS]
+            laws = [other for other in laws_with(name) if other in WRITTEN_LAWS]
             whose = f"the law {listed(laws)}" if laws else f"contacts with {STIFFNESS}"
             self.add(paths[0], f"got {name} with the law {law}, expected {expected}: it is for {whose}", at_key=True)
+
+    def _check_study(self, config: Config) -> None:
+        """Note what is wrong between the section of a study, or what is kept of a map, and the rest."""
+        if config.study is not None:
+            study_class(config.study.key).check(config.study, config, self)
+        path, variables = ("output", "variables"), config.output.variables or ()
+        if variables and not config.is_map:
+            self.add(path, "given for something else than a map, expected none: only maps can do without variables")
+        absent = [name for name in variables if VARIABLES[name].when == "full" and config.solver.early_stop]
+        if absent:
+            message = f"got {listed(absent, 'and')}, which only a run to a horizon defines"
+            self.add(path, message, "add early_stop: false and a horizon to solver")
+
+
+def _with_rigid_contact(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The plain data, without the stiffness of a contact that has none."""
+    friction = data.get("friction")
+    if not isinstance(friction, dict) or friction.get(STIFFNESS) != _RIGID:
+        return data
+    return {**data, "friction": {name: value for name, value in friction.items() if name != STIFFNESS}}
 
 
 def _example_range(name: str) -> str:

@@ -1,31 +1,51 @@
-"""The step between reading a document and checking it: keys of extensions in place of which other things stand.
+"""The step between reading a document and checking it: words in place of which other things stand.
 
-`uncertain: {explained: felt.nc}` stands for draws, say. Whoever owns such a key puts in what it stands for, once; what
-is checked then names no file that is still to be read.
+Whoever owns such a word puts in what it stands for, once: keys of extensions (`uncertain: {explained: felt.nc}` stands
+for draws, say), a damping in percent, a table of points. What is checked then names no file that is still to be read.
 """
 
-from collections.abc import Sequence
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from stickslip import extensions
 from stickslip.config.yaml import Document
+from stickslip.errors import Path
+from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.models import PREFIX, own_law
+from stickslip.vocabulary.own_laws import Table
+from stickslip.vocabulary.quantities import QUANTITIES
+
+LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
+_FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
+_AT: Path = ("friction", "table")
+_KEYS = ("file", "speed", "mu", "monotone")
+_SHARE = re.compile(r"\s*([-+0-9.eE]+)\s*%(\s*of critical)?\s*")
 
 
 def resolved(document: Document) -> Document:
-    """The document, with what keys of extensions stand for. Raises ConfigError."""
+    """The document, with what its words stand for. Raises ConfigError."""
     for extension in extensions.installed():
         done = set()
         for pattern, place in extension.resolvers.items():
             if place not in done and _has(document.data, pattern.split(".")):
                 done.add(place)
                 document = extensions.imported(place)(document)
-    return document
+    return with_table(_with_damping(document))
 
 
-def keys_in(data: Any) -> set[str]:
-    """The keys of mappings in plain data, at any depth: what was written, and not filled in."""
-    inner = data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
-    return {*(data if isinstance(data, dict) else ())}.union(*map(keys_in, inner))
+def varied_paths(axes: object) -> list[Path]:
+    """The positions of the quantities along axes, whether they are right or wrong."""
+    paths: list[Path] = []
+    for name, axis in axes.items() if isinstance(axes, dict) else ():
+        zipped = axis.get("zip") if isinstance(axis, dict) else None
+        if isinstance(zipped, dict):
+            paths += [("axes", name, "zip", member) for member in zipped if member in QUANTITIES]
+        elif name in QUANTITIES:
+            paths.append(("axes", name))
+    return paths
 
 
 def _has(value: Any, path: Sequence[str]) -> bool:
@@ -35,5 +55,77 @@ def _has(value: Any, path: Sequence[str]) -> bool:
     key, *rest = path
     if key == "*":
         inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-        return any(_has(one, rest) for one in inner)
+        return any(_has(part, rest) for part in inner)
     return isinstance(value, dict) and key in value and _has(value[key], rest)
+
+
+def _section(document: Document, key: str) -> dict[str, Any]:
+    """A section of the plain data; empty where it is none."""
+    section = document.data.get(key) if isinstance(document.data, dict) else None
+    return section if isinstance(section, dict) else {}
+
+
+def _with_damping(document: Document) -> Document:
+    """The document with a damping in percent of critical damping, 2 sqrt(k m), in N s/m.
+
+    Raises ConfigError where mass or stiffness is not one value beside it.
+    """
+    system = _section(document, "system")
+    written = system.get("damping")
+    share = _SHARE.fullmatch(written) if isinstance(written, str) else None
+    if share is None:
+        return document
+    try:
+        names = [name for name in system if name in QUANTITIES and name != "damping"]
+        scales = scales_of({name: QUANTITIES[name].read(system[name]) for name in names})
+        damping = float(share[1]) / 100.0 * float(scales.critical_damping)
+    except ValueError:  # QuantityError is one
+        damping = math.nan
+    if not damping >= 0.0:
+        text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"
+        raise document.refused(("system", "damping"), text, "or write the damping in N s/m")
+    return replace(document, data={**document.data, "system": {**system, "damping": f"{damping!r} N s/m"}})
+
+
+def with_table(document: Document) -> Document:
+    """The document, with the points of the table that it names, the law they make, and its coefficients where none are
+    given. Raises ConfigError for points that are no curve.
+    """
+    friction = _section(document, "friction")
+    law, given = friction.get("law"), friction.get("table")
+    if given is None and isinstance(law, str) and isinstance(known := own_law(law), Table):
+        given = known.points()
+    if given is None:
+        return document
+    table, described = _table(document, given)
+    if law not in (None, table, f"{PREFIX}{table}"):  # behind bristles, in a resolved configuration
+        raise document.refused(("friction", "law"), f"got {law} besides a table, expected none: the table is the law")
+    if friction.get("fit") is not None:
+        raise document.refused(("friction", "fit"), "got fit besides a table, expected one of them")
+    scattered = _section(document, "uncertain").get("quantities")
+    elsewhere = {path[-1] for path in varied_paths(_section(document, "axes"))}
+    elsewhere |= set(scattered) if isinstance(scattered, dict) else set()
+    own = {name: value for name, value in table.coefficients.items() if name not in elsewhere}
+    whole = {**own, **friction, "law": str(table), "table": described}
+    return replace(document, data={**document.data, "friction": whole})
+
+
+def _table(document: Document, given: Any) -> tuple[Table, dict[str, Any]]:
+    """The table, and what a resolved configuration says of it."""
+    plain = {"file": given} if isinstance(given, str) else given
+    if not isinstance(plain, Mapping) or not {"file"} <= plain.keys() and not {"speed", "mu"} <= plain.keys():
+        raise document.refused(_AT, f"got {given!r}, expected {_FORMS}")
+    if unknown := [key for key in plain if key not in _KEYS]:
+        raise document.refused((*_AT, unknown[0]), f"unknown key, expected {', '.join(_KEYS)}")
+    file, monotone = plain.get("file"), plain.get("monotone", False)
+    if not isinstance(monotone, bool):
+        raise document.refused((*_AT, "monotone"), f"got {monotone!r}, expected true or false")
+    if file is not None and not (isinstance(file, str) and file.lower().endswith(".csv")):
+        raise document.refused((*_AT, "file"), f"got {file!r}, expected the name of a CSV file")
+    if "speed" not in plain:  # a resolved configuration has them
+        raise document.refused(_AT, f"nothing here reads {file}, expected {_FORMS}")
+    try:
+        table = Table(plain["speed"], plain["mu"], monotone)
+    except (TypeError, ValueError) as error:
+        raise document.refused(_AT, str(error)) from None
+    return table, ({} if file is None else {"file": file}) | table.points()

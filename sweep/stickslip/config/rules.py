@@ -39,7 +39,7 @@ class Finding(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Space:
+class QuantitySpace:
     """The quantities that were read without problems: what is fixed (NaN for words), varied, and uncertain."""
 
     fixed: Mapping[str, float]
@@ -65,7 +65,7 @@ class Space:
         return set(self.fixed) | set(self.drawn) | {member.name for axis in self.axes for member in axis.members}
 
 
-def findings(space: Space) -> Iterator[Finding]:
+def findings(space: QuantitySpace) -> Iterator[Finding]:
     """Everything that is wrong between the quantities of `space`. Rules about absent quantities are left out."""
     cells = math.prod(axis.size for axis in space.axes) * space.draws_per_cell
     if cells > MOST_CELLS:
@@ -101,7 +101,7 @@ def _order(axis: Values) -> Iterator[Finding]:
 # --- rules ------------------------------------------------------------------------------------------------------------
 
 
-def _between(space: Space) -> Iterator[Finding]:
+def _between(space: QuantitySpace) -> Iterator[Finding]:
     """The rules of the model of the contact."""
     for rule in model_of(space.law).rules.get(space.law, ()):
         cell = worst_cell(space, rule.worse, rule.margin)
@@ -136,7 +136,7 @@ class _Cell:
 
 
 def worst_cell(
-    space: Space, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]
+    space: QuantitySpace, worse: Mapping[str, int], margin: Callable[[Mapping[str, Floats]], Floats]
 ) -> _Cell | None:
     """The cell with the smallest margin.
 

@@ -12,7 +12,7 @@ from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
 from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Section, number_schema
 from stickslip.config.studies import section_class
-from stickslip.config.uncertain import DRAWN, NUMBERS, TRUNCATED, Sampling, Uncertain, has_unit
+from stickslip.config.uncertain import DRAWN, NUMBERS, TRUNCATED, SamplingSection, Uncertain, has_unit
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
@@ -68,7 +68,7 @@ def uncertain_schema() -> Schema:
             "description": "of normal deviates of quantities (a Gaussian copula)", "required": ["between", "matrix"],
         },
     }  # fmt: skip
-    whole = _object({**section_schema(Sampling)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
+    whole = _object({**section_schema(SamplingSection)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
     return whole | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
 
 
@@ -158,7 +158,7 @@ def section_schema(model: type[Section]) -> Schema:
 def field_schema(model: type[Section], name: str) -> Schema:
     """The schema of a field: what its annotation or the field itself says, or that of the section it holds."""
     field, inner = model.model_fields[name], model_at(model, (name,))
-    for schema in (*(one.schema for one in field.metadata if isinstance(one, Read)), field.json_schema_extra):
+    for schema in (*(note.schema for note in field.metadata if isinstance(note, Read)), field.json_schema_extra):
         if isinstance(schema, dict):
             return dict(schema)
     return VALUE if inner is model else section_schema(inner)

@@ -30,7 +30,7 @@ from stickslip.errors import QuantityError
 from stickslip.vocabulary import beyond, units
 from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, law_remedy, own_names
 from stickslip.vocabulary.own_laws import is_law
-from stickslip.vocabulary.parameter import Parameter, of_section
+from stickslip.vocabulary.parameter import Parameter, Variable, of_section
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.settings import EXECUTION, SOLVER
@@ -45,14 +45,13 @@ HERE, LOCAL = "none", "local"  # where blocks are computed: by threads of this p
 ADDRESS = f"an address such as tcp://host:8786, a scheduler file (.json), {LOCAL} or {HERE}"
 _ADDRESS = rf"^({HERE}|{LOCAL}|[a-z]{{2,10}}://[^\s/]+:\d{{1,5}}|[^\0]+\.json)$"
 _WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?\s*[A-Za-zµμ/].*$"
-_BOOLEANS = {"yes": "true", "on": "true", "1": "true", "no": "false", "off": "false", "0": "false"}
 
 Schema = dict[str, Any]
 
 
-def refused(expected: str, hint: str | None = None, found: str | None = None) -> PydanticCustomError:
-    """The error of a validator: what was expected, the next step, and what kind of quantity was found instead."""
-    return PydanticCustomError(REFUSED, "expected {expected}", {"expected": expected, "hint": hint, "found": found})
+def refused(expected: str, hint: str | None = None, kind: str | None = None) -> PydanticCustomError:
+    """The error of a validator: what was expected, the next step, and what kind of quantity was given instead."""
+    return PydanticCustomError(REFUSED, "expected {expected}", {"expected": expected, "hint": hint, "kind": kind})
 
 
 def is_address(value: object) -> bool:
@@ -88,7 +87,7 @@ def number(row: Parameter, value: object) -> float:
             remedy = f"what varies belongs to axes: {{{row.name}: ...}}"
         if isinstance(value, dict) and {"amplitude", "frequency"} & value.keys():
             remedy = beyond.hint(f"{row.name}_amplitude")
-        raise refused(error.expected, error.hint or remedy, error.found) from None
+        raise refused(error.expected, error.hint or remedy, error.kind) from None
 
 
 def finite(row: Parameter, value: object) -> float:
@@ -96,6 +95,24 @@ def finite(row: Parameter, value: object) -> float:
     if (si := number(row, value)) != si:
         raise refused(row.expected.removesuffix(row.otherwise))
     return si
+
+
+def each_with_unit(row: Parameter | Variable, given: Any) -> Any:
+    """Values of a row of the vocabulary, as `units.each_with_unit` has them."""
+    try:
+        return units.each_with_unit(given, row.units)
+    except QuantityError as error:
+        raise refused(error.expected) from None
+
+
+def interval(row: Parameter, value: object) -> tuple[float, float]:
+    """Both ends of a range of a row of the vocabulary, in SI and in order."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise refused("a list of two values, the lower end first")
+    low, high = (finite(row, end) for end in each_with_unit(row, value))
+    if not low < high:
+        raise refused("the lower end first and the upper above it", "swap the ends" if low > high else None)
+    return low, high
 
 
 def number_schema(row: Parameter, words: bool = True) -> Schema:
@@ -120,11 +137,9 @@ def choice(
     remedy : where no word is like it.
     """
     if not isinstance(value, str) or value not in words:
-        begun = next((word for word in words if not what and str(value).lower().startswith(word)), None)
-        meant = f"did you mean {begun}?" if begun else did_you_mean(str(value), words)
-        hint = beyond.hint(str(value)) or meant or remedy
-        found = f"{value!r} in it" if inside else None
-        raise refused(f"{what}: {listed(words)}" if what else listed(words), hint, found)
+        hint = beyond.hint(str(value)) or did_you_mean(str(value), words) or remedy
+        got = f"{value!r} in it" if inside else None
+        raise refused(f"{what}: {listed(words)}" if what else listed(words), hint, got)
     return value
 
 
@@ -141,8 +156,8 @@ def list_of(
 
     unique : none of them twice. single : also one of them without a list. empty : none at all is a list, too.
     """
-    one: Schema = {"enum": list(words)}
-    several: Schema = {"type": "array", "items": one} | ({} if empty else {"minItems": 1})
+    word: Schema = {"enum": list(words)}
+    several: Schema = {"type": "array", "items": word} | ({} if empty else {"minItems": 1})
     several |= {"uniqueItems": True} if unique else {}
 
     def read(value: Any) -> Any:
@@ -153,14 +168,13 @@ def list_of(
             raise refused("a list without repetitions")
         return names
 
-    return Read(read, {"anyOf": [one, several]} if single else several)
+    return Read(read, {"anyOf": [word, several]} if single else several)
 
 
 def true_or_false(value: object) -> bool:
     """A boolean."""
     if not isinstance(value, bool):
-        meant = _BOOLEANS.get(str(value).lower())
-        raise refused("true or false", f"did you mean {meant}?" if meant else None)
+        raise refused("true or false")
     return value
 
 
@@ -169,15 +183,11 @@ def file_name(*suffixes: str) -> Read:
 
     def read(value: object) -> str:
         suffix = PurePath(value).suffix.lower() if isinstance(value, str) else ""
-        if not isinstance(value, str) or suffix not in suffixes or "\0" in value:
+        if not isinstance(value, str) or suffix not in suffixes or not value.isprintable():
             hint = f"did you mean {value}{suffixes[0]}?" if value and isinstance(value, str) and not suffix else None
             raise refused(f"a file name that ends in {listed(suffixes)}", hint)
-        if not value.isprintable():
-            hint = "in double quotes a backslash begins an escape: use single quotes, or /"
-            raise refused("a file name without control characters", hint)
         if "://" in value and suffix != REMOTE_SUFFIX:
-            zarr = f", or a URL that ends in {REMOTE_SUFFIX}" if REMOTE_SUFFIX in suffixes else ""
-            raise refused(f"a file of this machine{zarr}", "a file can be copied there afterwards")
+            raise refused(f"a file of this machine; what is behind a URL ends in {REMOTE_SUFFIX}")
         return value
 
     here = "|".join(re.escape(suffix) for suffix in suffixes if suffix != REMOTE_SUFFIX)
@@ -213,7 +223,7 @@ _ROW: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "st
 _KEYS = {"file": POINTS_FILE.schema, "monotone": BOOLEAN.schema, "speed": _ROW, "mu": _ROW}
 _FORM: Schema = {"type": "object", "properties": _KEYS, "additionalProperties": False}
 _FORMS = [_FORM | {"required": needed} for needed in (["file"], ["speed", "mu"])]
-_TABLE = Read(lambda value: value, {"anyOf": [POINTS_FILE.schema, *_FORMS]})  # read in `document.py`
+_TABLE = Read(lambda value: value, {"anyOf": [POINTS_FILE.schema, *_FORMS]})  # read in `resolve.py`
 _EXAMPLE, _ALL = "a list of variables such as [regime, period]", "leave variables out to keep all of them"
 _VARIABLES = list_of(VARIABLES, _EXAMPLE, _ALL, single=True)
 
@@ -234,13 +244,8 @@ class Section(BaseModel):
     @classmethod
     def _mapping(cls, value: object) -> object:
         if not isinstance(value, dict | Section | None):
-            raise refused(f"a mapping with the keys {listed(cls.model_fields)}", cls._meant(value))
+            raise refused(f"a mapping with the keys {listed(cls.model_fields)}")
         return {} if value is None else value
-
-    @classmethod
-    def _meant(cls, value: object) -> str | None:
-        """A hint for what is given in place of a mapping."""
-        return None
 
     @field_validator("*", mode="before")
     @classmethod
@@ -385,10 +390,6 @@ class Output(Section):
     variables: Annotated[tuple[Annotated[str, one_of(VARIABLES, "a variable of a map")], ...] | None, _VARIABLES] = (
         Field(None, description="variables of a map that are kept, regime among them; what none needs is not computed")
     )
-
-    @classmethod
-    def _meant(cls, value: object) -> str | None:
-        return f"output: {{file: {value}}}" if isinstance(value, str) else None
 
     @field_validator("variables")
     @classmethod

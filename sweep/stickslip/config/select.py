@@ -8,13 +8,12 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.document import with_table
 from stickslip.config.grid import build_grid
-from stickslip.config.model import Axis, Config, Group, Range
-from stickslip.config.overrides import Setting, overridden
+from stickslip.config.model import Axis, Config, Group
 from stickslip.config.reader import make_config, parse_config
-from stickslip.config.unit_warnings import warn_of_cell
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.resolve import with_table
+from stickslip.config.unit_warnings import warn_of_units
+from stickslip.config.yaml import Document, Setting, overridden, parse_yaml
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.parameter import Parameter
@@ -22,6 +21,7 @@ from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.settings import SOLVER
 from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import did_you_mean, listed
+from stickslip.vocabulary.units import number_or_text
 
 Recipe = Config | Mapping[str, Any]  # a configuration, or what cells computed one by one share: friction law and solver
 
@@ -44,12 +44,14 @@ def config_at(recipe: Recipe, settings: Iterable[str], option: str = "--at", in_
     data = _sections(recipe)
     axes: dict[str, Axis] = {axis.name: axis for axis in config.axes} if config else {}
     given = dict(_split(setting, option) for setting in settings)
+    picked: dict[str, dict[str, Any]] = {}  # without groups, which have their values from the file
     for name, text in given.items():
         if isinstance(axis := axes.get(name), Group):
             i = _position(axis, text, option)
             values = {m.name: QUANTITIES[m.name].written(m.values[i]) for m in axis.members}
         elif name in axes or name in QUANTITIES:
-            values = {name: _number_or_text(text)}
+            values = {name: number_or_text(text)}
+            picked.setdefault(QUANTITIES[name].section, {}).update(values)
         else:
             known = [*axes, *(quantity for quantity in QUANTITIES if quantity not in axes)]
             message = f"unknown quantity, expected {listed(known)}"
@@ -62,7 +64,7 @@ def config_at(recipe: Recipe, settings: Iterable[str], option: str = "--at", in_
         raise ConfigError(option, [_missing(axis, option) for axis in left.values()])
     data = {key: value for key, value in data.items() if key not in STUDIES}
     made = make_config(data | {"axes": {name: data["axes"][name] for name in left}}, option)
-    warn_of_cell(option, {name: _number_or_text(text) for name, text in given.items()}, made)
+    warn_of_units(Document(option, picked), made)
     return made.shown_in(config.written_in | made.written_in) if config else made
 
 
@@ -73,8 +75,7 @@ def recipe_of(ds: xr.Dataset, name: str, settings: Iterable[Setting] = ()) -> Re
     """
     if "regime" not in ds.data_vars:
         raise ConfigError.of(name, "holds no regimes, expected a map or a list of cells")
-    text, source = str(ds.attrs.get("configuration", "")), f"{name} (configuration)"
-    settings = tuple(settings)
+    text, source, settings = str(ds.attrs.get("configuration", "")), f"{name} (configuration)", tuple(settings)
     shared = with_table(overridden(parse_yaml(text, source), settings)).data
     if isinstance(shared, dict) and "system" not in shared and "axes" not in shared:  # `evaluate` wrote it
         return shared
@@ -101,7 +102,7 @@ def seconds(text: str, option: str = "--duration") -> float:
 def in_si(row: Parameter, text: str, option: str, *path: str) -> float:
     """A value of a row of the vocabulary on the command line, in SI. Raises ConfigError."""
     try:
-        return row.read(_number_or_text(text))
+        return row.read(number_or_text(text))
     except QuantityError as error:
         raise ConfigError.of(option, f"got {text!r}, {error}", path=path) from None
 
@@ -130,13 +131,6 @@ def _split(setting: str, option: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def _number_or_text(value: str) -> float | str:
-    try:
-        return float(value)
-    except ValueError:
-        return value
-
-
 def _position(group: Group, text: str, option: str) -> int:
     """The point of a group that a setting names, by its label or counted from 0."""
     labels = group.labels or ()
@@ -149,7 +143,6 @@ def _position(group: Group, text: str, option: str) -> int:
 
 
 def _missing(axis: Axis, option: str) -> Problem:
-    if isinstance(axis, Group):
-        return Problem((axis.name,), "missing, expected one of the points of the group", hint=f"{option} {axis.name}=0")
-    example = axis.start if isinstance(axis, Range) else QUANTITIES[axis.name].written(axis.values[0])
-    return Problem((axis.name,), "missing, expected a value for this axis", hint=f"{option} {axis.name}={example}")
+    expected = "one of the points of the group" if isinstance(axis, Group) else "a value for this axis"
+    hint = f"{option} {axis.name}={point_text(axis, 0)}"
+    return Problem((axis.name,), f"missing, expected {expected}", hint=hint)

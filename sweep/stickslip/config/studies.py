@@ -14,23 +14,22 @@ from math import prod
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import ValidationError
 
 from stickslip import extensions
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
-from stickslip.config.sections import REFUSED, AnySection, StudySection, plain
+from stickslip.config.sections import AnySection, StudySection, plain
+from stickslip.config.yaml import Setting, overridden
 from stickslip.errors import ArgumentError, Path, Problem, dotted
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip.vocabulary.studies import BESIDE, STUDIES, kind_of
-from stickslip.vocabulary.suggest import did_you_mean, listed
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.config.rules import Finding, Space
+    from stickslip.config.rules import Finding, QuantitySpace
     from stickslip.engine import Options, Results, StopFlag
     from stickslip.vocabulary.cells import Cells
 
@@ -67,25 +66,27 @@ def section_class(key: str) -> type[StudySection]:
 
 def section_of_call(model: type[AnySection], **values: Any) -> AnySection:
     """A section from the arguments of a call, of which None is not given. Raises ArgumentError."""
-    given = {name: value for name, value in values.items() if value is not None}
-    document = python_document({"call": given})
-    for problem in document.problems:
-        raise ArgumentError(dotted(problem.path[1:]), problem.message)
-    try:
-        return model.model_validate(document.data["call"])
-    except ValidationError as error:
-        details = error.errors(include_url=False)
-    detail = next((one for one in details if one["type"] == "extra_forbidden"), details[0])
-    path, context = detail["loc"], detail.get("ctx", {})
-    if detail["type"] == "extra_forbidden":
-        hint = did_you_mean(str(path[0]), model.model_fields)
-        what = f"unknown, expected {listed(model.model_fields)}"
-    elif detail["type"] == "missing":
-        hint, what = None, f"missing, expected {model.model_fields[str(path[0])].description}"
-    else:
-        hint, expected = context.get("hint"), context["expected"] if detail["type"] == REFUSED else detail["msg"]
-        what = f"got {given[str(path[0])]!r}, expected {expected}"
-    raise ArgumentError(dotted(path), f"{what}; {hint}" if hint else what)
+    document = python_document({"call": {name: value for name, value in values.items() if value is not None}})
+    problems = ProblemCollector(document, in_full=True)
+    section = None if document.problems else problems.read(model, ("call",), document.data["call"])
+    for problem in problems.problems:
+        hint = f"; {problem.hint}" if problem.hint else ""
+        raise ArgumentError(dotted(problem.path[1:]), f"{problem.message}{hint}")
+    assert section is not None
+    return section
+
+
+def section_with(
+    model: type[StudySection], own: StudySection | None, settings: Iterable[Setting], name: str
+) -> StudySection:
+    """The section of a study with settings of a command line; `name` stands for a file. Raises ConfigError."""
+    key = model.key
+    document = overridden(python_document({key: own.resolved() if own else {}}, name), settings)
+    problems = ProblemCollector(document)
+    section = problems.read(model, (key,), document.data[key])
+    problems.raise_any()
+    assert section is not None
+    return section
 
 
 class Regime(str):
@@ -229,7 +230,7 @@ class Study(Result):
         yield from ()
 
     @classmethod
-    def rules(cls, section: Any, space: Space, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
+    def rules(cls, section: Any, space: QuantitySpace, given: Mapping[str, Sequence[Path]]) -> Iterator[Finding]:
         """The rules between quantities that the study has beside those of cells. given : where, by name."""
         yield from ()
 

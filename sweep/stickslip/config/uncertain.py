@@ -73,7 +73,7 @@ class Scatter(Section):
         """`normal, mean 0.8 m/s, std 0.05 m/s`, for the quantity of this name."""
         unit, values = units.spelled(SEARCHABLE[name].units), self.numbers.values()
         if self.kind == DRAWN:
-            return f"one of {len(values)} values, {min(values):.6g} to {max(values):.6g} {unit}".rstrip()
+            return f"one of {len(values)} values"
         words = [f"{key} {value:.6g} {unit if has_unit(self.kind, key) else ''}" for key, value in self.numbers.items()]
         if self.ends:
             low, high = self.ends.get("low", -math.inf), self.ends.get("high", math.inf)
@@ -116,7 +116,7 @@ def _quantiles(value: object) -> tuple[float, ...]:
 _QUANTILE: Schema = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
-class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
+class SamplingSection(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
     """Draws of uncertain inputs, and statistics of the results."""
 
     key = "uncertain"
@@ -156,7 +156,7 @@ class Sampling(with_rows(StudySection, UNCERTAIN)):  # type: ignore[misc]
         return value
 
 
-class Uncertain(Sampling):
+class Uncertain(SamplingSection):
     """Inputs that are not known exactly, and how their scatter is carried to the result.
 
     quantities : in the order of the file; those that are drawn from values are drawn together, row by row.
@@ -186,14 +186,10 @@ class Uncertain(Sampling):
 
     @property
     def correlation_in_words(self) -> str:
-        """The correlation of the quantities, and the meaning of its numbers."""
+        """The correlation of the quantities."""
         if len(self.drawn) > 1:
             return f"{listed(self.drawn, 'and')} are drawn together, row by row"
-        if self.correlation is None:
-            return "none: the quantities are independent"
-        if all(scatter.kind == "normal" and not scatter.ends for scatter in self.quantities.values()):
-            return f"{listed(self.names, 'and')} are jointly normal"
-        return f"the normal deviates of {listed(self.names, 'and')} are correlated (a Gaussian copula)"
+        return "none" if self.correlation is None else "of normal deviates (a Gaussian copula)"
 
     @property
     def method_in_words(self) -> str:

@@ -1,4 +1,4 @@
-"""YAML in, plain data out, with the place of every key and value.
+"""YAML in, plain data out, with the place of every key and value; and what a command line puts into it.
 
 What is read is YAML 1.2 with its core types: ``1e-3`` is a number, ``yes`` a word, ``017`` seventeen. Tags, anchors and
 aliases are refused: a configuration is plain data, and with these YAML files can grow without bound when read.
@@ -6,19 +6,17 @@ aliases are refused: a configuration is plain data, and with these YAML files ca
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML, events
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.reader import ReaderError
 
-from stickslip.config import examples
-from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem
-from stickslip.files.sniff import CONFIGURATIONS, names_in, wrong_file_type
-from stickslip.vocabulary.suggest import nearest
+from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted
+from stickslip.files.sniff import CONFIGURATIONS, neighbours, wrong_file_type
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
 DEEPEST = 20  # levels; a configuration has four
@@ -27,6 +25,8 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\
 _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
     word: word.lower() == "true" for word in ("true", "True", "TRUE", "false", "False", "FALSE")
 }
+_KEY = re.compile(r"[^.\[\]\s]+(?:\[\d+\])*(?:\.[^.\[\]\s]+(?:\[\d+\])*)*")
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _BY_MESSAGE = (  # what the message of the parser contains
     ("'\\t'", "indent with spaces, not with tabs"),
     ("escape", "in double quotes a backslash begins an escape: use single quotes, or / in paths"),
@@ -44,7 +44,7 @@ class Document:
     keys, values : place of each key and of each value, by path.
     texts : spelling of each scalar, by path, so that messages can show it as it was written ("1e400", not inf).
     problems : what is wrong but does not keep the rest from being read: repeated keys and keys that are not words.
-    moved : where parts stand in the file that stand elsewhere in `data` (`document.py`).
+    moved : where parts stand in the file that stand elsewhere in `data` (resolvers).
     """
 
     name: str
@@ -76,7 +76,8 @@ def read_yaml(path: FilePath) -> Document:
         with path.open("rb") as file:
             raw = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        raise ConfigError.of(name, "no such file", _neighbours(path)) from None
+        hint = neighbours(path, CONFIGURATIONS) or "`stickslip init --list` names those that come with stickslip"
+        raise ConfigError.of(name, "no such file", hint) from None
     except OSError as error:
         raise ConfigError.of(name, f"cannot be read: {error.strerror or error}") from None
     if len(raw) > _LARGEST:
@@ -94,7 +95,7 @@ def parse_yaml(text: str, name: str = "<text>") -> Document:
     """The document in a text. Raises ConfigError, naming the text `name`, if it is not YAML or empty."""
     document = Document(name)
     try:
-        _Builder(document, iter(YAML(typ="safe", pure=True).parse(text))).build()
+        _EventReader(document, iter(YAML(typ="safe", pure=True).parse(text))).build()
     except ReaderError as error:
         place = _place_in(text, error.position)
         message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
@@ -116,24 +117,6 @@ def section_in(text: str, key: str) -> dict[str, Any]:
     return section if isinstance(section, dict) else {}
 
 
-def _neighbours(path: FilePath) -> str | None:
-    """The file that was probably meant, which other YAML files there are, or where to get one."""
-    if not path.parent.is_dir():
-        if path.parts[:1] == ("configs",):
-            return "`stickslip init --list` names the configurations that come with stickslip"
-        return f"there is no folder {path.parent}"
-    names, shipped = names_in(path.parent, CONFIGURATIONS), examples.config_names()
-    stems = {FilePath(name).stem: name for name in names}
-    if near := nearest(path.stem, stems):
-        return f"did you mean {path.with_name(stems[near])}?"
-    if path.as_posix().removesuffix(".yaml") in shipped:  # but this may be a copy of it, called from the wrong folder
-        return f"did you mean configs/{path.as_posix()}, which comes with stickslip?"
-    if not path.suffix and (near := nearest(path.as_posix(), shipped)):
-        return f"did you mean {near}, which comes with stickslip?"
-    where = "this folder" if path.parent == FilePath() else str(path.parent)
-    return f"{where} holds {', '.join(names) or f'no YAML file; `stickslip init {path}` writes one to start from'}"
-
-
 def _place_in(text: str, position: int) -> Place:
     before = text[:position]
     return Place(before.count("\n") + 1, len(before) - before.rfind("\n"))
@@ -152,7 +135,7 @@ def _syntax_problem(error: MarkedYAMLError) -> Problem:
     return Problem((), f"not valid YAML: {message.replace('<stream end>', 'the end of the file')}", place, hint)
 
 
-class _Builder:
+class _EventReader:
     """Turns the events of a YAML parser into plain data and places."""
 
     def __init__(self, document: Document, events: Iterator[Any]) -> None:
@@ -201,7 +184,7 @@ class _Builder:
             line = self._document.keys[inner].line
             message = f"given twice, first on line {line}, expected once"
             self._note(Problem(inner, message, place, "remove one of the two"))
-            _Builder(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
+            _EventReader(Document(self._document.name), self._events)._value(next(self._events), inner)  # read past it
         return mapping
 
     def _key(self, event: Any, path: Path) -> str:
@@ -261,3 +244,76 @@ def write_yaml(plain: Any) -> str:
     text = io.StringIO()
     writer.dump(plain, text)
     return text.getvalue()
+
+
+# --- `--set key=value` ------------------------------------------------------------------------------------------------
+
+
+class Setting(NamedTuple):
+    """A value for a key. option : as it was written on the command line, for messages. value : YAML; empty removes."""
+
+    option: str
+    key: str
+    value: str
+
+    @property
+    def place(self) -> Place:
+        """The option, which messages name in place of a line and a column."""
+        return Place(0, 0, self.option)
+
+
+def setting(text: str) -> Setting:
+    """The setting `system.mass=200 g`. Raises ValueError."""
+    key, equals, value = text.partition("=")
+    if not equals or not _KEY.fullmatch(key.strip()):
+        raise ValueError(f"got {text!r}, expected KEY=VALUE such as 'system.mass=200 g' or axes.belt_speed.num=50")
+    return Setting(f"--set {text}", key.strip(), value.strip())
+
+
+def overridden(document: Document, settings: Iterable[Setting]) -> Document:
+    """The document with settings put in, one after the other; sections that are not there are made.
+
+    Raises ConfigError for a key inside of what has no keys, and for a value that is not YAML.
+    """
+    for given in settings if isinstance(document.data, dict) else ():
+        path: Path = tuple(int(number) if number else key for key, number in _STEP.findall(given.key))
+        around = _around(document, path, given)
+        for places in (document.keys, document.values, document.texts):
+            for inner in [inner for inner in places if inner[: len(path)] == path]:
+                del places[inner]
+        if not given.value:
+            del around[path[-1]]
+            continue
+        try:
+            fragment = parse_yaml(given.value, document.name)
+            problems = fragment.problems
+        except ConfigError as error:
+            problems = list(error.problems)
+        for problem in problems:
+            raise ConfigError.of(document.name, problem.message, problem.hint, place=given.place, path=path)
+        around[path[-1]] = fragment.data
+        document.keys |= {path: given.place} | {(*path, *inner): given.place for inner in fragment.keys}
+        document.values |= {(*path, *inner): given.place for inner in fragment.values}
+        document.texts |= {(*path, *inner): text for inner, text in fragment.texts.items()}
+    return document
+
+
+def _around(document: Document, path: Path, given: Setting) -> Any:
+    """The mapping or list that the last key of `path` is to be set in, or removed from."""
+    value: Any = document.data
+    for i, key in enumerate(path):
+        if isinstance(key, int):
+            there = isinstance(value, list) and key < len(value)
+        else:
+            there = isinstance(value, dict) and key in value
+            if isinstance(value, dict) and given.value and (not there or value[key] is None and path[i + 1 :]):
+                value[key], there = {}, True
+                document.keys[path[: i + 1]] = document.values[path[: i + 1]] = given.place
+        if not there:
+            hint = None if isinstance(value, dict) else f"--set {dotted(path[:i])}=... replaces all of it"
+            size = f", a list of {len(value)} counted from 0," if isinstance(value, list) else ""
+            message = f"{dotted(path[:i]) or 'the document'}{size} has no {f'[{key}]' if isinstance(key, int) else key}"
+            raise ConfigError.of(document.name, message, hint, place=given.place, path=path)
+        if i < len(path) - 1:
+            value = value[key]
+    return value

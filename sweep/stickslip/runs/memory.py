@@ -11,8 +11,8 @@ from typing import Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from stickslip.config.grid import options_of
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.reader import Given, as_config, is_config
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import Study, study_class

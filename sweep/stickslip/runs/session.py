@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any, Literal
 
 from stickslip.config.model import Config
-from stickslip.config.overrides import Setting
 from stickslip.config.reader import Given, as_config, load_config, parse_config
 from stickslip.config.sections import ADDRESS, HERE, is_address
+from stickslip.config.yaml import Setting
 from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Folder, Location, Url, folder_at, location
@@ -313,7 +313,7 @@ class _Session:
             count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} {study.counted}) failed"
             raise self._incomplete(
                 f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
-                "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
+                "hint: stickslip status shows what happened, stickslip collect --retry-failed computes them again, and "
                 f"stickslip collect writes a {study.name} without them"
             )
 

@@ -12,9 +12,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, map_options_of, options_of
 from stickslip.config.model import Config
-from stickslip.config.options import map_options_of, options_of
 from stickslip.config.studies import Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag

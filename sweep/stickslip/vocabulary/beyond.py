@@ -9,23 +9,21 @@ PAGE = "speed"  # of the documentation: which tools have it
 _ROWS = (
     (
         "The model is one mass on one spring: it has no second mass, no further degree of freedom, no coupled modes",
-        "mass_2 mass2 m2 m_2 second_mass masses stiffness_2 stiffness2 k2 damping_2 damping2 c2 degrees_of_freedom dof "
-        "dofs ndof two_degree_of_freedom two_degrees_of_freedom two_dof 2dof 2_dof mdof multi_dof modes mode_coupling "
-        "mode_lock_in flutter brake brakes brake_squeal squeal torsion",
+        "mass_2 m2 second_mass masses stiffness_2 k2 damping_2 c2 degrees_of_freedom dof modes mode_coupling flutter "
+        "brake squeal torsion",
     ),
     (
         "The belt runs at a constant speed, the plate of a rig in strokes: neither is elastic or has a motor",
-        "belt_speed_amplitude belt_speed_frequency flexible_belt elastic_belt belt_stiffness belt_mass belt_damping "
-        "drive_stiffness drive_mass motor gear gearbox",
+        "belt_speed_amplitude belt_speed_frequency elastic_belt belt_stiffness belt_mass drive_stiffness motor gear",
     ),
     (
         "The normal load is constant in time: it has no amplitude, frequency, modulation or dither",
-        "modulation load_modulation load_amplitude load_frequency normal_load_amplitude normal_load_frequency dither "
-        "dithering time_varying_load variable_load ultrasonic ultrasound contact_loss loss_of_contact",
+        "modulation load_modulation load_amplitude normal_load_amplitude normal_load_frequency dither variable_load "
+        "ultrasonic contact_loss",
     ),
     (
         "Nothing but the belt, or the plate of a rig, moves the mass: no external force and no base excitation",
-        "forcing excitation external_force external_forcing harmonic_force base_excitation",
+        "forcing excitation external_force base_excitation",
     ),
     (
         "Temperature is no quantity of the model: give each temperature a friction curve of its own (axes with labels)",
@@ -37,7 +35,7 @@ _ROWS = (
     ),
     (
         "A contact has one layer of bristles, contact_stiffness, or none: no hysteresis with nonlocal memory",
-        "leuven gms generalised_maxwell_slip generalized_maxwell_slip maxwell_slip iwan jenkins nonlocal_memory",
+        "leuven gms maxwell_slip generalised_maxwell_slip iwan jenkins nonlocal_memory",
     ),
     (
         "The contact is one point of dry friction: it has no area and no pressure distribution",
@@ -45,7 +43,7 @@ _ROWS = (
     ),
 )
 _BRISTLES = "Bristles stand on any friction curve: give the contact_stiffness of the contact beside its law"
-_OF_BRISTLES = "lugre lu_gre bristle bristles dahl elasto_plastic presliding lugre_model dahl_model".split()
+_OF_BRISTLES = "lugre bristle bristles dahl elasto_plastic presliding".split()
 SENTENCES = tuple(sentence for sentence, _ in _ROWS)
 _BY_WORD = {word: sentence for sentence, words in _ROWS for word in words.split()}
 _BY_WORD |= dict.fromkeys(_OF_BRISTLES, _BRISTLES)

@@ -80,8 +80,8 @@ def _common_shape(arrays: dict[str, NDArray[np.float64]]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:
-        found = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
-        raise ValueError(f"the parameters do not fit together; their shapes are {found}") from None
+        sizes = ", ".join(f"{name} {value.shape}" for name, value in arrays.items() if value.ndim)
+        raise ValueError(f"the parameters do not fit together; their shapes are {sizes}") from None
 
 
 def impossible(cells: Parameters, rules: tuple[Rule, ...]) -> NDArray[np.bool_]:
@@ -162,7 +162,7 @@ def has_missing(values: Any) -> bool:
     if isinstance(values, np.ma.MaskedArray):
         return bool(np.ma.getmaskarray(values).any())
     if isinstance(values, list | tuple):
-        return any(isinstance(one, list | tuple | np.ma.MaskedArray) and has_missing(one) for one in values)
+        return any(isinstance(item, list | tuple | np.ma.MaskedArray) and has_missing(item) for item in values)
     if isinstance(getattr(values, "dtype", np.dtype(float)), np.dtype):
         return False
     return bool((values.isna() if hasattr(values, "isna") else values.isnull()).any())  # a dtype of pandas
@@ -176,8 +176,8 @@ def _in_si(parameter: Parameter, values: NDArray[Any], unit: str | None) -> NDAr
     try:
         return units.si_array(numbers, unit, parameter.units)
     except QuantityError as error:
-        found = f" ({error.found})" if error.found else ""
-        raise ValueError(f"{parameter.name}: got the units {unit!r}{found}, {error}") from None
+        instead = f" ({error.kind})" if error.kind else ""
+        raise ValueError(f"{parameter.name}: got the units {unit!r}{instead}, {error}") from None
 
 
 def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any, unit: str | None) -> NDArray[np.float64]:
@@ -195,8 +195,8 @@ def _from_texts(parameter: Parameter, array: NDArray[Any], value: Any, unit: str
             is_text = isinstance(plain, str)
             numbers[place] = parameter.read(plain) if is_text else _in_si(parameter, np.array(plain), unit)
         except QuantityError as error:
-            found = f" ({error.found})" if error.found else ""
-            raise ValueError(f"{parameter.name}{_at(place)}: got {plain!r}{found}, {error}") from None
+            instead = f" ({error.kind})" if error.kind else ""
+            raise ValueError(f"{parameter.name}{_at(place)}: got {plain!r}{instead}, {error}") from None
         except OverflowError:
             raise ValueError(f"{parameter.name}{_at(place)}: got {plain!r}, expected {parameter.expected}") from None
     return numbers
@@ -213,9 +213,9 @@ def _check_range(parameter: Parameter, values: NDArray[np.float64]) -> None:
     """NaN is allowed only where it means "absent" (its own default)."""
     wrong = ~np.asarray(parameter.allows(values))
     if wrong.any():
-        found = values[wrong][0] if values.ndim else values
+        first = values[wrong][0] if values.ndim else values
         place = _at(np.argwhere(wrong)[0]) if values.ndim else ""
-        raise ValueError(f"{parameter.name}{place}: got {found:g}, expected {parameter.expected}")
+        raise ValueError(f"{parameter.name}{place}: got {first:g}, expected {parameter.expected}")
 
 
 def _at(place: Iterable[Any]) -> str:

@@ -50,9 +50,9 @@ def column_unit(text: str, of: str) -> str:
         return plain
     meant = suggest_unit(plain, lambda other: not _strange(other) and _wrong(other, of) is None) if strange else None
     unknown = f"no unit is called '{strange[0]}'" if strange else f"'{text}' is not a unit"
-    hint = f"{text} is a unit of {wrong.found}" if wrong and wrong.found else unknown
+    hint = f"{text} is a unit of {wrong.kind}" if wrong and wrong.kind else unknown
     raise QuantityError(f"the unit of {units.kind(of)}", f"did you mean {meant}?" if meant else hint,
-                        wrong.found if wrong else None)  # fmt: skip
+                        wrong.kind if wrong else None)  # fmt: skip
 
 
 @lru_cache(maxsize=4096)

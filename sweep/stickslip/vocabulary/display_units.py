@@ -132,7 +132,11 @@ def written_units(data: Any) -> dict[str, str]:
 
 def units_shown(ds: xr.Dataset) -> dict[str, str]:
     """The units that `written_units` read from what a result was computed from, as its file has them."""
-    shown = {str(name): str(one.attrs[DISPLAY]) for name, one in ds.coords.items() if DISPLAY in one.attrs}
+    shown = {
+        str(name): str(coordinate.attrs[DISPLAY])
+        for name, coordinate in ds.coords.items()
+        if DISPLAY in coordinate.attrs
+    }
     along = ds.attrs.get("border_parameter")
     if along is not None and DISPLAY in ds["border"].attrs:
         shown[str(along)] = str(ds["border"].attrs[DISPLAY])

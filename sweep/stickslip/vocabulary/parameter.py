@@ -97,7 +97,7 @@ class Parameter:
         try:
             number = units.si_value(value, self.units)
         except QuantityError as error:
-            raise QuantityError(error.expected + self.otherwise, error.hint, error.found) from None
+            raise QuantityError(error.expected + self.otherwise, error.hint, error.kind) from None
         if not self.allows(number):
             raise QuantityError(self.expected)
         return number

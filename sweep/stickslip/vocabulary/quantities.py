@@ -14,12 +14,18 @@ from stickslip.vocabulary.parameter import NAN, SPEED, Parameter, table
 _BODY = table(
     # Oscillators that stick and slip weigh up to a machine table, and their specimens and strokes are shorter than a
     # metre.
-    Parameter("mass", "kg", "mass", "system", above=0, plausible=(50.0, inf)),
-    Parameter("stiffness", "N m-1", "spring stiffness", "system", above=0),
-    Parameter("damping", "N s m-1", "viscous damping coefficient", "system", default=0.0, at_least=0),
-    Parameter("normal_load", "N", "normal load", "system", above=0),
-    Parameter("belt_speed", "m s-1", "belt speed", "system", plausible=SPEED),
-)
+    Parameter("mass", "kg", "mass", "system", above=0, plausible=(50.0, inf), synonyms="m"),
+    Parameter("stiffness", "N m-1", "spring stiffness", "system", above=0, synonyms="k spring spring_constant"),
+    Parameter(
+        "damping", "N s m-1", "viscous damping coefficient", "system", default=0.0, at_least=0,
+        synonyms="c d damper dashpot",
+    ),
+    Parameter("normal_load", "N", "normal load", "system", above=0, synonyms="n fn f_n normal_force force"),
+    Parameter(
+        "belt_speed", "m s-1", "belt speed", "system", plausible=SPEED,
+        synonyms="v v0 v_belt drive_speed sliding_speed sliding_velocity",
+    ),
+)  # fmt: skip
 _START = table(
     Parameter("displacement", "m", "displacement at the start", "start", default=0.0, plausible=(10.0, inf)),
     Parameter(

@@ -1,44 +1,13 @@
 """Words in messages: the one that was probably meant, and several in a row.
 
-Words of others for ours (symbols of formulas, the field's words, other programs' keys) are never read, since a file
-should say the same to everyone; messages name ours.
+Symbols of formulas and the field's other words for our quantities are never read, since a file should say the same to
+everyone; messages name ours.
 """
 
 import difflib
 from collections.abc import Iterable
 
-from stickslip.vocabulary.models import MODELS
-
-_SYNONYMS = {
-    "mass": "m moving_mass weight",
-    "stiffness": "k spring spring_constant spring_stiffness spring_rate stiffnes c_spring",
-    "damping": "c d damper dashpot damping_coefficient viscous_damping viscosity",
-    "normal_load": "n fn f_n load force normal_force normalforce preload contact_force pressing_force",
-    "belt_speed": "v v0 v_belt vb speed drive_speed driving_speed driving_velocity belt_velocity sliding_speed "
-    "sliding_velocity pulling_speed",
-    "contact_time": "hold_time dwell_time rest_time",
-    "displacement": "x x0 position",
-    "velocity": "v0 xdot start_velocity",
-    "stroke": "amplitude travel",
-    "dwell": "pause",
-    "start": "from min minimum begin low lower initial",
-    "stop": "to max maximum end high upper final",
-    "num": "n steps points count number size nr num_points",
-    "spacing": "scale scaling",
-    "axes": "axis sweep vary parameters grid ranges",
-    "friction": "friction_law contact material curve",
-    "system": "oscillator model",
-    "output": "out results save files",
-    "solver": "integrator settings tolerances",
-    "execution": "compute parallel threads",
-    "file": "filename path nc result",
-    "plot": "figure picture image png",
-    "rtol": "tol tolerance reltol rel_tol",
-    "horizon": "t_end tend duration t_max time",
-    "title": "name label",
-} | {
-    name: row.synonyms for model in MODELS for name, row in (*model.parameters.items(), *model.measured.items())
-}  # fmt: skip
+from stickslip.vocabulary.quantities import QUANTITIES
 
 
 def suggest(word: str, among: Iterable[str]) -> str | None:
@@ -60,17 +29,18 @@ def or_meant(word: str, among: Iterable[str], before: str = "; ", otherwise: str
 
 
 def synonym_of(word: str, among: Iterable[str]) -> str | None:
-    """Our word for what somebody else calls `word`, if it is `among` those that are possible."""
+    """Our quantity for what somebody else calls `word`, if it is `among` those that are possible."""
     known, spelled = set(among), word.strip().lower().replace("-", "_").replace(" ", "_")
-    return next((ours for ours, words in _SYNONYMS.items() if ours in known and spelled in words.split()), None)
+    rows = (row for name, row in QUANTITIES.items() if name in known)
+    return next((row.name for row in rows if spelled in row.synonyms.lower().split()), None)
 
 
 def nearest(word: str, among: Iterable[str]) -> str | None:
     """The word that is spelled most like `word`, if any comes close."""
     known, spelled = list(among), word.lower().replace("-", "_").replace(" ", "_")
-    if swapped := [one for one in known if sorted(one) == sorted(spelled)]:  # strokse is strokes rather than stroke
+    if swapped := [other for other in known if sorted(other) == sorted(spelled)]:  # strokse is strokes, not stroke
         return swapped[0]
-    if whole := [one for one in known if spelled in one.split("_")]:  # belt is belt_speed rather than delta
+    if whole := [other for other in known if spelled in other.split("_")]:  # belt is belt_speed rather than delta
         return whole[0]
     close = difflib.get_close_matches(spelled, known, 1, 0.6)
     return close[0] if close else None

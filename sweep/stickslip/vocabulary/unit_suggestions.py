@@ -1,7 +1,7 @@
 """Units as people write them by mistake, and what they were probably meant to be."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 _COMMON = "kg g mg N kN mN m cm mm µm s ms min h Hz kHz Pa MPa J".split()
 SPELLED = {  # words for units, which headings of tables may have
@@ -32,41 +32,22 @@ _MOST = 40  # characters; a longer unit is nonsense
 
 
 def suggest_unit(unit: str, fits: Callable[[str], bool]) -> str | None:
-    """The unit that was probably meant; None if none comes close.
+    """The unit that was probably meant: words and capitals as symbols, spaces where none belong; None if none fits.
 
     fits : whether a unit is understood, and of the right kind.
     """
     if len(unit) > _MOST or not _WORD.match(unit):
         return None
-    tried = dict.fromkeys(_rewritten(unit))
-    return next((written for written in tried if written not in ("", unit) and fits(written)), None)
+    plain = _WORD.sub(_respelled, re.sub(r"\s+per\s+", "/", unit).rstrip(".,;"))
+    tried = (plain, plain.replace(" ", ""), re.sub(r"[\s*·.\-]+", "/", plain), re.sub(r"[\s^]?\d", "", plain))
+    return next((text for text in tried if text not in ("", unit) and fits(text)), None)
 
 
-def _rewritten(unit: str) -> Iterator[str]:
-    """A unit with one or two of the usual mistakes undone, the likeliest first."""
-    spelled = _WORD.sub(lambda word: _respelled(word[0]), re.sub(r"\s+per\s+", "/", unit)).rstrip(".,;")
-    spaced = re.sub(r"(?<=[A-Za-z0-9])[.\-](?=[A-Za-z])", " ", spelled)
-    over, slash, under = spaced.partition("/")
-    for text in (spelled, spaced):
-        yield text
-        yield text.replace(" ", "")  # m m
-        yield re.sub(r"\s*(\^|\*\*)?[-+]?[0-9]", "", text)  # N/mm^2
-    yield over + slash + under.replace(" ", "/").replace("*", "/")  # N/m m
-    yield re.sub(r"[\s*·]+", "/", spaced)  # N mm for N/mm
-    if slash:
-        yield f"{under}/{over}"  # s/mm
-
-
-def _respelled(word: str) -> str:
+def _respelled(match: re.Match[str]) -> str:
     """One unit as it is spelled, or two that were written together with a space between them."""
-    if word in _COMMON:
-        return word
-    if word.lower() in _MEANT:
-        return _MEANT[word.lower()]
-    return next((" ".join(parts) for parts in _halves(word)), word)
-
-
-def _halves(word: str) -> Iterator[tuple[str, str]]:
-    """A word as two common units: Ns is N s."""
+    word = match[0]
+    if word in _COMMON or word.lower() in _MEANT:
+        return word if word in _COMMON else _MEANT[word.lower()]
     places = range(len(word) - 1, 0, -1)  # mms is mm s rather than m ms
-    return ((word[:i], word[i:]) for i in places if word[:i] in _COMMON and word[i:] in _COMMON)
+    pairs = (f"{word[:i]} {word[i:]}" for i in places if word[:i] in _COMMON and word[i:] in _COMMON)
+    return next(pairs, word)

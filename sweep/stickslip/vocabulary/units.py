@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
 from tokenize import TokenError
@@ -27,14 +27,12 @@ if TYPE_CHECKING:
 _LONGEST = 60  # characters of a quantity; more is nonsense, and Fraction would compute with them all
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?(?![\d.])"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
-_COMMA = re.compile(r"\s*[-+]?\d+,\d+")
 _FACTOR = re.compile(r"\s*([*/·]?)\s*([A-Za-zµμΩ°%]+)(?:(?:\^|\*\*)?([-+]?[0-9])(?![0-9.]))?")
 
 AS_TYPED = str.maketrans({  # what keyboards and word processors put for plain characters
     "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\u2212": "-", "\u2011": "-", "\u2013": "-", "\u22c5": "·",
     "\u2219": "·", "\u2215": "/", "\u2044": "/", "⁻": "-", "⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4",
 })  # fmt: skip
-_QUOTES = "“”„‟‘’‚«»‹›"
 
 _POWERED = re.compile(r"(.*?)(-?\d+)?", re.DOTALL)  # a name and its power, in the units of `quantities.py`
 # pint.UndefinedUnitError is the first; nan and inf are others
@@ -171,45 +169,24 @@ def _from_text(text: str, units: str) -> float:
     text = text.translate(AS_TYPED)
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
-        raise QuantityError(expected(units), _hint_for_no_number(text, units))
+        missing = f"the number is missing: '1 {text.strip()}'" if _fits(text.strip(), units) else None
+        raise QuantityError(expected(units), missing)
     number, unit = match.groups()
+    if unit.startswith(","):
+        raise QuantityError(expected(units), "write a decimal point, not a comma")
     if not unit or units == "1":
-        raise QuantityError(expected(units), _hint_for_quotes(number, unit, units))
-    if _COMMA.match(text):
-        decimal = text.strip().replace(",", ".", 1)
-        raise QuantityError(expected(units), f"write a decimal point, not a comma: '{decimal}'")
+        hint = "leave the unit out: this quantity has none" if unit else f"remove the quotes: {number}"
+        raise QuantityError(expected(units), f"write {float(number) / 100:g}" if unit == "%" else hint)
     try:
         factor = _factor(unit, units)
     except QuantityError as error:
         if meant := suggest_unit(unit, lambda other: _fits(other, units)):
-            raise QuantityError(error.expected, f"did you mean '{number} {meant}'?", error.found) from None
+            raise QuantityError(error.expected, f"did you mean '{number} {meant}'?", error.kind) from None
         raise
     try:
         return float(Fraction(number) * factor)
     except OverflowError:
         raise QuantityError(f"a finite number{_in(units)}") from None
-
-
-def _hint_for_no_number(text: str, units: str) -> str | None:
-    if text.strip().lower().lstrip("+-.") in ("nan", "inf", "infinity"):
-        return "every quantity is a finite number"
-    if inner := text.strip().strip(_QUOTES).strip() if set(text) & set(_QUOTES) else None:
-        return f"remove the curly quotes, no quotes are needed: {inner}"
-    if _fits(text.strip(), units):
-        return f"the number is missing: '1 {text.strip()}'"
-    return None
-
-
-def _hint_for_quotes(number: str, unit: str, units: str) -> str:
-    if not unit:
-        return f"remove the quotes: {number}" + (f" is read in {spelled(units)}" if units != "1" else "")
-    if unit == "%":
-        return f"write the share as a number: {float(Fraction(number) / 100):g}"
-    if unit.startswith(","):
-        return "write a decimal point, not a comma, and no quotes"
-    if re.fullmatch(r"([_']\d{3})+", unit):
-        return "write the digits without separators"
-    return "leave the unit out: this quantity has none"
 
 
 # --- units ------------------------------------------------------------------------------------------------------------
@@ -237,7 +214,7 @@ def _factor(unit: str, units: str) -> Fraction:
         raise QuantityError(expected(units), f"no unit is called '{unknown}'") from None
     declared = _product(_all_units(), _factors(units))
     if written.dimensionality != declared.dimensionality:
-        raise QuantityError(expected(units), found=_kind_of(written))
+        raise QuantityError(expected(units), kind=_kind_of(written))
     import pint
 
     try:
@@ -252,8 +229,8 @@ def _plain_product(powers: list[tuple[str, int]]) -> tuple[Fraction, tuple[int, 
         return None
     factor, base = _ONE, tuple[int, ...]((0, 0, 0))
     for name, power in powers:
-        one, of = _PLAIN[name]
-        factor, base = factor * one**power, tuple(n + power * m for n, m in zip(base, of, strict=True))
+        size, of = _PLAIN[name]
+        factor, base = factor * size**power, tuple(n + power * m for n, m in zip(base, of, strict=True))
     return factor, base
 
 
@@ -263,19 +240,11 @@ def _written_factors(unit: str, units: str) -> list[tuple[str, int]]:
     while position < len(unit):
         match = _FACTOR.match(unit, position)
         if match is None:
-            raise QuantityError(expected(units), _hint_for_unit(unit))
+            raise QuantityError(expected(units), f"'{unit}' is not a unit")
         operator, name, power = match.groups()
         factors.append((name, int(power or 1) * (-1 if operator == "/" else 1)))
         position = match.end()
     return factors
-
-
-def _hint_for_unit(unit: str) -> str:
-    if unit.startswith(","):
-        return "write a decimal point, not a comma"
-    if "(" in unit:
-        return "write units without brackets: 'N/m/s' or 'N m-1 s-1'"
-    return f"'{unit}' is not a unit"
 
 
 def _fits(unit: str, units: str) -> bool:
@@ -325,39 +294,23 @@ def _kind_of(unit: Any) -> str:
 
 
 def each_with_unit(given: Any, units: str) -> Any:
-    """Values of a quantity in lists and mappings, where a number without a unit takes that of the next one.
+    """Values of a quantity in a list or a mapping, where a number without a unit takes that of the next one.
 
     So [-5, 5 mm/s] is what it reads as. 0 needs none. Raises QuantityError for a number
     that lacks its unit after others that have one.
     """
-    leaves, unit = [*_leaves(given)], ""
-    if not any(_unit_of(leaf, units) for leaf in leaves):
+    if isinstance(given, Mapping):
+        return dict(zip(given, each_with_unit([*given.values()], units), strict=True))
+    if not isinstance(given, list | tuple) or not any(_unit_of(value, units) for value in given):
         return given
-    for i in reversed(range(len(leaves))):
-        unit = _unit_of(leaves[i], units) or unit
-        if isinstance(leaves[i], int | float) and not isinstance(leaves[i], bool) and 0 < abs(leaves[i]) < math.inf:
+    values, unit = [*given], ""
+    for i, value in reversed([*enumerate(values)]):
+        unit = _unit_of(value, units) or unit
+        if isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < math.inf:
             if not unit:
-                raise QuantityError(f"a unit with {leaves[i]!r} as well, since others have one")
-            leaves[i] = f"{leaves[i]} {unit}"
-    return _like(given, iter(leaves))
-
-
-def _leaves(given: Any) -> Iterator[Any]:
-    """The values in lists and mappings, in order."""
-    if isinstance(given, Mapping):
-        given = list(given.values())
-    if isinstance(given, list | tuple):
-        for value in given:
-            yield from _leaves(value)
-    else:
-        yield given
-
-
-def _like(given: Any, leaves: Iterator[Any]) -> Any:
-    """Other values in the same lists and mappings."""
-    if isinstance(given, Mapping):
-        return {key: _like(value, leaves) for key, value in given.items()}
-    return [_like(value, leaves) for value in given] if isinstance(given, list | tuple) else next(leaves)
+                raise QuantityError(f"a unit with {value!r} as well, since others have one")
+            values[i] = f"{value} {unit}"
+    return values
 
 
 def _unit_of(value: Any, units: str) -> str | None:
@@ -383,6 +336,11 @@ def ends_of(name: str, text: str) -> tuple[float | str, float | str]:
     if is_number(high) and not is_number(low):
         raise ValueError(f"{name}: got {text!r}, whose upper end has no unit; write it as well")
     return float(low) if is_number(low) else low, float(high) if is_number(high) else high
+
+
+def number_or_text(text: str) -> float | str:
+    """A number, in SI, or a text with a unit."""
+    return float(text) if is_number(text) else text
 
 
 def is_number(value: float | str) -> bool:

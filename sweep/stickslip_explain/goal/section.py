@@ -10,8 +10,7 @@ from pydantic import Field
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config, Group, Range, Values
-from stickslip.config.ranges import interval
-from stickslip.config.sections import RANGE, Read, choice, of_row, refused
+from stickslip.config.sections import RANGE, Read, choice, interval, of_row, refused
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options
 from stickslip.errors import ArgumentError

@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stickslip.config.grid import quantity_of
+from stickslip.config.grid import options_of, quantity_of
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import Moved, Table

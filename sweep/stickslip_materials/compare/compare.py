@@ -248,11 +248,11 @@ def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], 
     zipped = {name: [getattr(curve, name) for curve in curves] for name in CURVE}
     speeds = request.speeds.values
     system = {**request.system, "belt_speed": speeds[-1] if speeds else float(min(one.searched[0] for one in curves))}
-    config = make_config({"system": system, "axes": {"material": {"zip": zipped}}})
     written = {  # what was given with a unit needs no question about it
         name: value if is_plain(given.get(name)) else f"{value!r} {units.spelled(PARAMETERS[name].units)}"
         for name, value in system.items()
     }
+    config = make_config({"system": written, "axes": {"material": {"zip": zipped}}})
     question = unit_question(Document("compare", {"system": written}), config)
     odd = [f"{name}: {doubt}" for name, doubt in doubts.items()]
     return "\n".join([*([question] if question else []), *odd]) or None

@@ -206,7 +206,7 @@ def _is_unit(text: str, in_round: bool = False) -> bool:
     try:
         units.si_value(f"1 {text}", "m s-1")
     except QuantityError as error:
-        return error.found is not None or bool(error.hint and error.hint.startswith("did you mean"))
+        return error.kind is not None or bool(error.hint and error.hint.startswith("did you mean"))
     return True
 
 

@@ -12,8 +12,7 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
-from stickslip.cli.outputs import save_plot, save_result, save_table
-from stickslip.cli.summary import show_result
+from stickslip.cli.outputs import save_plot, save_result, save_table, show_result
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
 from stickslip_rig.commands import sounds
@@ -139,7 +138,7 @@ def _named(records: Mapping[Path, xr.Dataset]) -> dict[str, xr.Dataset]:
 
 def _settings(config: Path | None, load: str | None, speed: str | None, bandwidth: str | None) -> Settings:
     """The settings of a configuration, with those of the options put in."""
-    from stickslip.config.overrides import Setting
+    from stickslip.config.yaml import Setting
     from stickslip_rig.settings import load_settings
 
     rows = (("load", "conditions.normal_load", load), ("speed", "conditions.drive_speed", speed),

@@ -75,7 +75,7 @@ def run(
     request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
     outputs = _Outputs(plot, tests=tests, report=report, records=records, sound=sound, chosen=chosen, beside=beside,
                        window=window)  # fmt: skip
-    return run_request(request, ["rig", "run", str(config), "-o", f"{config.stem}.nc"], outputs)
+    return run_request(request, outputs)
 
 
 @dataclass(frozen=True, kw_only=True)

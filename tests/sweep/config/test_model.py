@@ -2,7 +2,6 @@
 
 import math
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,11 +27,6 @@ def test_the_sections_own_all_quantities():
         assert set(model.model_fields) - {"law", "fit", "table"} == {
             n for n, q in QUANTITIES.items() if q.section == section
         }
-
-
-def test_configurations_cannot_be_changed():
-    with pytest.raises(ValueError, match="frozen"):
-        parse_config(GOOD).system.mass = 2.0
 
 
 above_zero = st.floats(1e-6, 1e6)

@@ -3,9 +3,8 @@
 import pytest
 
 from helpers.configs import GOOD
-from stickslip.config.overrides import overridden, setting
-from stickslip.config.reader import load_config, parse_config
-from stickslip.config.yaml import parse_yaml
+from stickslip.config.reader import parse_config
+from stickslip.config.yaml import overridden, parse_yaml, setting
 from stickslip.errors import ConfigError
 
 AXES = GOOD.replace("  stiffness: 10\n", "") + "axes: {stiffness: {start: 1, stop: 10, num: 10}}\n"
@@ -44,14 +43,10 @@ def test_axes_change_by_one_of_their_keys_or_as_a_whole():
     assert read(AXES, "axes.stiffness=[1, 2, 3]", "axes.stiffness[2]=7").axes[0].values == (1.0, 2.0, 7.0)
 
 
-def test_the_last_of_several_for_a_key_counts():
-    assert read(GOOD, "system.mass=2", "system.mass=3").system.mass == 3
-
-
 def test_nothing_after_the_equals_sign_removes_a_key():
     config = read(AXES, "axes.stiffness=", "system.stiffness=7")
     assert config.axes == () and config.system.stiffness == 7
-    assert "not there, so it cannot be removed" in complaint(GOOD, "friction.mu_stop=")
+    assert "friction has no mu_stop" in complaint(GOOD, "friction.mu_stop=")
 
 
 def test_a_configuration_keeps_what_was_set():
@@ -64,9 +59,9 @@ def test_a_configuration_keeps_what_was_set():
     ("system.mass=1,5 kg", "my.yaml: --set system.mass=1,5 kg: system.mass: got '1,5 kg', expected a mass"),
     ("sytem.mass=1", "my.yaml: --set sytem.mass=1: sytem: unknown key"),
     ("axes.stiffness.nm=1", "my.yaml: --set axes.stiffness.nm=1: axes.stiffness.nm: unknown key"),
-    ("axes.stiffness.num.more=1", "axes.stiffness.num is 10, and has no key more"),
-    ("axes.stiffness.num[0]=1", "axes.stiffness.num is 10, and has no [0]"),
-    ("axes.stiffness[0]=1", "axes.stiffness is a mapping, and has no [0]"),
+    ("axes.stiffness.num.more=1", "axes.stiffness.num has no more"),
+    ("axes.stiffness.num[0]=1", "axes.stiffness.num has no [0]"),
+    ("axes.stiffness[0]=1", "axes.stiffness has no [0]"),
     ("axes.stiffness.num=[1", "my.yaml: --set axes.stiffness.num=[1: axes.stiffness.num: not valid YAML"),
     ("axes.mass.num=5", "my.yaml: --set axes.mass.num=5: axes.mass.start: missing"),
     ("system.stiffness=4", "given twice, as system.stiffness by --set system.stiffness=4 already"),
@@ -76,22 +71,10 @@ def test_errors_name_the_setting_in_place_of_a_line(text, said):
     assert said in complaint(AXES, text)
 
 
-def test_errors_elsewhere_keep_their_line():
-    bad = AXES.replace("mass: 1 kg", "mass: 1 N")
-    told = complaint(bad, "solver.rtol=7")
-    assert "my.yaml:3:9: system.mass" in told and "my.yaml: --set solver.rtol=7: solver.rtol" in told
-
-
 @pytest.mark.parametrize("text", ["", "mass", "=1", "a..b=1", ".a=1", "a b=1", "a[x]=1", "a[=1"])
 def test_what_is_no_setting_is_refused(text):
     with pytest.raises(ValueError, match="expected KEY=VALUE"):
         setting(text)
-
-
-def test_a_file_that_is_none_is_told_as_without_settings(tmp_path):
-    (tmp_path / "list.yaml").write_text("- 1\n")
-    with pytest.raises(ConfigError, match="expected a mapping"):
-        load_config(tmp_path / "list.yaml", [setting("system.mass=1")])
 
 
 def test_every_place_in_what_was_set_is_that_of_the_setting():

@@ -2,7 +2,6 @@
 
 import math
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 
 import stickslip
 from helpers.fuzzing import GOOD, SCALARS, TREES
-from stickslip.config.model import Range
 from stickslip.config.reader import is_config, load_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, FitWarning, UnitWarning
@@ -134,14 +132,11 @@ def test_values_of_an_axis_come_in_every_form(values):
 
 
 @pytest.mark.parametrize(("spread", "spacing"), [(np.linspace, "linear"), (np.geomspace, "log")])
-@pytest.mark.parametrize("unit", [None, "mm/s"])
-def test_arrays_that_numpy_spaced_are_ranges_with_their_scale(spread, spacing, unit):
-    values = spread(1.0, 12.0 if unit is None else 1200.0, 37)
-    (axis,) = axes_of({"belt_speed": values if unit is None else xr.DataArray(values, dims="v", attrs={"units": unit})})
-    assert isinstance(axis, Range) and axis.spacing == spacing
-    np.testing.assert_allclose(axis.points(), values / (1 if unit is None else 1000), rtol=1e-15)
-    if unit is None:
-        np.testing.assert_array_equal(axis.points(), values)
+def test_arrays_that_numpy_spaced_are_ranges_with_their_scale(spread, spacing):
+    values = spread(1.0, 12.0, 37)
+    (axis,) = axes_of({"belt_speed": values})
+    assert axis.spacing == spacing
+    np.testing.assert_array_equal(axis.points(), values)
 
 
 def test_an_array_with_an_impossible_value_is_told_by_its_place():
@@ -186,27 +181,12 @@ def test_a_table_of_pandas_is_a_labelled_axis():
     assert numbered.labels is None and numbered.members == named.members
 
 
-def test_quantities_of_pint_are_read_with_their_units():
-    pint = pytest.importorskip("pint")
-    units = pint.UnitRegistry()
-    speeds = np.array([1.0, 2.5]) * units.millimeter / units.second
-    config = load_config(PAD | {"system": PAD["system"] | {"mass": 100 * units.gram}, "axes": {"belt_speed": speeds}})
-    assert config.system.mass == 0.1 and config.axes[0].values == (0.001, 0.0025)
-
-
 @pytest.mark.parametrize(
     "given", [{3: 1}, {"axes": [3]}, {"axes": xr.Dataset({"mass": (("x", "y"), np.ones((2, 2)))})}]
 )
 def test_what_no_yaml_could_say_is_refused(given):
     with pytest.raises(ConfigError):
         load_config(PAD | given)
-
-
-def test_a_mapping_that_contains_itself_is_refused():
-    endless = dict(PAD)
-    endless["system"] = endless
-    with pytest.raises(ConfigError, match="nested more than 20 levels deep"):
-        load_config(endless)
 
 
 @settings(max_examples=60, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True)
@@ -219,16 +199,8 @@ def test_any_python_value_is_a_configuration_or_a_config_error(key, value, one):
     read(PAD | {"axes": {"belt_speed": [0.1, one]}, key: value})
 
 
-def test_files_of_points_lie_where_the_program_runs(tmp_path, monkeypatch):
-    rows = "".join(f"{v},{1.0 + 0.1 * v + 0.3 * math.exp(-v / 0.1)}\n" for v in np.linspace(0.01, 1.2, 40))
-    (tmp_path / "points.csv").write_text(f"speed (m/s),mu\n{rows}")
-    monkeypatch.chdir(tmp_path)
-    friction = load_config(PAD | {"friction": {"fit": Path("points.csv")}, "axes": {"belt_speed": [0.1, 0.2]}}).friction
-    assert friction.a4 == pytest.approx(0.1, rel=1e-3)
-
-
 def test_forgotten_units_are_asked_about_in_python_too():
-    with pytest.warns(UnitWarning, match=r"friction\.a4: 100 understood as 100 m/s; did you mean 100 mm/s") as asked:
+    with pytest.warns(UnitWarning, match=r"friction\.a4: got 100 m/s; did you mean 100 mm/s") as asked:
         load_config(PAD | {"friction": PAD["friction"] | {"a4": 100}, "axes": {"belt_speed": [0.1, 0.2]}})
         stickslip.sweep(**PAD | {"friction": PAD["friction"] | {"a4": 100}}, axes={"belt_speed": [0.1, 0.2]})
     assert {warning.filename for warning in asked} == {__file__}  # the line of the caller, however deep it is found

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from helpers.configs import GOOD, message, with_line
 from stickslip.config import sections
 from stickslip.config.examples import config_names, config_path
-from stickslip.config.reader import load_config, make_config, parse_config
+from stickslip.config.reader import load_config, parse_config
 from stickslip.config.sections import System
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.studies import BESIDE, STUDIES
@@ -34,10 +34,6 @@ def test_words_stand_for_absent_quantities():
     plain = config.resolved()
     assert (plain["friction"]["mu_stop"], plain["start"]["velocity"]) == ("none", "sticking")
     assert plain["axes"] == {"mu_static": {"values": ["mu_start", 1.5]}}
-
-
-def test_sections_without_content_are_allowed():
-    assert parse_config(GOOD + "start:\naxes:\nsolver:\n") == parse_config(GOOD)
 
 
 @pytest.mark.parametrize("name", config_names())
@@ -71,12 +67,12 @@ BAD = {
     "a number in quotes": (
         with_line(3, '  mass: "1e-3"'),
         "map.yaml:3:9: system.mass: got '1e-3', expected a mass such as '250 g' or a number in kg\n"
-        "  hint: remove the quotes: 1e-3 is read in kg",
+        "  hint: remove the quotes: 1e-3",
     ),
     "a comma for a point": (
         GOOD + 'start: {displacement: "1,5 mm"}\n',
         "map.yaml:12:23: start.displacement: got '1,5 mm', expected a length such as '10 mm' or a number in m\n"
-        "  hint: write a decimal point, not a comma: '1.5 mm'",
+        "  hint: write a decimal point, not a comma",
     ),
     "a wrong unit": (
         with_line(6, "  belt_speed: 10 mm"),
@@ -128,7 +124,7 @@ BAD = {
     ),
     "a word of YAML 1.1": (
         GOOD + "solver: {early_stop: yes}\n",
-        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false\n  hint: did you mean true?",
+        "map.yaml:12:22: solver.early_stop: got 'yes', expected true or false",
     ),
     "no steps": (
         GOOD + "solver: {max_steps: 0}\n",
@@ -197,9 +193,3 @@ def test_errors_survive_pickling():
         parse_config("title: 1\n", "map.yaml")
     copy = pickle.loads(pickle.dumps(caught.value))
     assert str(copy) == str(caught.value) and copy.problems == caught.value.problems
-
-
-def test_plain_data_is_explained_without_lines():
-    with pytest.raises(ConfigError, match=r"^<data>: system\.mass: got '1 m' \(length\), expected a mass"):
-        make_config(parse_config(GOOD).resolved() | {"system": {"mass": "1 m", "stiffness": 1, "normal_load": 1,
-                                                                "belt_speed": 1}})  # fmt: skip

@@ -4,8 +4,6 @@ import pytest
 
 from helpers.configs import GOOD, MEASURED_FORM, message, with_line
 from stickslip.config.reader import parse_config
-from stickslip.config.rules import MOST_CELLS
-from stickslip.errors import ConfigError
 
 
 def test_curves_that_strengthen_from_zero_speed_or_weaken_at_speed_are_read():
@@ -125,11 +123,6 @@ def test_a_broken_rule_is_explained(name):
     assert message(text) == expected
 
 
-def test_a_problem_of_one_section_does_not_hide_those_of_another_check():
-    text = with_line(9, "  a2: oops", text=GOOD) + "  mu_stop: 2\n"
-    assert "friction.a2: got 'oops'" in message(text) and "friction.mu_stop: got 2" in message(text)
-
-
 def test_the_worst_point_of_a_group_is_found_jointly():
     """mu_stop 1.2 stands beside a1 = 1: only point by point is there nothing wrong."""
     group = "axes: {oil: {zip: {mu_stop: [0.7, 1.2, none], a1: [0.5, 1, 0.1]}}}\n"
@@ -145,12 +138,3 @@ def test_rounding_is_no_reason_to_refuse():
     text = with_line(8, "  a1: 0.1", text=with_line(10, "  a3: 0.2", text=GOOD))
     assert parse_config(text + "  mu_static: 0.3\n").friction.mu_static == 0.3
     assert parse_config(text + "  mu_stop: 0.3\n").friction.mu_stop == 0.3
-
-
-def test_checks_do_not_walk_over_cells():
-    """1e10 cells are the most allowed; walking over them would take minutes."""
-    axes = "".join(f"  {name}: {{start: 1, stop: 2, num: 100000}}\n" for name in ("a1", "mu_stop"))
-    text = with_line(8, text=GOOD) + "axes:\n" + axes
-    with pytest.raises(ConfigError, match="got 2, expected at most mu_start = a1 . a3 = 1.3"):
-        parse_config(text)
-    assert 100_000**2 == MOST_CELLS

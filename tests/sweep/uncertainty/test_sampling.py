@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 import stickslip
-from stickslip.config.options import options_of
+from stickslip.config.grid import options_of
 from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
 from stickslip.studies.uncertainty.design import Design

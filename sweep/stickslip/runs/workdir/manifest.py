@@ -17,8 +17,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from stickslip._version import __version__
+from stickslip.config.grid import options_of
 from stickslip.config.model import Config
-from stickslip.config.options import options_of
 from stickslip.dataset.provenance import software
 from stickslip.engine import columns, kernels_digest
 from stickslip.errors import DamagedManifestError

@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator
 
-from stickslip.config.ranges import interval
-from stickslip.config.sections import RANGE, Read, StudySection, of_row, refused
+from stickslip.config.sections import RANGE, Read, StudySection, interval, of_row, refused
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES

@@ -11,8 +11,7 @@ from pydantic import Field
 
 from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.ranges import interval
-from stickslip.config.sections import RANGE, Read, StudySection, choice, of_row, refused
+from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
 from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.dataset.display import unit_of
@@ -140,8 +139,8 @@ class ContourStudy(Study):
     )
     examples = (
         "configs/quickstart.yaml --plot borders.png",
-        "configs/quickstart.yaml -o borders.nc --csv borders.csv",
-        "configs/start_state.yaml --points 1024 --plot basins.svg",
+        "configs/quickstart.yaml -o borders.csv",
+        "configs/start_state.yaml --set contours.points=1024 --plot basins.svg",
     )
     name, counted, ragged = "contours", "panels", True
     columns: Mapping[str, np.dtype[Any]] = {

@@ -10,13 +10,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo
 
-from stickslip.config.checks import add_finding
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.ranges import interval
-from stickslip.config.rules import Finding, Space, findings
-from stickslip.config.sections import RANGE, StudySection, one_of
+from stickslip.config.rules import Finding, QuantitySpace, findings
+from stickslip.config.sections import RANGE, StudySection, interval, one_of
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
@@ -206,7 +204,7 @@ def broken_rules(config: Config, lines: Lines) -> Iterator[Finding]:
         Range.model_construct(name=name, spacing="linear", start=line.between[0], stop=line.between[1], num=2)
         for name, line in lines.items()
     ]
-    for finding in findings(Space(rest.fixed(), (*rest.axes, *searched), law=config.friction.law)):
+    for finding in findings(QuantitySpace(rest.fixed(), (*rest.axes, *searched), law=config.friction.law)):
         is_searched = finding.path[0] == "axes" and finding.path[1:2] and finding.path[1] in lines
         between = ("between", *(finding.path[1:2] if len(lines) > 1 else ()))
         yield finding._replace(path=between) if is_searched else finding
@@ -225,7 +223,7 @@ def check_lines(section: OpenSection, config: Config, problems: ProblemCollector
         if path[0] == "between":
             name = str(path[-1]) if len(lines) > 1 else next(iter(lines))
             path = (section.key, *path) if ranges[name] else ("axes", name)
-        add_finding(problems, finding._replace(path=path))
+        problems.add_finding(finding._replace(path=path))
 
 
 # --- lines and planes of cells ----------------------------------------------------------------------------------------

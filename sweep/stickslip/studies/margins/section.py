@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from stickslip.config.ranges import interval
 from stickslip.config.sections import (
     BOOLEAN,
     RANGE,
@@ -17,6 +16,7 @@ from stickslip.config.sections import (
     Schema,
     StudySection,
     choice,
+    interval,
     list_of,
     number,
     number_schema,

@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.grid import build_grid
+from stickslip.config.grid import build_grid, map_options_of
 from stickslip.config.model import Axis, Config, Range
-from stickslip.config.options import map_options_of
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection, of_row
 from stickslip.config.studies import Moved, Study
