@@ -23,7 +23,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip_materials.fit.quality import say
 from stickslip_materials.fit.signals import Signals
 from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, r_squared, rms, student
 
@@ -306,9 +305,9 @@ def _fit(
             open_ones.append(name)
     left = y - predicted
     share = r_squared(y, left, np.ones_like(y))
-    names = ", ".join(open_ones)
     is_other = _correlation(left) > _ALIKE or share < _EXPLAINED
-    quality = say("record open", names=names) if open_ones else say("record", share=100 * share, rms=rms(left))
-    quality += f" {say('record other')}" * is_other
+    quality = f"The contact explains {100 * share:.3g} % of the variance of the record."
+    quality += f" The record does not determine {', '.join(open_ones)}." if open_ones else ""
+    quality += " What is left is no scatter: it is another law, another stiffness of the drive, or a drift." * is_other
     good = not open_ones and not is_other
     return MemoryFit(law, values, interval, along, y, predicted, rms(left), share, good, quality)
