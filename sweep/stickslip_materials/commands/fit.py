@@ -115,8 +115,9 @@ def fit(
         answer["ranking"] = {"at": order.at, **names}
     elif at is not None:
         warnings.warn("--at is not used: it ranks two tables of hold times or more", UnitWarning, stacklevel=1)
-    if load is not None and not any("is divided by" in note for each in fits for note in each.points.notes):
-        warnings.warn("--load is not used: no column is a friction force", UnitWarning, stacklevel=1)
+    if load is not None and not any("(--load)" in note for each in fits for note in each.points.notes):
+        text = "--load is not used: no column is a friction force, or the file tells the load"
+        warnings.warn(text, UnitWarning, stacklevel=1)
     if len(ageing) < len(fits):
         answer["yaml"] = report.as_yaml(fits)
         screen.echo(f"to paste into a configuration\n{answer['yaml']}")

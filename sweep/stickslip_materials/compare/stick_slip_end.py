@@ -115,13 +115,13 @@ def _last_borders(
     low[at_top] = np.where(known >= 0, places[known], 0.0)[at_top]
     inside = np.flatnonzero((doubtful >= 0) & ~at_top)
     speed[inside], state[inside] = places[doubtful[inside] + 1], UNRESOLVED
-    for one in brackets[(brackets["below"] == 1) & (brackets["above"] == 0)]:  # in order, so that the last one stays
-        line = one["line"]
-        if state[line] != UNRESOLVED or one["high"] < places[doubtful[line]]:
+    ends = brackets[(brackets["below"] == 1) & (brackets["above"] == 0)]
+    for line, below, above in zip(ends["line"], ends["low"], ends["high"], strict=True):  # the last one stays
+        if state[line] != UNRESOLVED or above < places[doubtful[line]]:
             continue
-        narrow = one["high"] - one["low"] <= scan.width(tolerance, one["low"], one["high"])
-        speed[line] = one["low"] + (one["high"] - one["low"]) / 2 if narrow else one["high"]
-        low[line], state[line] = one["low"], BORDER if narrow else UNRESOLVED
+        narrow = above - below <= scan.width(tolerance, below, above)
+        speed[line] = below + (above - below) / 2 if narrow else above
+        low[line], state[line] = below, BORDER if narrow else UNRESOLVED
     return QuietSpeeds(speed, low, state)
 
 
@@ -190,8 +190,8 @@ def _borders(drawn: Drawn, request: Request, scan: Scan) -> QuietSpeeds:
     return borders
 
 
-def below(one: QuietSpeeds, other: QuietSpeeds) -> float:
+def below(quiet: QuietSpeeds, other: QuietSpeeds) -> float:
     """Probability that a draw of one is below an independent one of the other; equal ones count half."""
-    values, ordered = one.between()[1], np.sort(other.between()[1])
+    values, ordered = quiet.between()[1], np.sort(other.between()[1])
     left, right = (np.searchsorted(ordered, values, side=side) for side in ("left", "right"))
     return float(np.mean(ordered.size - 0.5 * (left + right)) / ordered.size)

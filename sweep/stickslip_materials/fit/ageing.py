@@ -237,9 +237,9 @@ def _ordered(measured: Mapping[str, tuple[float, Interval, int]]) -> tuple[Rank,
     return tuple(Rank(name, value, interval, a) for (name, (value, interval, _)), a in zip(rows, apart, strict=True))
 
 
-def _differ(one: tuple[float, Interval, int], other: tuple[float, Interval, int]) -> bool:
+def _differ(below: tuple[float, Interval, int], above: tuple[float, Interval, int]) -> bool:
     """Welch's test of two values at 95 % confidence, the error of each being that of the end towards the other."""
-    (x, (_, high), nx), (y, (low, _), ny) = one, other
+    (x, (_, high), nx), (y, (low, _), ny) = below, above
     if not (math.isfinite(high) and math.isfinite(low)) or min(nx, ny) <= 0:
         return False
     ex, ey = (high - x) / student(nx), (y - low) / student(ny)
