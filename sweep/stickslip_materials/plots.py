@@ -40,7 +40,7 @@ _LOUD = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["stick_slip"], "hatch": "//
 _CALM = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["damped"], "alpha": 0.6}
 
 
-class Drawn(NamedTuple):
+class DrawnMaterial(NamedTuple):
     """A material as it is drawn, speeds in m/s: its points (sigma: their standard deviations, or None), its curve with
     the ends of its band, and its coefficients."""
 
@@ -107,17 +107,17 @@ def plot_memory_fits(fits: Mapping[str, MemoryFit]) -> Figure:
     return figure
 
 
-def _drawn(fit: MaterialFit) -> Drawn:
+def _drawn(fit: MaterialFit) -> DrawnMaterial:
     assert fit.curve is not None
     slowest, fastest = fit.curve.speeds
     spaced = np.geomspace if slowest > 0 and fastest > _WIDE * slowest else np.linspace
     grid = spaced(slowest, fastest, _DENSE)
     points, curve = fit.points, fit.curve
-    return Drawn(fit.name, points["speed"], points["mu"], points.get("sigma"), grid, curve.predict(grid),
+    return DrawnMaterial(fit.name, points["speed"], points["mu"], points.get("sigma"), grid, curve.predict(grid),
                  *curve.band(grid), curve.coefficients())  # fmt: skip
 
 
-def _draw_curves(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool = False) -> None:
+def _draw_curves(ax: Axes, materials: Sequence[DrawnMaterial], unit: str, *, log: bool = False) -> None:
     """Points, curves and bands. unit : of the speeds. log : whatever the speeds are."""
     factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
     for number, drawn in enumerate(materials):
@@ -179,14 +179,14 @@ def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     return figure
 
 
-def _compared(material: xr.Dataset, ds: xr.Dataset) -> Drawn:
+def _compared(material: xr.Dataset, ds: xr.Dataset) -> DrawnMaterial:
     """One of the materials of a dataset."""
     name = str(material["material"].values)
     own, shown = ds["point_material"].values == name, np.isfinite(material["friction"].values)
     sigma = ds["point_sigma"].values[own] if "point_sigma" in ds else np.zeros(0)
     middle, low, high = (material[f"friction{end}"].values[shown] for end in ("", "_low", "_high"))
     coefficients = {key: float(material[key]) for key in (*CURVE, "mu_stop") if key in ds}
-    return Drawn(name, ds["point_speed"].values[own], ds["point_friction"].values[own],
+    return DrawnMaterial(name, ds["point_speed"].values[own], ds["point_friction"].values[own],
                  sigma if sigma.size and np.isfinite(sigma).all() else None, ds["slip_speed"].values[shown],
                  middle, low, high, coefficients)  # fmt: skip
 

@@ -150,7 +150,7 @@ def test_ends_of_a_range_may_have_units_of_their_own():
 def test_damping_in_percent_is_a_share_of_critical_damping():
     share = compared(FILES[:1], damping="3 %", draws=0)
     assert share.attrs["system_damping"] == pytest.approx(0.03 * 2 * np.sqrt(5000 * 0.1))
-    assert dict(RankTable(share).conditions())["viscous damping coefficient"] == "1.342 N s/m, 3 % of critical"
+    assert dict(RankTable(share).conditions())["viscous damping coefficient"] == "1.342 N s/m (3 % of critical)"
     assert not RankTable(share).notes()
     assert [name for name, _ in RankTable(stickslip.compare(FILES[0], **{**SYSTEM, "damping": None})).notes()] == [""]
 

@@ -33,11 +33,10 @@ from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VI
 from stickslip_materials.compare.system import (
     Amount,
     Amounts,
-    Request,
+    CompareRequest,
     alike,
     is_plain,
     quantity,
-    share_of_critical,
     speeds_of,
     system_of,
 )  # fmt: skip
@@ -128,7 +127,7 @@ def compare(
     searched = None if low is None or high is None else (
         quantity("belt_speed", low, "between"), quantity("belt_speed", high, "between")
     )  # fmt: skip
-    request = Request(
+    request = CompareRequest(
         system_of(given), speeds_of(belt_speed, speed_range), searched, level, draws, seed, search, options
     )
     wanted = columns or Wanted()
@@ -139,13 +138,10 @@ def compare(
         warnings.warn(question, UnitWarning, stacklevel=2)
     with watched(progress, "curves", request.options.law) as move:
         ds = compare_fits(fits, request, move)
-    attributes: dict[str, Any] = {f"written_{name}": value for name, value in given.items()
-                                  if isinstance(value, str) and not is_plain(value)}  # fmt: skip
-    attributes |= {"damping_assumed": 1} if damping is None else {}
-    return ds.assign_attrs(attributes | ({} if share_of_critical(damping) is None else {"damping_in_percent": 1}))
+    return ds.assign_attrs(damping_assumed=1) if damping is None else ds
 
 
-def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progress | None = None) -> xr.Dataset:
+def compare_fits(fits: Sequence[MaterialFit], request: CompareRequest, progress: Progress | None = None) -> xr.Dataset:
     """As `compare`, of fitted curves. progress : called with curves done, and in all."""
     curves = _curves(fits)
     doubts = [question_of_fit(curve.mu_start, fit.points) or "" for curve, fit in zip(curves, fits, strict=True)]
@@ -220,7 +216,7 @@ def _slopes(curve: CurveFit) -> list[float]:
     return [getattr(curve, name) for name in CURVE[1:]]
 
 
-def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
+def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: CompareRequest) -> str | None:
     """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
     implausible friction and speeds."""
     curves = _curves(fits)
@@ -239,7 +235,7 @@ def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], 
     return "\n".join([*([question] if question else []), *odd]) or None
 
 
-def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Request) -> Scan:
+def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: CompareRequest) -> Scan:
     """The speeds looked at first. Raises ValueError."""
     speeds, system = request.speeds.values, request.system
     if request.between is not None:
@@ -266,7 +262,7 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Reques
 # --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _blank(count: int, request: Request) -> dict[str, Floats]:
+def _blank(count: int, request: CompareRequest) -> dict[str, Floats]:
     """The results of materials of which nothing is determined, by names of MATERIAL_VARIABLES: over materials, and over
     belt speeds where there are several."""
     at_speeds, others = {"tendency"}, {"rank", "quiet_above", "quiet_state", *end.names_of_scatter(request)}
@@ -280,7 +276,11 @@ def _blank(count: int, request: Request) -> dict[str, Floats]:
 
 
 def _at_speeds(
-    curves: Sequence[CurveFit], friction: Mapping[str, Floats], borders: QuietSpeeds, request: Request, scan: Scan
+    curves: Sequence[CurveFit],
+    friction: Mapping[str, Floats],
+    borders: QuietSpeeds,
+    request: CompareRequest,
+    scan: Scan,
 ) -> dict[str, Floats]:
     """The borders of curves, and their motion at the belt speeds of the request; of a range at the speed where one
     vibrates most, its slowest if it is quiet throughout; without any the tendency at the slowest speed searched."""
@@ -340,7 +340,7 @@ def _tendency(curve: CurveFit, mu_stop: float, slip_speed_max: Floats) -> Floats
     return tendency(start, curve.predict(reversal), start if math.isnan(mu_stop) else mu_stop)
 
 
-def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> dict[str, Any]:
+def _attributes(fits: Sequence[MaterialFit], request: CompareRequest, scan: Scan) -> dict[str, Any]:
     """Provenance, the request, and a configuration that finds the same borders, all of them."""
     system, speeds, friction = request.system, request.speeds.values, end.friction_of(_curves(fits))
     zipped = {name: ["none" if math.isnan(value) else value for value in values.tolist()]

@@ -21,7 +21,7 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.compare.system import Request
+from stickslip_materials.compare.system import CompareRequest
 from stickslip_materials.fit import CurveFit, Drawn, draw_curves
 
 Floats = NDArray[np.float64]
@@ -128,7 +128,7 @@ def _last_borders(
 # --- scatter --------------------------------------------------------------------------------------------------------
 
 
-def drawn_of(curve: CurveFit, request: Request) -> Drawn | None:
+def drawn_of(curve: CurveFit, request: CompareRequest) -> Drawn | None:
     """Curves as likely as the points leave them; None where none can be drawn, or the points follow no such curve."""
     if not curve.has_intervals:
         return None
@@ -136,7 +136,7 @@ def drawn_of(curve: CurveFit, request: Request) -> Drawn | None:
 
 
 def scatter_of(
-    drawn: Drawn | None, request: Request, scan: Scan
+    drawn: Drawn | None, request: CompareRequest, scan: Scan
 ) -> tuple[dict[str, float | Floats], QuietSpeeds | None]:
     """The interval of a border, the chances to be quiet, and the borders of the drawn curves."""
     if not request.draws or drawn is None:
@@ -157,7 +157,7 @@ def scatter_of(
     return values, quiet
 
 
-def names_of_scatter(request: Request) -> tuple[str, ...]:
+def names_of_scatter(request: CompareRequest) -> tuple[str, ...]:
     """The results of `scatter_of`, and the chance to be better than the next, which follows from them."""
     if not request.draws:
         return ()
@@ -165,7 +165,7 @@ def names_of_scatter(request: Request) -> tuple[str, ...]:
     return (*interval, *(CHANCES if request.speeds.values else ()))
 
 
-def _borders(drawn: Drawn, request: Request, scan: Scan) -> QuietSpeeds:
+def _borders(drawn: Drawn, request: CompareRequest, scan: Scan) -> QuietSpeeds:
     """The borders of drawn curves.
 
     A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,

@@ -9,12 +9,13 @@ import xarray as xr
 
 from stickslip.config.studies import Table
 from stickslip.vocabulary import units
+from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.compare.dataset import speeds_of
-from stickslip_materials.compare.system import SYSTEM, critical_damping
+from stickslip_materials.compare.system import SYSTEM
 from stickslip_materials.variables import MATERIAL_VARIABLES
 
 _SIGNS = {"quiet_throughout": "< ", "vibrates_throughout": "> ", "unresolved": "<= "}  # of numbers that are bounds
@@ -116,15 +117,13 @@ class RankTable:
         return f"{ {'vibrates_throughout': '< ', 'unresolved': '>= '}.get(row.state, '') }{row.margin:.3g}"
 
     def conditions(self) -> list[tuple[str, str]]:
-        """The system in the units in which it was given, and the belt speeds."""
-        attributes, rows = self.ds.attrs, []
-        for name in SYSTEM:
-            row, value = PARAMETERS[name], float(attributes[f"system_{name}"])
-            text = str(attributes.get(f"written_{name}", f"{value:.6g} {units.spelled(row.units)}"))
-            if name == "damping" and "damping_in_percent" in attributes:
-                text = f"{value:.4g} N s/m, {100.0 * value / critical_damping(self.ds):.3g} % of critical"
-            text += " (assumed)" if name == "damping" and "damping_assumed" in attributes else ""
-            rows.append((row.long_name, text))
+        """The system, and the belt speeds searched."""
+        system = {name: float(self.ds.attrs[f"system_{name}"]) for name in SYSTEM}
+        share = 100.0 * system["damping"] / float(scales_of(system).critical_damping)
+        assumed = ", assumed" if "damping_assumed" in self.ds.attrs else ""
+        beside = {"damping": f" ({share:.3g} % of critical{assumed})"}
+        rows = [(row.long_name, f"{value:.4g} {units.spelled(row.units)}{beside.get(name, '')}")
+                for name, value in system.items() if (row := PARAMETERS[name])]  # fmt: skip
         return [*rows, ("belt speeds searched", self._span(self._searched()))]
 
     # --- the answer ---------------------------------------------------------------------------------------------------

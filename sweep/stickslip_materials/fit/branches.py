@@ -16,7 +16,7 @@ import scipy  # type: ignore[import-untyped]
 
 from stickslip.vocabulary.models import CURVE
 from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.turns import Line, reversal
+from stickslip_materials.fit.turns import SlowingLine, reversal
 from stickslip_materials.fit.uncertainty import Flags, Floats, Residuals
 
 _SHOWN, _CHANCE = 0.01, 0.002  # chance of a line where there is none, and of another difference
@@ -45,7 +45,7 @@ class Sweep:
             return self._checked(whole, whole)
         weight = self._weight(curve)
         peak = float(self.speed.max())
-        line = Line(self.speed[on_line], self.mu[on_line], weight[on_line], peak, 1.0, math.inf)
+        line = SlowingLine(self.speed[on_line], self.mu[on_line], weight[on_line], peak, 1.0, math.inf)
         stop = float(line.stop(_row(curve))[0][0])
         left, of_whole = (self._left(model, weight) for model in (replace(curve, mu_stop=stop), whole))
         gain = (of_whole - left) if self.sigma is not None else (of_whole - left) / left * spare

@@ -32,7 +32,7 @@ from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.checks import check_conditions, check_record, check_units_above, check_waiting
 from stickslip_materials.fit.columns import HeadedTable, example, titled
 from stickslip_materials.fit.headings import Heading, are_units, heading
-from stickslip_materials.fit.roles import GAPS, MU, WHOLE, Role, Roles, Search, Wanted
+from stickslip_materials.fit.roles import GAPS, MU, WHOLE, ColumnSearch, Role, Roles, Wanted
 from stickslip_materials.fit.turns import branch_of, course, directions
 
 Content = TypeVar("Content")
@@ -120,8 +120,8 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
     table, headings, rows = headed.table, headed.headings, list(tables.cells(headed.table))
     if not wanted.speed and not wanted.time:
         check_record(headed, rows)
-    roles, group, notes = taken = Search(headed, rows, columns, wanted).roles()
-    materials = _Reader(table, rows, taken).materials()
+    roles, group, notes = taken = ColumnSearch(headed, rows, columns, wanted).roles()
+    materials = _PointsReader(table, rows, taken).materials()
     for role in (role for role in roles if role.column.name == MU):
         own = [float(points[MU].max()) for name, points in materials.items() if role.label in ("", name)]
         headed.check_friction(role.position, max(own, default=0.0) if role.load is None else 0.0)
@@ -227,7 +227,7 @@ def _tables(
 # --- the numbers ------------------------------------------------------------------------------------------------------
 
 
-class _Reader:
+class _PointsReader:
     """Reads the numbers of the columns that have a role, and collects what is wrong with them."""
 
     def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: Roles) -> None:

@@ -99,7 +99,7 @@ class _Column:
         return max((abs(_size(text)) for text in self.texts), default=0.0)
 
 
-class Search:
+class ColumnSearch:
     """Looks for the columns of a table among its headings.
 
     columns : the one of speeds or times, that of friction, and perhaps that of its standard deviations.
