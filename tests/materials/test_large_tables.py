@@ -1,7 +1,7 @@
 """Tables larger than people expect: long records are read in seconds, what no instrument writes is refused early."""
 
 import os
-import tracemalloc
+import time
 import zipfile
 
 import pytest
@@ -156,17 +156,16 @@ SHEETS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*HOSTILE, *SHEETS])
-def test_hostile_tables_are_refused(name, tmp_path):
+def test_hostile_tables_are_refused_in_seconds(name, tmp_path):
     path = tmp_path / f"{name}.{'csv' if name in HOSTILE else 'xlsx'}"
     if name in HOSTILE:
         path.write_text(HOSTILE[name]())
     else:
         workbook(path, SHEETS[name]())
-    tracemalloc.start()
+    begin = time.process_time()
     with pytest.raises(ConfigError, match=name):
         read_points(path, CURVE_COLUMNS)
-    assert tracemalloc.get_traced_memory()[1] < 500e6
-    tracemalloc.stop()
+    assert time.process_time() - begin < 8.0
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")

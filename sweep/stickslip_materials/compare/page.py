@@ -16,12 +16,9 @@ _AGAIN = "Saved as a file, this configuration finds all borders of these curves 
 _MEANT = ("quiet_above", "margin", "quiet_probability", "fit_good")
 
 
-def material_page(ds: xr.Dataset, unit: str | None = None, title: str | None = None) -> str:
-    """A page of a comparison (`stickslip.compare`). unit : of speeds; None takes that of the measured points.
-
-    title : that of the dataset, unless given.
-    """
-    ranking = RankTable(ds, unit)
+def material_page(ds: xr.Dataset, title: str | None = None) -> str:
+    """A page of a comparison (`stickslip.compare`). title : that of the dataset, unless given."""
+    ranking = RankTable(ds)
     alt = f"Friction over slip speed of {', '.join(ranking.names)}, and the belt speeds above which they are quiet"
     table = ranking.table()
     columns = [*(pages.Column(name, is_text=True) for name in table.words), *map(pages.Column, table.numbers)]
