@@ -183,7 +183,7 @@ def test_coefficients_that_trade_off_against_each_other_are_named():
     speed, mu = FALLS["straight"]
     fit = fit_curve(np.array(speed) / 1000, mu)
     assert {"a1", "a3", "a4"} <= set(fit.unidentified)
-    assert "do not determine a1 and a3 and a4" in fit.quality and "measure at higher speed" in fit.quality
+    assert "do not determine a1 and a3 and a4" in fit.quality and "Measure at higher speed" in fit.quality
 
 
 @pytest.mark.parametrize("mu", [[0.14, 0.12, 0.121, 0.119, 0.122], [0.14, 0.11, 0.112, 0.111]])

@@ -47,21 +47,21 @@ class MaterialFit:
         return self.repeats or (self,)
 
 
-def fit_file(path: Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
+def fit_file(path: str | Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
     """The curve through the points of a file of one material.
 
     unit : of the speeds, where the header names none. Without it they are read in m/s, which the quality of the fit
     says, and it is not called good. wanted : instead of it, unit and columns to take. Raises ConfigError.
     """
-    fits = fit_materials([path], wanted or Wanted(unit or ""), CURVE_COLUMNS)
+    fits = fit_materials([Path(path)], wanted or Wanted(unit or ""), CURVE_COLUMNS)
     curve = only(path, {fit.name: fit.curve for fit in fits})
     assert curve is not None
     return curve
 
 
-def fit_ageing_file(path: Path, unit: str | None = None) -> AgeingFit:
+def fit_ageing_file(path: str | Path, unit: str | None = None) -> AgeingFit:
     """Ageing from the waiting times and friction coefficients of a file; `unit` is that of the times."""
-    fits = fit_materials([path], Wanted(unit or ""), AGEING_COLUMNS)
+    fits = fit_materials([Path(path)], Wanted(unit or ""), AGEING_COLUMNS)
     ageing = only(path, {fit.name: fit.ageing for fit in fits})
     assert ageing is not None
     return ageing

@@ -80,7 +80,7 @@ def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None
     return only(Path(path), read_materials(path, columns, Wanted(unit or "")))
 
 
-def only(path: Path, materials: Mapping[str, Content]) -> Content:
+def only(path: str | Path, materials: Mapping[str, Content]) -> Content:
     """What there is of the material of a table of one. Raises ConfigError for one of several."""
     if len(materials) > 1:
         message = f"got {len(materials)} materials ({', '.join(materials)}), expected one"
