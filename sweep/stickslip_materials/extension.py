@@ -25,5 +25,5 @@ EXTENSION = Extension(
         "friction.fit": _FITS, "uncertain.fit": _FITS, "axes.*.zip.fit": _FITS,
     },
     marks={"quiet_above": "comparison"},
-    results={"comparison": "stickslip_materials.result:Comparison"},
+    results={"comparison": "stickslip_materials.compare.result:Comparison"},
 )  # fmt: skip

@@ -32,12 +32,17 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 _WIDE = 8.0  # fastest over slowest speed from which the axis is logarithmic
 _DENSE = 300  # points of a curve
+_ROOM = 1.6  # factor by which the axis of speeds reaches beyond what is on it
+_INSET = 0.015  # of the axis of speeds: a mark at its edge stays whole
+_ROW_LETTERS, _FEW = 28, 6  # of a line of a name beside its row; rows that have room for larger letters
+_EDGE: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.5}
+_LOUD = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["stick_slip"], "hatch": "////", "alpha": 0.75}
+_CALM = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["damped"], "alpha": 0.6}
 
 
-class Drawn(NamedTuple):
-    """A material as it is drawn, speeds in m/s: its points (sigma: their standard deviations, or None), its curve, and
-    the ends of its band. falls : points measured while the speed fell, or None. slowing : where friction goes then, a
-    line from its fastest speed on; NaN elsewhere."""
+class DrawnMaterial(NamedTuple):
+    """A material as it is drawn, speeds in m/s: its points (sigma: their standard deviations, or None), its curve with
+    the ends of its band, and its coefficients."""
 
     name: str
     speed: Floats
@@ -47,19 +52,21 @@ class Drawn(NamedTuple):
     middle: Floats
     low: Floats
     high: Floats
-    slowing: Floats
-    falls: NDArray[np.bool_] | None = None
+    coefficients: Mapping[str, float]
+
+    def slowing(self) -> Floats:
+        """Friction on the way down, below the minimum of a curve with mu_stop, Eq. (2a); NaN elsewhere."""
+        start = np.fmin(reversal_speed(*(self.coefficients[name] for name in CURVE[1:])), self.grid[-1])
+        reversal = np.interp(start, self.grid, self.middle)
+        stop = self.coefficients.get("mu_stop", math.nan)
+        return np.where(self.grid <= start, stop + (reversal - stop) * self.grid / start, np.nan)
 
 
 def _plain(value: float, _: float) -> str:
     return f"{value:g}"
 
 
-def speed_grid(slowest: float, fastest: float) -> Floats:
-    """Slip speeds at which a curve is drawn between two speeds (m/s): by ratio where they are far apart."""
-    if slowest > 0 and fastest > _WIDE * slowest:
-        return np.geomspace(slowest, fastest, _DENSE)
-    return np.linspace(slowest, fastest, _DENSE)
+# --- fits -------------------------------------------------------------------------------------------------------------
 
 
 def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figure:
@@ -67,25 +74,22 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
 
     Raises PlotError where there is nothing to draw.
     """
-    curves, ageing = [one for one in fits if one.curve], [one for one in fits if one.ageing]
     if not fits:
         raise PlotError("nothing to draw: no fits")
+    curves, ageing = [fit for fit in fits if fit.curve], [fit for fit in fits if fit.ageing]
     panels = bool(curves) + bool(ageing)
     figure = Figure(figsize=(7.2 if panels == 1 else 12.0, 4.6), layout="constrained")
     axes = list(figure.subplots(1, panels, squeeze=False)[0])
-    handles: list[Line2D] = []
     if curves:
-        unit = next((one.points.units["speed"] for one in curves if "speed" in one.points.units), "m/s")
-        handles += draw_materials(axes[0], [_fitted(one) for one in curves], unit)
+        unit = next((fit.points.units["speed"] for fit in curves if "speed" in fit.points.units), "m/s")
+        _draw_curves(axes[0], [_drawn(fit) for fit in curves], unit)
     if ageing:
-        handles += _draw_ageing(axes[-1], ageing)
-    notes = ["points, fitted curve, 95 % band"] if curves else []
-    if any("direction" in one.points for one in curves):
-        notes.append("of the other fill: measured as the speed fell")
-    if any("mu_stop" in one.curve.coefficients() for one in curves if one.curve):
-        notes.append("dotted: down to mu_stop")
+        _draw_ageing(axes[-1], ageing)
+    handles = [Line2D([], [], markersize=5, label=fit.name, **look_of(i))
+               for of_kind in (curves, ageing) for i, fit in enumerate(of_kind)]  # fmt: skip
+    notes = ["points, fitted curve, 95 % band; dotted: down to mu_stop"] if curves else []
     legend(figure, handles, notes)
-    entitle(figure, axes[0], title or ", ".join(one.name for one in fits), above_all=True)
+    entitle(figure, axes[0], title or ", ".join(fit.name for fit in fits), above_all=True)
     return figure
 
 
@@ -103,71 +107,47 @@ def plot_memory_fits(fits: Mapping[str, MemoryFit]) -> Figure:
     return figure
 
 
-def draw_materials(ax: Axes, materials: Sequence[Drawn], unit: str, *, log: bool | None = None) -> list[Line2D]:
-    """Points, curves and bands; the entries of a legend. unit : of the speeds. log : None decides by the speeds."""
+def _drawn(fit: MaterialFit) -> DrawnMaterial:
+    assert fit.curve is not None
+    slowest, fastest = fit.curve.speeds
+    spaced = np.geomspace if slowest > 0 and fastest > _WIDE * slowest else np.linspace
+    grid = spaced(slowest, fastest, _DENSE)
+    points, curve = fit.points, fit.curve
+    return DrawnMaterial(fit.name, points["speed"], points["mu"], points.get("sigma"), grid, curve.predict(grid),
+                 *curve.band(grid), curve.coefficients())  # fmt: skip
+
+
+def _draw_curves(ax: Axes, materials: Sequence[DrawnMaterial], unit: str, *, log: bool = False) -> None:
+    """Points, curves and bands. unit : of the speeds. log : whatever the speeds are."""
     factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
-    for number, one in enumerate(materials):
+    for number, drawn in enumerate(materials):
         look = look_of(number)
-        ax.fill_between(factor * one.grid, one.low, one.high, color=look["color"], alpha=0.2, linewidth=0)
-        ax.plot(factor * one.grid, one.middle, **look | {"marker": ""}, linewidth=1.4)
-        ax.plot(factor * one.grid, one.slowing, color=look["color"], linewidth=1.0, linestyle=(0, (1, 1)))
-        falls = np.zeros(one.speed.size, bool) if one.falls is None else one.falls
-        other = "white" if number % 2 else look["color"]
-        for which, face in ((~falls, look["markerfacecolor"]), (falls, other)):
-            sigma = None if one.sigma is None else one.sigma[which]
-            look |= {"linestyle": "none", "markerfacecolor": face}
-            ax.errorbar(factor * one.speed[which], one.mu[which], sigma, **look, markersize=5, capsize=2)
-    speeds = np.concatenate([one.speed for one in materials])
-    if log if log is not None else speeds.min() > 0 and speeds.max() > _WIDE * speeds.min():
+        ax.fill_between(factor * drawn.grid, drawn.low, drawn.high, color=look["color"], alpha=0.2, linewidth=0)
+        ax.plot(factor * drawn.grid, drawn.middle, **look | {"marker": ""}, linewidth=1.4)
+        ax.plot(factor * drawn.grid, drawn.slowing(), color=look["color"], linewidth=1.0, linestyle=(0, (1, 1)))
+        points = look | {"linestyle": "none"}
+        ax.errorbar(factor * drawn.speed, drawn.mu, drawn.sigma, **points, markersize=5, capsize=2)
+    speeds = np.concatenate([drawn.speed for drawn in materials])
+    if log or speeds.min() > 0 and speeds.max() > _WIDE * speeds.min():
         ax.set_xscale("log")
         ax.xaxis.set_major_formatter(_plain)
-    top = max(float(np.max(one.mu, initial=0.0)) or float(one.middle.max()) for one in materials)
+    top = max(float(np.max(drawn.mu, initial=0.0)) or float(drawn.middle.max()) for drawn in materials)
     ax.set(xlabel=f"slip speed ({unit})", ylabel="friction coefficient", ylim=(0.0, 1.15 * top))
-    return entries([one.name for one in materials])
 
 
-def entries(names: Sequence[str]) -> list[Line2D]:
-    """Legend entries of materials."""
-    return [Line2D([], [], markersize=5, label=name, **look_of(i)) for i, name in enumerate(names)]
-
-
-def _fitted(one: MaterialFit) -> Drawn:
-    assert one.curve is not None
-    grid = speed_grid(*one.curve.speeds)
-    low, high = one.curve.band(grid)
-    points, middle, falls = one.points, one.curve.predict(grid), one.points.get("direction", np.zeros(0)) < 0
-    slowing = _slowing(one.curve.coefficients(), grid, middle)
-    return Drawn(one.name, points["speed"], points["mu"], points.get("sigma"), grid, middle, low, high, slowing,
-                 falls if falls.any() else None)  # fmt: skip
-
-
-def _slowing(curve: Mapping[str, float], grid: Floats, friction: Floats) -> Floats:
-    """Friction over slip speeds on the way down, below the minimum of a curve with mu_stop, Eq. (2a); NaN elsewhere."""
-    start = np.fmin(reversal_speed(*(curve[name] for name in CURVE[1:])), grid[-1])
-    reversal = np.interp(start, grid, friction)
-    stop = curve.get("mu_stop", math.nan)
-    return np.where(grid <= start, stop + (reversal - stop) * grid / start, np.nan)
-
-
-def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> list[Line2D]:
-    """Static friction over waiting time; the entries of a legend."""
-    for number, one in enumerate(fits):
-        assert one.ageing is not None
-        look, time = look_of(number), one.points["time"]
+def _draw_ageing(ax: Axes, fits: Sequence[MaterialFit]) -> None:
+    """Static friction over waiting time."""
+    for number, fit in enumerate(fits):
+        assert fit.ageing is not None
+        look, time = look_of(number), fit.points["time"]
         begin = float(time[time > 0].min())
         grid = np.geomspace(begin, max(float(time.max()), 2 * begin), _DENSE)
-        ax.plot(time, one.points["mu"], **look | {"linestyle": "none"})
-        ax.plot(grid, one.ageing.predict(grid), **look | {"marker": ""})
+        ax.plot(time, fit.points["mu"], **look | {"linestyle": "none"})
+        ax.plot(grid, fit.ageing.predict(grid), **look | {"marker": ""})
     ax.set(xscale="log", xlabel="waiting time (s)", ylabel="static friction coefficient")
-    return entries([one.name for one in fits])
 
 
-_ROOM = 1.6  # factor by which the axis of speeds reaches beyond what is on it
-_INSET = 0.015  # of the axis of speeds
-_ROW_LETTERS, _FEW = 28, 6  # of a line of a name beside its row; rows that have room for larger letters
-_EDGE: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.5}
-_LOUD = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["stick_slip"], "hatch": "////", "alpha": 0.75}
-_CALM = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["damped"], "alpha": 0.6}
+# --- comparisons ------------------------------------------------------------------------------------------------------
 
 
 def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
@@ -183,34 +163,39 @@ def plot_materials(ds: xr.Dataset, *, title: str | None = None) -> Figure:
     count = ds.sizes["material"]
     figure = Figure(figsize=(9.6, max(5.4, 1.8 + 0.32 * count)), layout="constrained")
     curves, bars = figure.subplots(1, 2, width_ratios=[1.2, 1])
-    draw_materials(curves, [_compared(ds, i) for i in range(count)], unit, log=True)
-    _draw_borders(bars, ds, unit)
-    _legend(figure, ds, unit)
-    text = str(ds.attrs.get("title", "")) if title is None else title
-    entitle(figure, curves, text, above_all=True)
+    _draw_curves(curves, [_compared(ds.isel(material=i), ds) for i in range(count)], unit, log=True)
+    factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
+    _draw_borders(bars, ds, factor)
+    bars.set(xlabel=f"belt speed ({unit})")
+    handles: list[Any] = [Patch(**_LOUD, label="vibrates"), Patch(**_CALM, label="quiet")]
+    if "quiet_above_low" in ds:
+        level = f"{100 * float(ds.attrs['confidence']):g} % interval of the border"
+        handles.append(Line2D([], [], color=BLACK, linewidth=2.2, label=level))
+    if speeds := [f"{factor * speed:g}" for speed in speeds_of(ds)]:
+        label = f"belt speed {(' to ' if 'speed_range_from' in ds.attrs else ', ').join(speeds)} {unit}"
+        handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
+    legend(figure, handles)
+    entitle(figure, curves, str(ds.attrs.get("title", "")) if title is None else title, above_all=True)
     return figure
 
 
-def _compared(ds: xr.Dataset, i: int) -> Drawn:
-    name = str(ds["material"].values[i])
-    own = ds["point_material"].values == name
-    shown = np.isfinite(ds["friction"].values[i])
-    sigma = ds["point_sigma"].values[own] if "point_sigma" in ds else None
-    grid, speed = ds["slip_speed"].values[shown], ds["point_speed"].values[own]
-    middle, low, high = (ds[column].values[i][shown] for column in ("friction", "friction_low", "friction_high"))
-    known = sigma is not None and bool(np.isfinite(sigma).all()) and sigma.size > 0
-    coefficients = {key: float(ds[key].values[i]) for key in (*CURVE, "mu_stop") if key in ds}
-    slowing = _slowing(coefficients, grid, middle)
-    mu = ds["point_friction"].values[own]
-    return Drawn(name, speed, mu, sigma if known else None, grid, middle, low, high, slowing)
+def _compared(material: xr.Dataset, ds: xr.Dataset) -> DrawnMaterial:
+    """One of the materials of a dataset."""
+    name = str(material["material"].values)
+    own, shown = ds["point_material"].values == name, np.isfinite(material["friction"].values)
+    sigma = ds["point_sigma"].values[own] if "point_sigma" in ds else np.zeros(0)
+    middle, low, high = (material[f"friction{end}"].values[shown] for end in ("", "_low", "_high"))
+    coefficients = {key: float(material[key]) for key in (*CURVE, "mu_stop") if key in ds}
+    return DrawnMaterial(name, ds["point_speed"].values[own], ds["point_friction"].values[own],
+                 sigma if sigma.size and np.isfinite(sigma).all() else None, ds["slip_speed"].values[shown],
+                 middle, low, high, coefficients)  # fmt: skip
 
 
-def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
+def _draw_borders(ax: Axes, ds: xr.Dataset, factor: float) -> None:
     """A row a material: vibration in the colour of stick-slip, quiet in that of a decay, and what lies between them."""
-    factor = 1.0 / units.si_value(f"1 {unit}", "m s-1")
     left, right = ends = _ends(ds, factor)
     size = "small" if ds.sizes["material"] <= _FEW else "xx-small"
-    inset = (right / left) ** _INSET  # an arrow at the edge of the axes points out of it, and stays whole
+    inset = (right / left) ** _INSET
     for i, name in enumerate(map(str, ds["material"].values)):
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
         look, outside = look_of(i), ax.get_yaxis_transform()
@@ -223,26 +208,16 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, unit: str) -> None:
         ax.barh(i, begin - left, left=left, height=0.62, **_LOUD)
         ax.barh(i, right - begin, left=begin, height=0.62, **_CALM)
         if "quiet_above_low" in ds:
-            _draw_interval(ax, i, [factor * float(ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high")], ends)
+            interval = np.clip([factor * float(ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high")], *ends)
+            ax.plot(interval, [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=4)
         mark = {"quiet_throughout": "<", "vibrates_throughout": ">"}.get(state, look["marker"])
         place = min(max(border, left * inset), right / inset)
         ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=5 if mark in "<>" else 3)
     for speed in speeds_of(ds):
         ax.axvline(factor * speed, color=BLACK, linestyle="dashdot", linewidth=1.2)
-    ax.set(yticks=[], ylim=(ds.sizes["material"] - 0.5, -0.5), xlim=ends, xlabel=f"belt speed ({unit})", xscale="log")
+    ax.set(yticks=[], ylim=(ds.sizes["material"] - 0.5, -0.5), xlim=ends, xscale="log")
     ax.xaxis.set_major_formatter(_plain)
     ax.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _draw_interval(ax: Axes, i: int, interval: list[float], ends: tuple[float, float]) -> None:
-    """The interval of a border, as far as the axis goes."""
-    if any(map(math.isnan, interval)):
-        return
-    places = [min(max(end, ends[0]), ends[1]) for end in interval]
-    ax.plot(places, [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=4)
-    for place, end in zip(places, interval, strict=True):
-        if ends[0] < end < ends[1]:
-            ax.plot([place, place], [i - 0.2, i + 0.2], color=BLACK, linewidth=1.6, zorder=4)
 
 
 def _ends(ds: xr.Dataset, factor: float) -> tuple[float, float]:
@@ -252,15 +227,3 @@ def _ends(ds: xr.Dataset, factor: float) -> tuple[float, float]:
     least, most = (factor * float(ds.attrs[f"searched_{end}"]) for end in ("from", "to"))
     inside = [value for value in (factor * shown).tolist() if value > 0 and least <= value <= most] or [least, most]
     return max(min(inside) / _ROOM, least), min(max(inside) * _ROOM, most)
-
-
-def _legend(figure: Figure, ds: xr.Dataset, unit: str) -> None:
-    handles: list[Any] = [Patch(**_LOUD, label="vibrates"), Patch(**_CALM, label="quiet")]
-    if "quiet_above_low" in ds:
-        level = f"{100 * float(ds.attrs['confidence']):g} % interval of the border"
-        handles.append(Line2D([], [], color=BLACK, linewidth=2.2, label=level))
-    if belt_speeds := speeds_of(ds):
-        speeds = [f"{speed / units.si_value(f'1 {unit}', 'm s-1'):g}" for speed in belt_speeds]
-        label = f"belt speed {(' to ' if 'speed_range_from' in ds.attrs else ', ').join(speeds)} {unit}"
-        handles.append(Line2D([], [], color=BLACK, linestyle="dashdot", linewidth=1.2, label=label))
-    legend(figure, handles)

@@ -160,11 +160,11 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
     fits = _fits(document, [file])
     fit = fits[0].curve
     if fit is None or len(fits) > 1:
-        several = listed([one.name for one in fits], "and")
+        several = listed([each.name for each in fits], "and")
         message = f"{file} holds {len(fits)} materials ({several}), expected one"
         raise document.refused(("uncertain", "fit"), message, "write a file for each")
     variance = np.diag(fit.covariance)
-    if unknown := [name for name, one in zip(CURVE, variance, strict=True) if not np.isfinite(one)]:
+    if unknown := [name for name, square in zip(CURVE, variance, strict=True) if not np.isfinite(square)]:
         message = f"the points of {file} do not determine {listed(unknown, 'and')}"
         hint = f"measure more points where it matters, or give {CURVE.level} to {CURVE.decay} distributions of your own"
         raise document.refused(("uncertain", "fit"), message, hint)
@@ -174,10 +174,10 @@ def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, An
     np.fill_diagonal(matrix, 1.0)
     drawn = {
         name: {
-            "normal": {"mean": row.in_file(known[name]), "std": row.in_file(float(one))},
+            "normal": {"mean": row.in_file(known[name]), "std": row.in_file(float(deviation))},
             **(quantities.get(name) or {}),
         }
-        for name, one in zip(names, std, strict=True)
+        for name, deviation in zip(names, std, strict=True)
         if (row := QUANTITIES[name])
     }
     section = {**uncertain, "quantities": {**quantities, **drawn}}

@@ -131,7 +131,7 @@ def test_options_that_a_column_makes_useless_are_named(tmp_path):
                      "--load", "5 N", "--radius", "3 mm")  # fmt: skip
     assert "--load is not used" in said and "--radius is not used" in said
     forces = write(tmp_path, table("v [mm/s];Friction force [N];Load [N]", SPEED, 10 * MU, np.full(6, 10)))
-    assert "measured with 10 N" in call("fit", forces, "--load", "5 N").output
+    assert "--load is not used" in call("fit", forces, "--load", "5 N").output
     plain = write(tmp_path, table("v [mm/s];mu", SPEED, MU))
     said = call("fit", plain, "--load", "5 N", "--unit", "m/s", "--at", "5 min").output
     assert "--load is not used" in said and "--unit m/s is not used" in said and "--at is not used" in said

@@ -81,7 +81,7 @@ def test_loops_that_stay_elastic_do_not_tell_friction():
     ({"speed": -np.ones(40)}, "steady sliding at first"),
     ({"time": np.zeros(40)}, "increasing"),
     ({"mu": np.full(40, np.nan)}, "finite"),
-    ({"mu": np.ones(39)}, "all as long"),
+    ({"mu": np.ones(39)}, "one for each point"),
 ])  # fmt: skip
 def test_impossible_records_are_refused(columns, expected):
     usual = {"time": np.arange(40.0), "speed": np.repeat([1e-6, 1e-5], 20), "mu": np.full(40, 0.6)}

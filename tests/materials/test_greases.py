@@ -36,69 +36,24 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
-def report(folder):
-    """What programs, Excel and the reader of the page are told, and the dataset."""
+def test_every_repeat_and_every_number_reaches_programs_excel_and_the_page(folder):
     table, page, whole = (folder / f"x.{suffix}" for suffix in ("csv", "html", "nc"))
     words = ["compare", *sorted(folder.glob("Fett*.csv")), *OPTIONS, "--damping", "2 %", "--draws", 120, "--json",
              "-o", table, "-o", whole, "--report", page, "--title", "Fette"]  # fmt: skip
     done = CliRunner().invoke(main, list(map(str, words)))
     assert done.exit_code == 0, done.output
-    return json.loads(done.stdout), table, page.read_text(encoding="utf-8"), stickslip.open(whole).load()
-
-
-@pytest.fixture(scope="module")
-def compared(report):
-    return report[3]
-
-
-def test_every_repeat_is_named_with_its_file(report):
-    told, table, *_ = report
-    assert set(told["read"]) == set(TRUE) and all(one["lines_above"] for one in told["read"].values())
-    row = pd.read_csv(table, encoding="utf-8-sig").set_index("material").loc["Fett_A"]
-    assert [f"Fett_A_{i}.csv" in row["file"] for i in (1, 2, 3)] == [True] * 3
-
-
-def test_a_table_for_excel_has_whole_counts_and_empty_open_ends(report):
-    _, table, *_ = report
-    text = table.read_text(encoding="utf-8-sig")
-    columns = pd.read_csv(table, encoding="utf-8-sig", dtype=str)
-    assert all(
-        re.fullmatch(r"\d+", cell) for name in ("rank", "draws_used", "points", "fit_good") for cell in columns[name]
-    )
-    assert not re.search(r"(?<![a-z])inf", text)
-
-
-def test_what_is_uncertain_is_called_probable_and_what_vibrates_in_part_is_no_loss(compared):
-    said = RankTable(compared, "mm/s").answer()
-    chance = compared["quiet_probability"].sel(material="Fett_B").item()
-    assert ("Fett_B (P(quiet)" in said) and ("is probably quiet throughout" in said) == (0.5 <= chance < 0.975)
-    border = 1000 * compared["quiet_above"].sel(material="Fett_A").item()
-    assert f"Fett_A (above {border:.3g} mm/s) is quiet in a part of it" in said and "Fett_C" in said.split("; ")[-1]
-    assert said.split("; ")[-1].endswith("vibrates.")
-
-
-def test_the_curves_drawn_are_quiet_or_vibrate_or_have_no_verdict(compared):
-    open_ = compared["undecided_probability"].values
-    assert (open_ >= 0).all() and (compared["quiet_probability"].values + open_ <= 1).all()
-    assert compared["draws_used"].dtype.kind == "i"
-
-
-def test_the_page_has_its_title_and_no_jargon(report):
-    _, _, page, _ = report
-    assert "<h1>Fette</h1>" in page
-    table = page.split("Which is quiet")[1].split("</table>")[0]
-    assert not any(word in table for word in ("Eq. (3)", "stick_slip", "see below", "mu_start"))
-
-
-def test_the_margin_of_what_is_quiet_throughout_is_a_bound_like_others(compared):
-    best = next(one.cells[0] for one in RankTable(compared, "mm/s").columns() if one.name == "margin")
-    assert np.isinf(compared["margin"][0]) and best == f"> x {0.01 / compared.attrs['searched_from']:.3g}"
-
-
-def test_the_table_says_for_which_damping_it_is(folder):
-    files = map(str, sorted(folder.glob("Fett*.csv")))
-    done = CliRunner().invoke(main, ["compare", *files, *OPTIONS, "--damping", "1 %", "--draws", "0"])
-    (line,) = (line for line in done.stdout.splitlines() if line.startswith("system"))
-    assert "1 % of critical" in line
-    assert done.stdout.count("left out above the header") == 1 and "Fett_A_3.csv" in done.stdout
+    read = json.loads(done.stdout)["read"]
+    assert set(read) == set(TRUE) and all(columns["lines_above"] for columns in read.values())
+    rows = pd.read_csv(table, encoding="utf-8-sig", dtype=str).set_index("material")
+    assert [f"Fett_A_{i}.csv" in rows["file"]["Fett_A"] for i in (1, 2, 3)] == [True] * 3
+    counts = [cell for name in ("rank", "draws_used", "points", "fit_good") for cell in rows[name]]
+    assert all(re.fullmatch(r"\d+", cell) for cell in counts)
+    assert not re.search(r"(?<![a-z])inf", table.read_text(encoding="utf-8-sig"))  # open ends are empty
+    assert "<h1>Fette</h1>" in page.read_text(encoding="utf-8")
+    ds = stickslip.open(whole).load()
+    quiet, undecided = ds["quiet_probability"].values, ds["undecided_probability"].values
+    assert (undecided >= 0).all() and (quiet + undecided <= 1).all()
+    assert "2 % of critical" in dict(RankTable(ds).conditions())["viscous damping coefficient"]
+    ranks = RankTable(ds, "mm/s").table()
+    best = ranks.rows[0][[*ranks.words, *ranks.numbers].index("margin")]
+    assert np.isinf(ds["margin"][0]) and best == f"> {0.01 / ds.attrs['searched_from']:.3g}"

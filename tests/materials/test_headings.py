@@ -2,9 +2,9 @@
 
 import pytest
 
-from stickslip.errors import ConfigError, UnitWarning
+from stickslip.errors import ConfigError
 from stickslip.vocabulary.settings import CURVE_COLUMNS
-from stickslip_materials.fit import Wanted, read_materials
+from stickslip_materials.fit import read_materials
 from stickslip_materials.fit.headings import heading
 
 SPEEDS = (
@@ -68,10 +68,3 @@ def test_a_line_of_units_is_not_taken_for_the_header(tmp_path):
         read_materials(write(tmp_path, "Titel;x\nDrehzahl;mu\n1/min;-\n1;0.3\n2;0.2\n"), CURVE_COLUMNS)
     (problem,) = caught.value.problems
     assert problem.place.line == 2 and "'Drehzahl" in problem.message
-
-
-def test_a_load_above_the_heading_that_contradicts_the_one_given_is_asked_about(tmp_path):
-    path = write(tmp_path, "Prüflast;15;N\nv [mm/s];µ\n1;0,14\n2;0,13\n")
-    with pytest.warns(UnitWarning, match="15 N.*10 N"):
-        read_materials(path, CURVE_COLUMNS, Wanted(load="10 N"))
-    read_materials(path, CURVE_COLUMNS, Wanted(load="15 N"))  # warnings are errors in tests

@@ -2,34 +2,15 @@
 
 import json
 import math
-import warnings
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from stickslip.cli import main
 from stickslip.errors import ConfigError
-from stickslip_materials.commands import fit as command
 from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
 from stickslip_materials.fit.files import names_of
-
-SPEED_WORDS = [
-    "speed",
-    "Speed",
-    "V",
-    "v",
-    "velocity",
-    "Sliding speed",
-    "sliding_speed",
-    "SLIP SPEED",
-    "Geschwindigkeit",
-]
-MU_WORDS = ["mu", "µ", "μ", "COF", "cof", "Friction", "friction coefficient", "Coefficient of friction", "Reibwert"]
-UNITS = {"mm/s": 1e-3, "m/s": 1.0, "cm/min": 1e-2 / 60, "µm/s": 1e-6}
-HEADINGS = ["{0} [{1}]", "{0} ({1})", "{0} / ({1})", "{0} in {1}", '"{0} [{1}]"', "{0}[{1}]"]
 
 
 def call(*arguments):
@@ -40,45 +21,6 @@ def write(folder, text, encoding="utf-8", name="points.csv"):
     path = folder / name
     path.write_bytes(text.encode(encoding))
     return path
-
-
-numbers = st.lists(
-    st.tuples(st.decimals(0, 1000, places=3), st.decimals(0, 2, places=4)), min_size=1, max_size=8
-)  # fmt: skip
-
-
-@settings(max_examples=150, deadline=None)
-@given(
-    rows=numbers, separator=st.sampled_from(",;\t"), comma=st.booleans(), data=st.data(),
-    encoding=st.sampled_from(["utf-8", "utf-8-sig", "cp1252", "latin-1", "utf-16", "utf-16-le"]),
-    unit=st.sampled_from(list(UNITS)), speed=st.sampled_from(SPEED_WORDS), mu=st.sampled_from(MU_WORDS),
-    heading=st.sampled_from(HEADINGS), end=st.sampled_from(["\n", "\r\n"]), swapped=st.booleans(),
-    spare=st.integers(0, 3), named=st.booleans(), quoted=st.booleans(), below=st.booleans(),
-)  # fmt: skip
-def test_a_table_in_any_dialect_is_read_to_the_same_numbers(
-    rows, separator, comma, data, encoding, unit, speed, mu, heading, end, swapped, spare, named, quoted, below,
-    tmp_path_factory,
-):  # fmt: skip
-    """Separators, decimal marks, encodings, headings, units beside the names or below, and what Excel adds."""
-    decimal = "," if comma and separator != "," else "."
-    encoding = encoding if "μ" not in mu or encoding.startswith("utf") else "utf-8"  # the Greek letter is in neither
-    texts = [[f"{number:f}".replace(".", decimal) for number in row] for row in rows]
-    head = [speed, mu] if below else [heading.format(speed, unit), mu]
-    lines = [head, *([[unit, "-"]] if below else []), *texts]
-    lines = [line[::-1] if swapped else line for line in lines]
-    if quoted:
-        lines = [[cell if cell.startswith('"') else f'"{cell}"' for cell in line] for line in lines]
-    text = end.join(separator.join(line) + separator * spare for line in lines) + end
-    text = f"sep={separator}{end}{text}" if named else text
-    raw = b"\xff\xfe" if encoding == "utf-16-le" else b""
-    path = tmp_path_factory.getbasetemp() / "dialect.csv"
-    path.write_bytes(raw + text.encode(encoding))
-    if below and len(texts) == 1:
-        return  # a line of units alone, without numbers below, is no table
-    found = read_points(path, CURVE_COLUMNS)
-    np.testing.assert_allclose(found["speed"], [float(v) * UNITS[unit] for v, _ in rows], rtol=1e-12)
-    assert found["mu"].tolist() == [float(m) for _, m in rows]
-    assert not found.assumed
 
 
 def test_a_wide_table_is_a_fit_for_each_material_with_gaps_where_it_was_not_measured(tmp_path):
@@ -156,13 +98,6 @@ def points(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_two_files_of_one_name_are_two_fits(points):
-    told = json.loads(call("fit", "a/x.csv", "b/x.csv", "--json").stdout)
-    assert [one["name"] for one in told["fits"]] == ["a/x", "b/x"]
-    assert [one["coefficients"]["a1"] for one in told["fits"]] == pytest.approx([0.2, 0.1], rel=1e-3)
-    assert told["fits"][0]["interval"]["a4"][0] < 0.03 < told["fits"][0]["interval"]["a4"][1]
-
-
 def test_the_printed_yaml_is_a_configuration_of_the_fitted_curves(points):
     from stickslip.config.reader import parse_config
 
@@ -172,18 +107,6 @@ def test_the_printed_yaml_is_a_configuration_of_the_fitted_curves(points):
     _, _, both = call("fit", "a/x.csv", "b/x.csv").stdout.partition("configuration\n")
     (axis,) = parse_config(both + rest).axes
     assert axis.labels == ("a/x", "b/x") and axis.members[0].values == pytest.approx((0.2, 0.1), rel=1e-3)
-
-
-def test_somebody_at_a_terminal_is_asked_for_a_unit_that_is_missing(points, monkeypatch):
-    monkeypatch.setattr(command, "_is_interactive", lambda: True)
-    done = CliRunner().invoke(main, ["fit", "a/bare.csv"], input="mm/s\n")
-    assert "gives no unit of speed; it goes from 0.5 to 400." in done.stdout
-    assert "0.03 m/s" in done.stdout and "were read in m/s" not in done.stdout
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        told = CliRunner().invoke(main, ["fit", "a/bare.csv", "--json"], input="")
-    assert "did you mean 400 mm/s" in told.stderr
-    assert json.loads(told.stdout)["fits"][0]["assumed_units"] == {"speed": "m s-1"}
 
 
 def test_points_curve_and_band_are_drawn(points):

@@ -64,7 +64,7 @@ points = st.lists(
     friction=st.sampled_from(FRICTIONS), separator=st.sampled_from(";\t,"), comma=st.booleans(),
     others=st.lists(st.sampled_from(OTHERS), max_size=3, unique=True), order=st.randoms(use_true_random=False),
     above=st.lists(st.sampled_from(ABOVE), max_size=12), end=st.sampled_from(["\n", "\r\n"]), spare=st.integers(0, 2),
-    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]), below=st.booleans(),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"]), below=st.booleans(),
     mute=st.sampled_from([None, *NONSENSE]),
 )  # fmt: skip
 def test_the_same_points_are_read_to_the_same_numbers_or_refused(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,42 +11,15 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, Answer, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_page, save_plot, save_result, save_table, show_result
-from stickslip.vocabulary.flags import FLAGS
 from stickslip_materials.commands.fit import COLUMNS, column_choice, fit_files, show_columns
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip_materials.compare.table import RankColumn
-
-_ATTRIBUTES = (
-    *("belt_speed", "speed_range_from", "speed_range_to", "searched_from", "searched_to"),
-    *("tendency_at", "confidence", "draws", "seed"),
-)
 _SEVERAL = partial(click.option, multiple=True)
-_EXAMPLES = {"mass": "100 g", "stiffness": "5 N/mm", "load": "10 N"}
-
-
-class AllAtOnce(click.Command):
-    """A command that names all options it lacks at once."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As of any command. Raises UsageError."""
-        given = list(args)
-        try:
-            return super().parse_args(ctx, args)
-        except click.MissingParameter:
-            values = self.make_parser(ctx).parse_args(given)[0]
-            known = {name for name, value in values.items() if isinstance(value, str | tuple) and value}
-            missing = [param for param in self.params if param.required and param.name not in known]
-            names = ", ".join(param.get_error_hint(ctx).replace("'", "") for param in missing)
-            examples = " ".join(f'{p.opts[0]} "{_EXAMPLES[str(p.name)]}"' for p in missing if p.name in _EXAMPLES)
-            hint = f"\nhint: for instance {examples}" if examples else ""
-            raise click.UsageError(f"missing {names}{hint}", ctx) from None
 
 
 @click.command(
-    cls=AllAtOnce,
     epilog="""\b
 Examples:
   stickslip compare configs/measured/dry.csv configs/measured/grease_a.csv \\
@@ -104,43 +76,20 @@ def compare(
     written = _save(ds, outputs, plot, report)
 
     def for_programs() -> dict[str, Any]:
+        from stickslip_materials.compare.result import Comparison
         from stickslip_materials.fit.report import columns_of
 
         parts = [part for fit in fits for part in fit.parts]
         read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
-        return answer(ds) | {"written": written, "read": read}
+        return {**Comparison.answer(ds), "written": written, "read": read}
 
     return for_programs
-
-
-def report(ds: xr.Dataset) -> Iterator[Any]:
-    """The ranks, the answer, and what is to be known of them, for the screen."""
-    from stickslip_materials.compare.table import RankTable
-
-    ranking = RankTable(ds)
-    yield f"system   {', '.join(f'{name} {value}' for name, value in ranking.conditions())}\n"
-    yield _screen_table(ranking.columns())
-    if ranking.speeds:
-        yield ranking.answer()
-    yield from (f"note     {remark}" for remark in ranking.remarks())
-    yield from ranking.method()
 
 
 def _unit_of(speeds: tuple[str, ...]) -> str | None:
     """The unit in which the belt speeds were given, for the table."""
     units = [speed.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for speed in speeds]
     return next(filter(None, units), None)
-
-
-def _screen_table(columns: Iterable[RankColumn]) -> Any:
-    from rich.markup import escape
-
-    columns, table = [*columns], screen.new_table()
-    for column in columns:
-        table.add_column(f"{escape(column.name)}\n{escape(column.unit)}", justify="left" if column.is_text else "right")
-    for row in zip(*(column.cells for column in columns), strict=True):
-        table.add_row(*map(escape, row))
-    return table
 
 
 def _save(ds: xr.Dataset, outputs: tuple[Path, ...], plot: Path | None, report: Path | None) -> dict[str, str]:
@@ -157,43 +106,3 @@ def _save(ds: xr.Dataset, outputs: tuple[Path, ...], plot: Path | None, report: 
         save_page(ds, report)
     files = {output.suffix[1:].lower(): output for output in outputs} | {"plot": plot, "report": report}
     return {kind: str(file) for kind, file in files.items() if file is not None}
-
-
-def answer(ds: xr.Dataset) -> dict[str, Any]:
-    """The comparison for programs, in SI."""
-    from stickslip.dataset.export import table_of
-    from stickslip_materials.compare.table import RankTable
-
-    ranking = RankTable(ds)
-    several = "belt_speed" in ds.dims
-    shared = ds.drop_dims("belt_speed") if several else ds
-    materials = _rows(shared)
-    if several:
-        other = ds.drop_vars([name for name in shared.data_vars if name not in ("quiet_above", "quiet_state")])
-        rows = [_rows(other.isel(belt_speed=j)) for j in range(len(ranking.speeds))]
-        for i, material in enumerate(materials):
-            material["at"] = [
-                {name: value for name, value in at[i].items() if name not in material} | {"belt_speed": speed}
-                for at, speed in zip(rows, ranking.speeds, strict=True)
-            ]
-    units = {name: str(array.attrs["units"]) for name, array in table_of(ds).columns.items() if "units" in array.attrs}
-    return {
-        "materials": materials,
-        "units": units,
-        "system": {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")},
-        **{name: ds.attrs[name] for name in _ATTRIBUTES if name in ds.attrs},
-        "remarks": ranking.remarks(),
-        "written": {},
-    }
-
-
-def _rows(ds: xr.Dataset) -> list[dict[str, Any]]:
-    """The variables of each material by name, flags as words."""
-    from stickslip.dataset.export import table_of
-
-    columns = {"name": ds["material"].values.tolist()}
-    for name, array in table_of(ds).columns.items():
-        if name != "material":
-            values, words = array.values.tolist(), [*FLAGS.get(name, ())]
-            columns[name] = [words[value] for value in values] if words else values
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

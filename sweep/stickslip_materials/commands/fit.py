@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, is_for_programs, refuses_bad_input, reports_errors
+from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot
 from stickslip.errors import UnitWarning
-from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE_LAWS
 
 MEMORY_LAWS = ("rate_state_ageing", "rate_state_slip", "lugre")  # those of `fit/memory.py`
@@ -90,15 +87,14 @@ def fit(
     """
     from stickslip.config.select import seconds
     from stickslip_materials.doubts import question_of_fit
-    from stickslip_materials.fit import report
+    from stickslip_materials.fit import rank, report
     from stickslip_materials.fit.columns import newtons
 
-    if load is not None:
-        newtons(load)
+    weight = None if load is None else newtons(load)
     if at is not None and law in MEMORY_LAWS:
         fail(f"--at ranks lubricants by their hold times, got --law {law}")
     if law in MEMORY_LAWS:
-        return _fit_memory(files, law, load, stiffness, plot)
+        return _fit_memory(files, law, weight, stiffness, plot)
     if stiffness is not None:
         fail(f"--stiffness goes with a law of rate-and-state friction, got --law {law}")
     if screen.remembered("same") and law != "stribeck":
@@ -107,64 +103,54 @@ def fit(
     for each in fits:
         if each.curve and (question := question_of_fit(each.curve.mu_start, each.points)):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
-    ageing = {each.name: each.ageing for each in fits if each.ageing}
     show_columns(fits)
     for each in fits:
         screen.echo(f"{each.name}\n{report.describe(each)}\n")
+    answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}
+    ageing = {each.name: each.ageing for each in fits if each.ageing}
     if len(ageing) > 1:
-        screen.echo(report.describe_ranking(ageing, seconds(at or _AT)))
+        order = rank(ageing, seconds(at or _AT))
+        screen.echo(report.describe_ranking(order))
+        names = {by: [place.name for place in getattr(order, by)] for by in ("by_level", "by_slope")}
+        answer["ranking"] = {"at": order.at, **names}
     elif at is not None:
         warnings.warn("--at is not used: it ranks two tables of hold times or more", UnitWarning, stacklevel=1)
-    if load is not None and not any("is divided by" in note for each in fits for note in each.points.notes):
-        warnings.warn("--load is not used: no column is a friction force", UnitWarning, stacklevel=1)
+    if load is not None and not any("(--load)" in note for each in fits for note in each.points.notes):
+        text = "--load is not used: no column is a friction force, or the file tells the load"
+        warnings.warn(text, UnitWarning, stacklevel=1)
     if len(ageing) < len(fits):
-        screen.echo(f"to paste into a configuration\n{report.as_yaml(fits)}")
+        answer["yaml"] = report.as_yaml(fits)
+        screen.echo(f"to paste into a configuration\n{answer['yaml']}")
     save_plot(lambda plots: plots.plot_fits(fits), plot)
-    return lambda: _answer(fits, ageing, seconds(at or _AT), plot)
+    return lambda: answer | ({"plot": str(plot)} if plot else {})
 
 
-def _fit_memory(files: Sequence[Path], law: str, load: str | None, stiffness: str | None, plot: Path | None) -> Answer:
+def _fit_memory(
+    files: Sequence[Path], law: str, load: float | None, stiffness: str | None, plot: Path | None
+) -> Answer:
     """Contacts with memory, of each record."""
     from stickslip_materials.fit import fit_memory_file, report
-    from stickslip_materials.fit.columns import newtons
 
     spring = None
     if stiffness is not None:
         spring = params.si_quantity("--stiffness", stiffness, "N m-1", "a value above 0")
     fits = {}
     for file in files:
-        weight = None if load is None else newtons(load)
         with refuses_bad_input(file):
-            fits[file.name] = fit_memory_file(params.points_file(file), law, load=weight, stiffness=spring)
-    for name, each in fits.items():
-        screen.echo(f"{report.describe_memory(name, each)}\n")
+            fits[file.name] = fit_memory_file(params.points_file(file), law, load=load, stiffness=spring)
+        screen.echo(f"{report.describe_memory(file.name, fits[file.name])}\n")
     save_plot(lambda plots: plots.plot_memory_fits(fits), plot)
-    plain = [{"name": name, "law": one.law, "values": one.values, "interval": one.interval,
-              "residual_rms": one.residual_rms, "good": one.good, "quality": one.quality}
-             for name, one in fits.items()]  # fmt: skip
+    shown = ("law", "values", "interval", "residual_rms", "good", "quality")
+    plain = [{"name": name} | {key: getattr(each, key) for key in shown} for name, each in fits.items()]
     return lambda: {"fits": plain} | ({"plot": str(plot)} if plot else {})
 
 
 def fit_files(files: Sequence[Path], choice: Wanted, law: str = "stribeck", ageing: bool = True) -> list[MaterialFit]:
-    """The fits of files; where a header names no unit and somebody sits at the terminal, the unit is asked for."""
+    """The fits of files, or of those that come with the package."""
     from stickslip_materials.fit import fit_materials
 
-    files, same = [params.points_file(file) for file in files], screen.remembered("same")
-    fits = fit_materials(files, choice, same=same, law=law, ageing=ageing)
-    bare = [each for each in fits if each.points.assumed]
-    if not bare or is_for_programs() or not _is_interactive():
-        return fits
-    (column, *_), points = bare[0].points.assumed, bare[0].points
-    names = ", ".join(dict.fromkeys(str(each.path) for each in bare))
-    span = f"it goes from {points[column.name].min():g} to {points[column.name].max():g}"
-    screen.echo(f"{names}: the header gives no unit of {column.name}; {span}.")
-    usual = units.example(column.units).split(" ", 1)[1]
-    unit = click.prompt(f"Unit of {column.name}, such as {usual}", default=units.spelled(column.units))
-    return fit_materials(files, replace(choice, unit=unit.strip()), same=same, law=law, ageing=ageing)
-
-
-def _is_interactive() -> bool:
-    return sys.stdin.isatty() and sys.stdout.isatty()
+    paths = [params.points_file(file) for file in files]
+    return fit_materials(paths, choice, same=screen.remembered("same"), law=law, ageing=ageing)
 
 
 def show_columns(fits: Sequence[MaterialFit]) -> None:
@@ -179,19 +165,6 @@ def show_columns(fits: Sequence[MaterialFit]) -> None:
         alike.setdefault(report.describe_columns(parts), []).append(path)
     for text, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {text}\n")
-
-
-def _answer(fits: Sequence[MaterialFit], ageing: dict[str, Any], at: float, plot: Path | None) -> dict[str, Any]:
-    from stickslip_materials.fit import rank, report
-
-    answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}
-    if len(ageing) > 1:
-        order = rank(ageing, at)
-        names = {by: [place.name for place in getattr(order, by)] for by in ("by_level", "by_slope")}
-        answer["ranking"] = {"at": order.at, **names}
-    if len(ageing) < len(fits):
-        answer["yaml"] = report.as_yaml(fits)
-    return answer | ({"plot": str(plot)} if plot else {})
 
 
 @click.command(

@@ -27,34 +27,19 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.flags import VIBRATING
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.dataset import material_dataset
-from stickslip_materials.compare.stick_slip_end import (
-    CHANCES,
-    DRAWN_TO,
-    NOT_DETERMINED,
-    QUIET,
-    VIBRATES,
-    VIBRATING_CODES,
-    QuietSpeeds,
-    below,
-    drawn_of,
-    friction_of,
-    names_of_scatter,
-    quiet_above,
-    regimes,
-    scatter_of,
-)
+from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, QuietSpeeds
 from stickslip_materials.compare.system import (
     Amount,
     Amounts,
-    Request,
+    CompareRequest,
     alike,
     is_plain,
     quantity,
-    share_of_critical,
     speeds_of,
     system_of,
-)
+)  # fmt: skip
 from stickslip_materials.doubts import question_of_fit
 from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
 from stickslip_materials.fit.files import NO_CURVE
@@ -142,7 +127,7 @@ def compare(
     searched = None if low is None or high is None else (
         quantity("belt_speed", low, "between"), quantity("belt_speed", high, "between")
     )  # fmt: skip
-    request = Request(
+    request = CompareRequest(
         system_of(given), speeds_of(belt_speed, speed_range), searched, level, draws, seed, search, options
     )
     wanted = columns or Wanted()
@@ -153,17 +138,14 @@ def compare(
         warnings.warn(question, UnitWarning, stacklevel=2)
     with watched(progress, "curves", request.options.law) as move:
         ds = compare_fits(fits, request, move)
-    attributes: dict[str, Any] = {f"written_{name}": value for name, value in given.items()
-                                  if isinstance(value, str) and not is_plain(value)}  # fmt: skip
-    attributes |= {"damping_assumed": 1} if damping is None else {}
-    return ds.assign_attrs(attributes | ({} if share_of_critical(damping) is None else {"damping_in_percent": 1}))
+    return ds.assign_attrs(damping_assumed=1) if damping is None else ds
 
 
-def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progress | None = None) -> xr.Dataset:
+def compare_fits(fits: Sequence[MaterialFit], request: CompareRequest, progress: Progress | None = None) -> xr.Dataset:
     """As `compare`, of fitted curves. progress : called with curves done, and in all."""
     curves = _curves(fits)
-    doubts = [_doubt(fit) for fit in fits]
-    drawn = {i: drawn_of(curve, request) for i, curve in enumerate(curves) if curve.determined and not doubts[i]}
+    doubts = [question_of_fit(curve.mu_start, fit.points) or "" for curve, fit in zip(curves, fits, strict=True)]
+    drawn = {i: end.drawn_of(curve, request) for i, curve in enumerate(curves) if curve.determined and not doubts[i]}
     known = [i for i, allowed in drawn.items() if allowed or not curves[i].has_intervals]
     for i in drawn.keys() - {*known}:
         doubts[i] = _NO_CURVES
@@ -171,15 +153,14 @@ def compare_fits(fits: Sequence[MaterialFit], request: Request, progress: Progre
     table, quiet = _blank(len(fits), request), dict[int, QuietSpeeds | None]()
     total = len(known) * (1 + request.draws)
     if known:
-        friction = friction_of([curves[i] for i in known])
-        borders = quiet_above(friction, request.system, scan, request.search.tolerance, request.options)
+        friction = end.friction_of([curves[i] for i in known])
+        borders = end.quiet_above(friction, request.system, scan, request.search.tolerance, request.options)
         for name, of_known in _at_speeds([curves[i] for i in known], friction, borders, request, scan).items():
             table[name][known] = of_known
         for place, (i, ends) in enumerate(zip(known, zip(*borders.between(), strict=True), strict=True)):
-            scatter, of_drawn = scatter_of(drawn[i], request, scan)
-            doubts[i] = _contradiction(scatter, ends)
-            if doubts[i]:
-                scatter = {name: values[0] for name, values in _blank(1, request).items()}
+            scatter, of_drawn = end.scatter_of(drawn[i], request, scan)
+            if doubt := _contradiction(scatter, ends):
+                doubts[i], scatter = doubt, {name: values[0] for name, values in _blank(1, request).items()}
             else:
                 quiet[i] = of_drawn
             for name, value in scatter.items():
@@ -199,10 +180,10 @@ def _contradiction(scatter: dict[str, float | Floats], ends: tuple[float, float]
     """
     if not scatter:
         return ""
-    (least, most), (low, high) = ends, (float(scatter[f"quiet_above_{end}"]) for end in ("low", "high"))
+    (least, most), (low, high) = ends, (float(scatter[f"quiet_above_{which}"]) for which in ("low", "high"))
     if most == 0.0 and np.ravel(scatter.get("quiet_probability", 1.0))[0] < 0.5:  # at the slowest belt speed
         return "The fitted curve vibrates at no speed; most of the curves that the points allow do at the belt speed."
-    if not (least <= high * (1.0 + DRAWN_TO) and most * (1.0 + DRAWN_TO) >= low):
+    if not (least <= high * (1.0 + end.DRAWN_TO) and most * (1.0 + end.DRAWN_TO) >= low):
         return "The border of the fitted curve lies outside of the interval that the points leave."
     scatter |= {"quiet_above_low": min(low, most), "quiet_above_high": max(high, least)}
     return ""
@@ -216,8 +197,8 @@ def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
         fits = fit_materials(materials)
     else:
         several = [materials] if isinstance(materials, str | os.PathLike) else [*materials]
-        fits = [one for one in several if isinstance(one, MaterialFit)]
-        paths = [points_path(one) for one in several if not isinstance(one, MaterialFit)]
+        fits = [material for material in several if isinstance(material, MaterialFit)]
+        paths = [points_path(material) for material in several if not isinstance(material, MaterialFit)]
         fits += fit_materials(paths, wanted, ageing=False)
     if not fits:
         raise ValueError("materials: got none, expected at least one")
@@ -235,30 +216,26 @@ def _slopes(curve: CurveFit) -> list[float]:
     return [getattr(curve, name) for name in CURVE[1:]]
 
 
-def _doubt(fit: MaterialFit) -> str:
-    (curve,) = _curves([fit])
-    return question_of_fit(curve.mu_start, fit.points) or ""
-
-
-def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: Request) -> str | None:
+def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], request: CompareRequest) -> str | None:
     """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
     implausible friction and speeds."""
-    doubts = {fit.name: doubt for fit in fits if (doubt := _doubt(fit))}
-    curves = _curves([fit for fit in fits if len(doubts) == len(fits) or fit.name not in doubts])
-    zipped = {name: [getattr(curve, name) for curve in curves] for name in CURVE}
-    speeds = request.speeds.values
-    system = {**request.system, "belt_speed": speeds[-1] if speeds else float(min(one.searched[0] for one in curves))}
+    curves = _curves(fits)
+    questions = [question_of_fit(curve.mu_start, fit.points) for curve, fit in zip(curves, fits, strict=True)]
+    plausible = [curve for curve, odd in zip(curves, questions, strict=True) if not odd] or curves
+    zipped = {name: [getattr(curve, name) for curve in plausible] for name in CURVE}
+    slowest = float(min(curve.searched[0] for curve in plausible))
+    system = {**request.system, "belt_speed": request.speeds.values[-1] if request.speeds.values else slowest}
     written = {  # what was given with a unit needs no question about it
         name: value if is_plain(given.get(name)) else f"{value!r} {units.spelled(PARAMETERS[name].units)}"
         for name, value in system.items()
     }
     config = make_config({"system": written, "axes": {"material": {"zip": zipped}}})
     question = unit_question(Document("compare", {"system": written}), config)
-    odd = [f"{name}: {doubt}" for name, doubt in doubts.items()]
+    odd = [f"{fit.name}: {question}" for fit, question in zip(fits, questions, strict=True) if question]
     return "\n".join([*([question] if question else []), *odd]) or None
 
 
-def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Request) -> Scan:
+def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: CompareRequest) -> Scan:
     """The speeds looked at first. Raises ValueError."""
     speeds, system = request.speeds.values, request.system
     if request.between is not None:
@@ -274,8 +251,8 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Reques
     for curve in curves:
         if known and curve.declines:
             slope, drop, decay = _slopes(curve)
-            for end in (loss_of_stability, stick_slip_limit):
-                speed = float(end(slope, drop, decay, system["damping"], system["normal_load"]))
+            for limit in (loss_of_stability, stick_slip_limit):
+                speed = float(limit(slope, drop, decay, system["damping"], system["normal_load"]))
                 fastest = max(fastest, speed) if np.isfinite(speed) else fastest
     if speeds:
         slowest, fastest = min(slowest, min(speeds) / _SLOWER), max(fastest, *speeds)
@@ -285,12 +262,12 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], request: Reques
 # --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _blank(count: int, request: Request) -> dict[str, Floats]:
+def _blank(count: int, request: CompareRequest) -> dict[str, Floats]:
     """The results of materials of which nothing is determined, by names of MATERIAL_VARIABLES: over materials, and over
     belt speeds where there are several."""
-    at_speeds, others = {"tendency"}, {"rank", "quiet_above", "quiet_state", *names_of_scatter(request)}
+    at_speeds, others = {"tendency"}, {"rank", "quiet_above", "quiet_state", *end.names_of_scatter(request)}
     if request.speeds.values:
-        at_speeds |= {"regime", "frequency", "stick_fraction", "margin"} | (others & {*CHANCES})
+        at_speeds |= {"regime", "frequency", "stick_fraction", "margin"} | (others & {*end.CHANCES})
         others |= {"worst_speed"} if request.speeds.is_range else set()
     shape = (count, len(request.speeds.values)) if request.several_speeds else (count,)
     table = {name: np.full(shape if name in at_speeds else count, np.nan) for name in at_speeds | others}
@@ -299,7 +276,11 @@ def _blank(count: int, request: Request) -> dict[str, Floats]:
 
 
 def _at_speeds(
-    curves: Sequence[CurveFit], friction: Mapping[str, Floats], borders: QuietSpeeds, request: Request, scan: Scan
+    curves: Sequence[CurveFit],
+    friction: Mapping[str, Floats],
+    borders: QuietSpeeds,
+    request: CompareRequest,
+    scan: Scan,
 ) -> dict[str, Floats]:
     """The borders of curves, and their motion at the belt speeds of the request; of a range at the speed where one
     vibrates most, its slowest if it is quiet throughout; without any the tendency at the slowest speed searched."""
@@ -308,12 +289,12 @@ def _at_speeds(
         low, high = places
         places = np.array([low, *scan.places[(scan.places > low) & (scan.places < high)], high])
     column = {name: values[:, None] for name, values in friction.items()}
-    results = regimes(as_cells({**request.system, **column, "belt_speed": places}), request.options)
+    results = end.regimes(as_cells({**request.system, **column, "belt_speed": places}), request.options)
     names = ("regime", "frequency", "stick_fraction", "slip_speed_max", "velocity_amplitude")
     motion = {name: np.asarray(results[name], np.float64).reshape(-1, places.size) for name in names}
     amplitude = motion.pop("velocity_amplitude")
     if request.speeds.is_range:
-        vibrates = np.isin(motion["regime"], VIBRATING_CODES)
+        vibrates = np.isin(motion["regime"], end.VIBRATING_CODES)
         worst = np.argmax(np.where(vibrates, 1.0 + np.nan_to_num(amplitude), 0.0), axis=1)[:, None]
         motion = {name: np.take_along_axis(values, worst, 1) for name, values in motion.items()}
         motion |= {"worst_speed": places[worst]}
@@ -344,7 +325,7 @@ def _rank(table: dict[str, Floats], quiet: Mapping[int, QuietSpeeds | None], nam
             table["rank"][i] = table["rank"][before] if place and keys[before] == keys[i] else place + 1
             here, there = quiet[i], quiet.get(order[place + 1]) if place + 1 < len(order) else None
             if here is not None and there is not None:
-                table["better_than_next"][i] = below(here, there)
+                table["better_than_next"][i] = end.below(here, there)
     return order
 
 
@@ -359,9 +340,9 @@ def _tendency(curve: CurveFit, mu_stop: float, slip_speed_max: Floats) -> Floats
     return tendency(start, curve.predict(reversal), start if math.isnan(mu_stop) else mu_stop)
 
 
-def _attributes(fits: Sequence[MaterialFit], request: Request, scan: Scan) -> dict[str, Any]:
+def _attributes(fits: Sequence[MaterialFit], request: CompareRequest, scan: Scan) -> dict[str, Any]:
     """Provenance, the request, and a configuration that finds the same borders, all of them."""
-    system, speeds, friction = request.system, request.speeds.values, friction_of(_curves(fits))
+    system, speeds, friction = request.system, request.speeds.values, end.friction_of(_curves(fits))
     zipped = {name: ["none" if math.isnan(value) else value for value in values.tolist()]
               for name, values in friction.items() if not np.isnan(values).all()}  # fmt: skip
     speed = speeds[0] if speeds else scan.low

@@ -21,7 +21,7 @@ from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.compare.system import Request
+from stickslip_materials.compare.system import CompareRequest
 from stickslip_materials.fit import CurveFit, Drawn, draw_curves
 
 Floats = NDArray[np.float64]
@@ -115,20 +115,20 @@ def _last_borders(
     low[at_top] = np.where(known >= 0, places[known], 0.0)[at_top]
     inside = np.flatnonzero((doubtful >= 0) & ~at_top)
     speed[inside], state[inside] = places[doubtful[inside] + 1], UNRESOLVED
-    for one in brackets[(brackets["below"] == 1) & (brackets["above"] == 0)]:  # in order, so that the last one stays
-        line = one["line"]
-        if state[line] != UNRESOLVED or one["high"] < places[doubtful[line]]:
+    ends = brackets[(brackets["below"] == 1) & (brackets["above"] == 0)]
+    for line, below, above in zip(ends["line"], ends["low"], ends["high"], strict=True):  # the last one stays
+        if state[line] != UNRESOLVED or above < places[doubtful[line]]:
             continue
-        narrow = one["high"] - one["low"] <= scan.width(tolerance, one["low"], one["high"])
-        speed[line] = one["low"] + (one["high"] - one["low"]) / 2 if narrow else one["high"]
-        low[line], state[line] = one["low"], BORDER if narrow else UNRESOLVED
+        narrow = above - below <= scan.width(tolerance, below, above)
+        speed[line] = below + (above - below) / 2 if narrow else above
+        low[line], state[line] = below, BORDER if narrow else UNRESOLVED
     return QuietSpeeds(speed, low, state)
 
 
 # --- scatter --------------------------------------------------------------------------------------------------------
 
 
-def drawn_of(curve: CurveFit, request: Request) -> Drawn | None:
+def drawn_of(curve: CurveFit, request: CompareRequest) -> Drawn | None:
     """Curves as likely as the points leave them; None where none can be drawn, or the points follow no such curve."""
     if not curve.has_intervals:
         return None
@@ -136,7 +136,7 @@ def drawn_of(curve: CurveFit, request: Request) -> Drawn | None:
 
 
 def scatter_of(
-    drawn: Drawn | None, request: Request, scan: Scan
+    drawn: Drawn | None, request: CompareRequest, scan: Scan
 ) -> tuple[dict[str, float | Floats], QuietSpeeds | None]:
     """The interval of a border, the chances to be quiet, and the borders of the drawn curves."""
     if not request.draws or drawn is None:
@@ -157,7 +157,7 @@ def scatter_of(
     return values, quiet
 
 
-def names_of_scatter(request: Request) -> tuple[str, ...]:
+def names_of_scatter(request: CompareRequest) -> tuple[str, ...]:
     """The results of `scatter_of`, and the chance to be better than the next, which follows from them."""
     if not request.draws:
         return ()
@@ -165,7 +165,7 @@ def names_of_scatter(request: Request) -> tuple[str, ...]:
     return (*interval, *(CHANCES if request.speeds.values else ()))
 
 
-def _borders(drawn: Drawn, request: Request, scan: Scan) -> QuietSpeeds:
+def _borders(drawn: Drawn, request: CompareRequest, scan: Scan) -> QuietSpeeds:
     """The borders of drawn curves.
 
     A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
@@ -190,8 +190,8 @@ def _borders(drawn: Drawn, request: Request, scan: Scan) -> QuietSpeeds:
     return borders
 
 
-def below(one: QuietSpeeds, other: QuietSpeeds) -> float:
+def below(quiet: QuietSpeeds, other: QuietSpeeds) -> float:
     """Probability that a draw of one is below an independent one of the other; equal ones count half."""
-    values, ordered = one.between()[1], np.sort(other.between()[1])
+    values, ordered = quiet.between()[1], np.sort(other.between()[1])
     left, right = (np.searchsorted(ordered, values, side=side) for side in ("left", "right"))
     return float(np.mean(ordered.size - 0.5 * (left + right)) / ordered.size)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
@@ -29,7 +28,7 @@ class Speeds(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Request:
+class CompareRequest:
     """A comparison to compute.
 
     system : by the names of `SYSTEM`, in SI. speeds : at which motions are computed; there may be none. between :
@@ -62,11 +61,6 @@ def system_of(given: Mapping[str, Amount]) -> dict[str, float]:
         expected = "expected a share of critical damping such as '3 %', at least 0"
         raise ValueError(f"damping: got {given['damping']!r}, {expected}")
     return system | {"damping": float(share) / 100.0 * float(scales_of(system).critical_damping)}
-
-
-def critical_damping(ds: xr.Dataset) -> float:
-    """2 sqrt(k m) of the system of a comparison, N s/m."""
-    return float(scales_of({name: ds.attrs[f"system_{name}"] for name in ("mass", "stiffness")}).critical_damping)
 
 
 def speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | None) -> Speeds:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.theory import static_friction
 from stickslip_materials.fit.likelihood import Likelihood
-from stickslip_materials.fit.quality import say
+from stickslip_materials.fit.quality import LEAST_EXPLAINED
 from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
@@ -164,19 +164,19 @@ def _fit_at(likelihood: Likelihood, t: Floats, t0: float, *, is_given: bool = Fa
     )
     fit = replace(fit, interval={"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits})
     reservations = [*_reservations(fit)]
-    good = say("grows", beta=fit.beta, rms=fit.residual_rms)
-    remark = say("t0", t0=t0, shortest=float(t[t > 0].min())) if assumed else ""
-    return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or good} {remark}".strip())
+    good = f"Static friction grows by {fit.beta:.3g} per decade of waiting time."
+    remark = f" The waiting times do not determine t0: taken as {t0:.3g} s." if assumed else ""
+    return replace(fit, good=not reservations, quality=f"{' '.join(reservations) or good}{remark}")
 
 
 def _reservations(fit: AgeingFit) -> Iterator[str]:
     (low, high), (least, most) = fit.interval["beta"], fit.interval["t0"]
     if not low > 0:
-        yield say("no ageing", low=low, high=high)
-    elif fit.r_squared < 0.5:
-        yield say("little", share=100 * fit.r_squared)
+        yield f"The points show no ageing: the slope may be anything from {low:.2g} to {high:.2g} per decade."
+    elif fit.r_squared < LEAST_EXPLAINED:
+        yield f"The curve explains only {100 * fit.r_squared:.0f} % of the variance of the points."
     if fit.t0_assumed and least > 0 and math.isinf(most):
-        yield say("proportional", least=least)
+        yield f"Static friction grows in proportion to time (t0 above {least:.2g} s): beta and t0 are not determined."
 
 
 # --- lubricants in order ----------------------------------------------------------------------------------------------
@@ -237,9 +237,9 @@ def _ordered(measured: Mapping[str, tuple[float, Interval, int]]) -> tuple[Rank,
     return tuple(Rank(name, value, interval, a) for (name, (value, interval, _)), a in zip(rows, apart, strict=True))
 
 
-def _differ(one: tuple[float, Interval, int], other: tuple[float, Interval, int]) -> bool:
+def _differ(below: tuple[float, Interval, int], above: tuple[float, Interval, int]) -> bool:
     """Welch's test of two values at 95 % confidence, the error of each being that of the end towards the other."""
-    (x, (_, high), nx), (y, (low, _), ny) = one, other
+    (x, (_, high), nx), (y, (low, _), ny) = below, above
     if not (math.isfinite(high) and math.isfinite(low)) or min(nx, ny) <= 0:
         return False
     ex, ey = (high - x) / student(nx), (y - low) / student(ny)

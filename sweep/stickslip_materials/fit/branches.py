@@ -16,8 +16,7 @@ import scipy  # type: ignore[import-untyped]
 
 from stickslip.vocabulary.models import CURVE
 from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.quality import say
-from stickslip_materials.fit.turns import Line, reversal
+from stickslip_materials.fit.turns import SlowingLine, reversal
 from stickslip_materials.fit.uncertainty import Flags, Floats, Residuals
 
 _SHOWN, _CHANCE = 0.01, 0.002  # chance of a line where there is none, and of another difference
@@ -46,7 +45,7 @@ class Sweep:
             return self._checked(whole, whole)
         weight = self._weight(curve)
         peak = float(self.speed.max())
-        line = Line(self.speed[on_line], self.mu[on_line], weight[on_line], peak, 1.0, math.inf)
+        line = SlowingLine(self.speed[on_line], self.mu[on_line], weight[on_line], peak, 1.0, math.inf)
         stop = float(line.stop(_row(curve))[0][0])
         left, of_whole = (self._left(model, weight) for model in (replace(curve, mu_stop=stop), whole))
         gain = (of_whole - left) if self.sigma is not None else (of_whole - left) / left * spare
@@ -59,7 +58,6 @@ class Sweep:
         drawn = turned.draw(_DRAWN, falling=True)
         ends = (0.0, math.inf) if drawn is None else tuple(np.quantile(drawn.coefficients["mu_stop"], (0.025, 0.975)))
         turned = replace(turned, interval={**curve.interval, "mu_stop": (float(ends[0]), float(ends[1]))},
-                         quality=f"{say('mu_stop', stop=stop, low=ends[0], high=ends[1])} {curve.quality}",
                          residual_rms=float(np.sqrt(np.mean((self.mu - self._predicted(turned)) ** 2))))  # fmt: skip
         return self._checked(turned, whole)
 
@@ -125,7 +123,8 @@ class Sweep:
         ways = {where: (way * weight)[used] for where, way in ways.items() if np.count_nonzero(way[used]) > 1}
         where = max(ways, key=lambda where: residuals.share_of(ways[where]))
         if residuals.chance_of(ways[where]) < _CHANCE:
-            return replace(whole, good=False, quality=f"{say('branches', where=where)} {whole.quality}")
+            quality = f"Friction differs while the speed falls, {where}: one curve goes through all points."
+            return replace(whole, good=False, quality=f"{quality} {whole.quality}")
         return model
 
     def _slope(self, model: CurveFit, name: str) -> Floats:

@@ -29,7 +29,7 @@ _CONDITION = 1.25  # ratio of friction by which two conditions are told from sca
 
 def check_record(headed: HeadedTable, rows: Sequence[Sequence[Cell]]) -> None:
     """Raises ConfigError for samples over time at steps of a speed: which are points, the steps tell."""
-    kinds = {one.kind: i for i, one in reversed([*enumerate(headed.headings)])}
+    kinds = {head.kind: i for i, head in reversed([*enumerate(headed.headings)])}
     speed = kinds.get("speed", kinds.get("rotation"))
     if "time" not in kinds or speed is None:
         return
@@ -60,10 +60,10 @@ def check_conditions(
 ) -> None:
     """Raises ConfigError where a column that is not used tells parts of very different friction at one speed."""
     along, mu = (points[name] for name in (*points,)[:2])
-    for i, one in enumerate(headed.headings if mu.size == len(rows) else ()):  # no gaps
+    for i, head in enumerate(headed.headings if mu.size == len(rows) else ()):  # no gaps
         texts = np.array([row[i].text if i < len(row) else "" for row in rows])
         values = list(dict.fromkeys(texts.tolist()))
-        is_course = one.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(one.name))
+        is_course = head.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(head.name))
         if i in used or is_course or not 1 < len(values) <= mu.size / 3:
             continue
         order = np.argsort(along, kind="stable")

@@ -56,17 +56,16 @@ class HeadedTable:
 
         None where there is none. Raises ConfigError where several may be meant.
         """
-        columns = [i for i, one in enumerate(self.headings) if (one.is_called(name) if name else one.kind == kind)]
+        columns = [i for i, head in enumerate(self.headings) if (head.is_called(name) if name else head.kind == kind)]
         if not columns and name:
-            names = listed([repr(one.text) for one in self.headings])
+            names = listed([repr(head.text) for head in self.headings])
             raise self.error(f"no column is called {name!r}, expected {names}")
-        for is_nearer in (Heading.has_own_unit, lambda one: not one.label, lambda one: not one.is_set()):
+        for is_nearer in (Heading.has_own_unit, lambda head: not head.label, lambda head: not head.is_set()):
             columns = [i for i in columns if is_nearer(self.headings[i])] or columns
         if len(columns) > 1:
             option = f"--{kind if kind in ('speed', 'time') else 'friction'}-column"
-            hint = (
-                f"remove one of the two columns, or name the one to take: {option} '{self.headings[columns[0]].text}'"
-            )
+            first = self.headings[columns[0]].text
+            hint = f"remove one of the two columns, or name the one to take: {option} '{first}'"
             raise self.refused(columns[1], "it once", hint)
         return columns[0] if columns else None
 
@@ -75,19 +74,14 @@ class HeadedTable:
 
         largest : of its numbers, as coefficients.
         """
-        one = self.headings[i]
-        loads = [other.text for other in self.headings if other.kind == "load"]
-        if (
-            not one.unit
-            and one.may_be_force()
-            and one.kind != "friction_force"
-            and (loads or is_load_stated(self.table))
-        ):
+        head = self.headings[i]
+        is_open = not head.unit and head.may_be_force() and head.kind != "friction_force"
+        if is_open and (any(other.kind == "load" for other in self.headings) or is_load_stated(self.table)):
             expected = "a unit: force or coefficient? There is a load to divide a force by"
-            raise self.refused(i, expected, f"write '{one.name} [N]' for a force, '{one.name} [-]' for a coefficient")
-        if largest > (MOST_EVER if one.unit in PURE[1:] else MOST_FRICTION):
+            raise self.refused(i, expected, f"write '{head.name} [N]' for a force, '{head.name} [-]' for a coefficient")
+        if largest > (MOST_EVER if head.unit in PURE[1:] else MOST_FRICTION):
             hint = "numbers in percent need the unit, 'COF [%]'; plain ones above 2 as well, 'COF [-]'"
-            message = f"got {one.text!r} up to {largest:.4g}, expected friction coefficients"
+            message = f"got {head.text!r} up to {largest:.4g}, expected friction coefficients"
             place = self.table.heading[i].place
             raise ConfigError.of(self.table.name, message, hint, place=place, path=("mu",))
 

@@ -16,7 +16,7 @@ from stickslip_materials.fit.models import Form, MeasuredPoints
 from stickslip_materials.fit.uncertainty import Flags, Floats, Interval
 
 if TYPE_CHECKING:
-    from stickslip_materials.fit.turns import Line
+    from stickslip_materials.fit.turns import SlowingLine
 
 _BAND = 2000  # curves drawn for a band
 _BATCHES = 200  # of draws, until enough of them lie within the bounds
@@ -98,7 +98,7 @@ class CurveFit:
     measured: MeasuredPoints = field(repr=False, compare=False)
     form: Form = field(repr=False, compare=False)
     mu_stop: float = math.nan
-    line: Line | None = field(default=None, repr=False, compare=False)
+    line: SlowingLine | None = field(default=None, repr=False, compare=False)
 
     @property
     def mu_start(self) -> float:

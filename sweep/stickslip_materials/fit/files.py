@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -20,7 +19,7 @@ from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.fitting import fit_curve, fit_repeats
-from stickslip_materials.fit.points import Columns, kind_of, only, read_materials, read_points
+from stickslip_materials.fit.points import Columns, kind_of, only, read_materials
 from stickslip_materials.fit.roles import Wanted
 
 Fit = TypeVar("Fit", CurveFit, AgeingFit)
@@ -48,31 +47,24 @@ class MaterialFit:
         return self.repeats or (self,)
 
 
-def fit_file(path: Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
-    """The curve through the points of a CSV file.
+def fit_file(path: str | Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
+    """The curve through the points of a file of one material.
 
-    Parameters
-    ----------
-    path : with the points of one material
     unit : of the speeds, where the header names none. Without it they are read in m/s, which the quality of the fit
-        says, and it is not called good.
-    wanted : instead of it, unit and columns to take
-
-    Returns
-    -------
-    CurveFit
-
-    Raises
-    ------
-    ConfigError
-        For points that will not do, also for a table of several materials.
+    says, and it is not called good. wanted : instead of it, unit and columns to take. Raises ConfigError.
     """
-    return _curve(path, "", only(path, read_materials(path, CURVE_COLUMNS, wanted or Wanted(unit or ""))))
+    fits = fit_materials([Path(path)], wanted or Wanted(unit or ""), CURVE_COLUMNS)
+    curve = only(path, {fit.name: fit.curve for fit in fits})
+    assert curve is not None
+    return curve
 
 
-def fit_ageing_file(path: Path, unit: str | None = None) -> AgeingFit:
-    """Ageing from the waiting times and friction coefficients of a CSV file; `unit` is that of the times."""
-    return _fitted(path, "", read_points(path, AGEING_COLUMNS, unit), fit_ageing)
+def fit_ageing_file(path: str | Path, unit: str | None = None) -> AgeingFit:
+    """Ageing from the waiting times and friction coefficients of a file; `unit` is that of the times."""
+    fits = fit_materials([Path(path)], Wanted(unit or ""), AGEING_COLUMNS)
+    ageing = only(path, {fit.name: fit.ageing for fit in fits})
+    assert ageing is not None
+    return ageing
 
 
 def fit_materials(
@@ -124,12 +116,9 @@ def fit_materials(
     fits = []
     for name, (label, _, path, points) in zip(names, rows, strict=True):
         try:
-            if "time" not in points:
-                fits.append(MaterialFit(name, path, points, _curve(path, label, points, law)))
-            elif ageing:
-                fits.append(MaterialFit(name, path, points, ageing=_fitted(path, label, points, fit_ageing)))
-            else:
+            if "time" in points and not ageing:
                 raise ConfigError.of(path, *NO_CURVE)
+            fits.append(_fitted(name, path, label, points, law))
         except ConfigError as error:
             errors.append(error)
     if errors:
@@ -149,51 +138,40 @@ def _named(name: str, points: tuple[ArrayLike, ArrayLike] | CurveFit, law: str) 
 
 
 def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[MaterialFit]:
-    """Materials of which some are repeats of one, joined to one each, in the place of the first.
+    """Materials of which some are repeats of one, joined to one each, in the place of the first, with a `RepeatedFit`
+    through all points.
 
-    Parameters
-    ----------
-    fits : of curves; two repeats at least for each pattern
     same : patterns of names, such as ``"grease A*"`` (`fnmatch`, whatever the case), one for each material; it is
-        called after its pattern, without the wildcards
-
-    Returns
-    -------
-    list of MaterialFit
-        Those of repeats with a `RepeatedFit` through all points.
-
-    Raises
-    ------
-    ConfigError
-        If a pattern matches fewer than two, or one that another has; for ageing, and where `fit_repeats` does.
+    called after its pattern, without the wildcards. Raises ConfigError if a pattern matches fewer than two, or one that
+    another has; for ageing, and where `fit_repeats` does.
     """
-    taken: set[int] = set()
-    joined: dict[int, MaterialFit] = {}
+    joined: dict[int, MaterialFit] = {}  # by the place of the first
+    places: dict[int, int] = {}  # of each repeat, that of the first
     for pattern in dict.fromkeys(same):
-        group = [i for i, one in enumerate(fits) if fnmatchcase(one.name.casefold(), pattern.casefold())]
-        if len(group) < 2 or taken & {*group}:
+        group = [i for i, fit in enumerate(fits) if fnmatchcase(fit.name.casefold(), pattern.casefold())]
+        if len(group) < 2 or places.keys() & {*group}:
             matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
-            message = f"matches {matched or 'none'}, expected two or more of {', '.join(one.name for one in fits)}"
+            message = f"matches {matched or 'none'}, expected two or more of {', '.join(fit.name for fit in fits)}"
             raise ConfigError.of(f"same {pattern!r}", message)
-        taken |= {*group}
+        places |= dict.fromkeys(group, group[0])
         joined[group[0]] = _joined(pattern, [fits[i] for i in group])
-    materials = [joined.get(i, one) for i, one in enumerate(fits) if i in joined or i not in taken]
-    names = _numbered([one.name for one in materials])
-    return [replace(one, name=name) for one, name in zip(materials, names, strict=True)]
+    materials = [joined.get(i, fit) for i, fit in enumerate(fits) if places.get(i, i) == i]
+    names = _numbered([fit.name for fit in materials])
+    return [replace(fit, name=name) for fit, name in zip(materials, names, strict=True)]
 
 
 def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
-    points, names = [one.points for one in group], [one.name for one in group]
-    columns = [name for name in points[0] if all(name in one for one in points)]
-    whole = Columns({name: np.concatenate([one[name] for one in points]) for name in columns})
-    whole.assumed = next((one.assumed for one in points if one.assumed), ())
+    points, names = [fit.points for fit in group], [fit.name for fit in group]
+    shared = [name for name in points[0] if all(name in columns for columns in points)]
+    whole = Columns({name: np.concatenate([columns[name] for columns in points]) for name in shared})
+    whole.assumed = next((columns.assumed for columns in points if columns.assumed), ())
     whole.units, whole.read = points[0].units, points[0].read
-    whole.ignored = tuple(dict.fromkeys(text for one in points for text in one.ignored))
+    whole.ignored = tuple(dict.fromkeys(text for columns in points for text in columns.ignored))
     try:
         if "speed" not in whole:
             raise ValueError("the repeats have no points of friction over speed, expected some of each")
-        speeds, mus = ([one[name] for one in points] for name in ("speed", "mu"))
-        ways = [one["direction"] for one in points] if "direction" in whole else None
+        speeds, mus = ([columns[name] for columns in points] for name in ("speed", "mu"))
+        ways = [columns["direction"] for columns in points] if "direction" in whole else None
         curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"), directions=ways)
     except ValueError as error:
         raise ConfigError.of(f"same {pattern!r}", str(error)) from None
@@ -201,13 +179,13 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
     return MaterialFit(name, group[0].path, whole, _cautious(curve, whole), repeats=tuple(group))
 
 
-def _curve(path: Path, label: str, points: Columns, law: str = "stribeck") -> CurveFit:
-    return _fitted(path, label, points, partial(fit_curve, unit=points.units.get("speed") or "m/s", law=law))
-
-
-def _fitted(path: Path, label: str, points: Columns, fit: Callable[..., Fit]) -> Fit:
+def _fitted(name: str, path: Path, label: str, points: Columns, law: str) -> MaterialFit:
+    """The fit of the points of a material, called `label` in its file. Raises ConfigError."""
     try:
-        return _cautious(fit(**points), points)
+        if "time" in points:
+            return MaterialFit(name, path, points, ageing=_cautious(fit_ageing(points["time"], points["mu"]), points))
+        unit = points.units.get("speed") or "m/s"
+        return MaterialFit(name, path, points, _cautious(fit_curve(**points, unit=unit, law=law), points))
     except ValueError as error:
         raise ConfigError.of(path, str(error), path=(label,) if label else ()) from None
 

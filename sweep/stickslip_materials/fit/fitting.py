@@ -249,11 +249,9 @@ class RepeatedFit(CurveFit):
     def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
         """Curves as likely as the repeats leave them; see `draw_curves`."""
         random, n = np.random.default_rng(seed), len(self.without)
-        names = [
-            *CURVE,
-            *(["mu_stop"] if all("mu_stop" in fit.coefficients() for fit in (self, *self.without)) else []),
-        ]
-        values = np.array([[getattr(fit, name) for name in names] for fit in (self, *self.without)])
+        fits = (self, *self.without)
+        names = [*CURVE, *_mu_stop_of(fits)]
+        values = np.array([[getattr(fit, name) for name in names] for fit in fits])
         by_factors = (values > 0).all(axis=0) & (np.array(names) != CURVE.slope)
         best, *others = np.where(by_factors, np.log(np.where(by_factors, values, 1.0)), values)
         root = (np.array(others) - np.mean(others, axis=0)) * np.sqrt((n - 1) / n)
@@ -312,24 +310,27 @@ def fit_repeats(
             without.append(fit_curve(speed, mu, direction=way))
         except ValueError as error:
             raise ValueError(f"without {names[i] if names else f'repeat {i + 1}'}: {error}") from None
-    fitted = [*FITTED, *(["mu_stop"] if all("mu_stop" in fit.coefficients() for fit in (whole, *without)) else [])]
+    fitted = [*FITTED, *_mu_stop_of((whole, *without))]
     best, *others = ([getattr(fit, name) for name in fitted] for fit in (whole, *without))
     scatter = np.array(others) - np.mean(others, axis=0)
     matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
     errors = [math.sqrt(variance) for variance in np.diag(matrix)]
     reach = [student(len(w) - 1) * error for error in errors]
     count = f"{len(w)} repeats ({', '.join(names)})" if names else f"{len(w)} repeats"
-    quality = f"{whole.quality} Intervals are those of {count}, which hold what differs between them."
-    values = {each.name: getattr(whole, each.name) for each in fields(CurveFit)}
-    values |= {
+    values = {each.name: getattr(whole, each.name) for each in fields(CurveFit)} | {
         "standard_error": dict(zip(fitted, errors, strict=True)),
         "interval": {**whole.interval, **dict(zip(fitted, map(_within, best, reach, fitted), strict=True))}
         | dict.fromkeys(whole.assumed, (0.0, math.inf)),
         "has_intervals": not whole.assumed,  # what was assumed differs from no repeat to another
         "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),
-        "quality": f"{quality} Two leave them wide: measure a third." if len(w) == 2 else quality,
+        "quality": f"{whole.quality} Intervals are those of {count}, which hold what differs between them.",
     }  # fmt: skip
     return RepeatedFit(**values, repeats=tuple(names), without=tuple(without))
+
+
+def _mu_stop_of(fits: Sequence[CurveFit]) -> list[str]:
+    """The name of mu_stop, if all have one."""
+    return ["mu_stop"] if all("mu_stop" in fit.coefficients() for fit in fits) else []
 
 
 def _within(value: float, reach: float, name: str) -> Interval:

@@ -23,9 +23,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip_materials.fit.quality import say
 from stickslip_materials.fit.signals import Signals
-from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, r_squared, rms, student
+from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 
 RATE_STATE = ("rate_state_ageing", "rate_state_slip")
 BRISTLES = "lugre"
@@ -174,22 +173,11 @@ def fit_presliding(displacement: ArrayLike, mu: ArrayLike, load: float) -> Memor
 def fit_memory_file(
     path: str | Path, law: str, *, load: float | None = None, stiffness: float | None = None
 ) -> MemoryFit:
-    """The fit of this law to a CSV file.
+    """The fit of a law of `MemoryFit` to a file with the columns time, speed and mu (rate-and-state friction), or
+    displacement and mu (lugre); a friction force with a column of loads, or `load`, serves for mu.
 
-    Parameters
-    ----------
-    path : with the columns time, speed and mu (rate-and-state friction), or displacement and mu (lugre); a friction
-        force with a column of loads, or `load`, serves for mu.
-    law : as in `MemoryFit`.
-    load : N, where the file tells none.
-    stiffness : of the drive, N/m, for rate-and-state friction; None fits it.
-
-    Raises
-    ------
-    ConfigError
-        Naming file, line and column of what cannot be read.
-    ValueError
-        As the fits do, and for a load that is missing.
+    load : N, where the file tells none. stiffness : of the drive, N/m, for rate-and-state friction; None fits it.
+    Raises ConfigError for what cannot be read, by line and column, and ValueError as the fits do.
     """
     names = ("displacement",) if law == BRISTLES else ("time", "speed")
     record = Signals(Path(path), f"{', '.join(names)}, mu", (*names, "mu", "friction_force", "force", "load"))
@@ -202,20 +190,16 @@ def fit_memory_file(
     if law == BRISTLES:
         fit = fit_presliding(along[0], mu, weight)
     else:
-        fit = fit_rate_state(
-            along[0], along[1], mu, law=law, stiffness=stiffness / weight if stiffness and known else None
-        )
+        spring = stiffness / weight if stiffness and known else None
+        fit = fit_rate_state(along[0], along[1], mu, law=law, stiffness=spring)
     return replace(fit, columns=record.describe(load))
 
 
 def _record(**columns: ArrayLike) -> list[Floats]:
-    arrays = [np.asarray(values, np.float64) for values in columns.values()]
-    for name, one in zip(columns, arrays, strict=True):
-        if one.ndim != 1 or one.size < _FEWEST or one.shape != arrays[0].shape:
-            raise ValueError(f"{name}: got the shape {one.shape}, expected {_FEWEST} samples or more, and all as long")
-        if not np.isfinite(one).all():
-            raise ValueError(f"{name}: expected finite numbers, got {one[~np.isfinite(one)][0]}")
-    return arrays
+    length = np.size(next(iter(columns.values())))
+    if length < _FEWEST:
+        raise ValueError(f"got {length} samples, expected {_FEWEST} or more")
+    return [points_of(name, values, length, -math.inf) for name, values in columns.items()]
 
 
 def _steps(speed: Floats) -> list[tuple[int, float]]:
@@ -278,7 +262,7 @@ def _least_squares(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of LSODA, on starts that are no good
         first = sorted(starts, key=lambda p: float(np.sum(residuals(p) ** 2)))[:_FOLLOWED]
-        best = min((least_squares(residuals, p, x_scale="jac", max_nfev=60) for p in first), key=lambda one: one.cost)
+        best = min((least_squares(residuals, p, x_scale="jac", max_nfev=60) for p in first), key=lambda fit: fit.cost)
     left, freedom = best.fun, y.size - best.x.size
     alike = _correlation(left)
     worth = max((1.0 - alike) / (1.0 + alike), 1.0 / y.size) if alike > 0.0 else 1.0  # independent ones, of all
@@ -306,9 +290,9 @@ def _fit(
             open_ones.append(name)
     left = y - predicted
     share = r_squared(y, left, np.ones_like(y))
-    names = ", ".join(open_ones)
     is_other = _correlation(left) > _ALIKE or share < _EXPLAINED
-    quality = say("record open", names=names) if open_ones else say("record", share=100 * share, rms=rms(left))
-    quality += f" {say('record other')}" * is_other
+    quality = f"The contact explains {100 * share:.3g} % of the variance of the record."
+    quality += f" The record does not determine {', '.join(open_ones)}." if open_ones else ""
+    quality += " What is left is no scatter: it is another law, another stiffness of the drive, or a drift." * is_other
     good = not open_ones and not is_other
     return MemoryFit(law, values, interval, along, y, predicted, rms(left), share, good, quality)

@@ -11,34 +11,33 @@ are called. A table without a column of that name is wide: every other column of
 its heading, and may have gaps. A column called material, lubricant or sample tells materials apart row by row.
 """
 
-import warnings
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import ConfigError, Problem, QuantityError, UnitWarning
+from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files import layout, tables
 from stickslip.files.layout import NUMBER
 from stickslip.files.tables import Cell, Table
 from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import column_unit, is_column_unit
+from stickslip.vocabulary.column_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.checks import check_conditions, check_record, check_units_above, check_waiting
-from stickslip_materials.fit.columns import HeadedTable, example, load_above, newtons, titled
+from stickslip_materials.fit.columns import HeadedTable, example, titled
 from stickslip_materials.fit.headings import Heading, are_units, heading
-from stickslip_materials.fit.roles import GAPS, MU, WHOLE, Role, Search, Wanted
+from stickslip_materials.fit.roles import GAPS, MU, WHOLE, ColumnSearch, Role, Roles, Wanted
 from stickslip_materials.fit.turns import branch_of, course, directions
 
+Content = TypeVar("Content")
 _FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
 _LOAD = Parameter("load", "N", "normal load", "points", above=0)
-_SAME_LOAD = 0.01  # share by which two loads that are the same may differ
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
 
 
@@ -72,29 +71,17 @@ class Columns(dict[str, NDArray[np.float64]]):
 
 
 def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None = None) -> Columns:
-    """The columns of a CSV file by name, in SI, row by row.
+    """The columns of a CSV or .xlsx file with the points of one material by name, in SI, row by row.
 
-    Parameters
-    ----------
-    path : CSV or .xlsx with the points of one material
-    columns : CURVE_COLUMNS or AGEING_COLUMNS; that of sigma may be missing, and then is missing in the result
-    unit : of the speeds or times, where the header does not name it; None takes SI
-
-    Returns
-    -------
-    Columns
-        Arrays by name, of equal length.
-
-    Raises
-    ------
-    ConfigError
-        With everything that is wrong, by line and column, and for a table of several materials.
+    columns : CURVE_COLUMNS or AGEING_COLUMNS; that of sigma may be missing, and then is missing in the result. unit :
+    of the speeds or times, where the header does not name it; None takes SI. Raises ConfigError with everything that is
+    wrong, by line and column, and for a table of several materials.
     """
     return only(Path(path), read_materials(path, columns, Wanted(unit or "")))
 
 
-def only(path: Path, materials: dict[str, Columns]) -> Columns:
-    """The points of a table of one material. Raises ConfigError for one of several."""
+def only(path: str | Path, materials: Mapping[str, Content]) -> Content:
+    """What there is of the material of a table of one. Raises ConfigError for one of several."""
     if len(materials) > 1:
         message = f"got {len(materials)} materials ({', '.join(materials)}), expected one"
         raise ConfigError.of(path, message, "name the column to take, or compare them")
@@ -112,22 +99,10 @@ def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
 
 
 def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wanted | None = None) -> dict[str, Columns]:
-    """The points of every material of a table, by name; that of a single unnamed one is empty.
+    """The points of every material of a table, by name, in its order; the name of a single unnamed one is empty.
 
-    Parameters
-    ----------
-    path, columns : as for `read_points`
-    wanted : which columns to take, and in which units, where the headings do not say
-
-    Returns
-    -------
-    dict of Columns
-        By name, in the order of the table.
-
-    Raises
-    ------
-    ConfigError
-        With everything that is wrong, by line and column.
+    path, columns : as for `read_points`. wanted : which columns to take, and in which units, where the headings do not
+    say. Raises ConfigError with everything that is wrong, by line and column.
     """
     wanted = wanted or Wanted()
     read: dict[str, Columns] = {}
@@ -145,20 +120,15 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
     table, headings, rows = headed.table, headed.headings, list(tables.cells(headed.table))
     if not wanted.speed and not wanted.time:
         check_record(headed, rows)
-    roles, group, notes = Search(headed, rows, columns, wanted).roles()
-    materials = _Reader(table, rows, roles, group).materials()
-    _ask_about_load(headed, rows, wanted)
-    for role in roles:
-        if role.column.name == MU:
-            largest = max(
-                (float(p[MU].max()) for name, p in materials.items() if role.label in ("", name)), default=0.0
-            )
-            headed.check_friction(role.position, largest if role.load is None else 0.0)
+    roles, group, notes = taken = ColumnSearch(headed, rows, columns, wanted).roles()
+    materials = _PointsReader(table, rows, taken).materials()
+    for role in (role for role in roles if role.column.name == MU):
+        own = [float(points[MU].max()) for name, points in materials.items() if role.label in ("", name)]
+        headed.check_friction(role.position, max(own, default=0.0) if role.load is None else 0.0)
     if columns is AGEING_COLUMNS and not wanted.time:
         check_waiting(headed, roles, materials)
-    with_unit = {role.column.name: role.unit for role in roles if role.column.units != "1" and role.unit}
-    assumed = tuple(role.column for role in roles if role.column.units != "1" and not role.unit)
-    if assumed:
+    physical = [role for role in roles if role.column.units != "1"]
+    if assumed := tuple(role.column for role in physical if not role.unit):
         check_units_above(table, assumed[0])
     used = {group, *(i for role in roles for i in role.positions)}
     if len(materials) == 1:
@@ -167,10 +137,11 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
         summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in table.left_out], "and")
         notes = (*notes, f"left out, since they are no measurements: {summaries}")
     for name, points in materials.items():
-        own = (role for role in roles if role.label in ("", name) or group is not None)
-        points.assumed, points.units, points.notes = assumed, with_unit, notes
-        points.read = {role.column.name: headings[role.position].text for role in own}
-        points.ignored = tuple(one.text for i, one in enumerate(headings) if i not in used and one.text)
+        own_roles = (role for role in roles if role.label in ("", name) or group is not None)
+        points.assumed, points.notes = assumed, notes
+        points.units = {role.column.name: role.unit for role in physical if role.unit}
+        points.read = {role.column.name: headings[role.position].text for role in own_roles}
+        points.ignored = tuple(head.text for i, head in enumerate(headings) if i not in used and head.text)
         points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
         if "speed" in points:
             _direct(points, headings, {row[0].place.line: row for row in rows})
@@ -179,7 +150,7 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
 
 def _direct(points: Columns, headings: list[Heading], rows: Mapping[int, tuple[Cell, ...]]) -> None:
     """Put points into the order of a column of time, and add what one of directions says."""
-    of_kind = {kind: [i for i, one in enumerate(headings) if one.kind == kind and not one.label]
+    of_kind = {kind: [i for i, head in enumerate(headings) if head.kind == kind and not head.label]
                for kind in ("time", "direction")}  # fmt: skip
     for kind, (i, *_) in ((kind, places) for kind, places in of_kind.items() if len(places) == 1):
         texts = [rows[line][i].text for line in points.lines]
@@ -230,12 +201,13 @@ def _tables(
     def may_be_headings(texts: Sequence[str]) -> bool:
         headings = [heading(text) for text in texts]
         named = [word for word in (wanted.speed, wanted.time) if word]
-        over = (*along, "rotation")
-        steps = {i for i, one in enumerate(headings) if one.kind in over or any(map(one.is_called, named))}
-        kinds = ("", MU, "kinetic", "static", "friction_force")
-        others = (one for i, one in enumerate(headings) if i not in steps and one.text and one.kind in kinds)
-        frictions = (one for one in headings if any(map(one.is_called, wanted.friction)))
-        return not are_units(texts) and bool(steps) and bool([*others, *frictions])
+        over, kinds = (*along, "rotation"), ("", MU, "kinetic", "static", "friction_force")
+        steps = [head.kind in over or any(map(head.is_called, named)) for head in headings]
+        frictions = [
+            any(map(head.is_called, wanted.friction)) or not is_step and head.text and head.kind in kinds
+            for head, is_step in zip(headings, steps, strict=True)
+        ]
+        return not are_units(texts) and any(steps) and any(frictions)
 
     def are_words(texts: Sequence[str]) -> bool:
         return not any(are_units([text]) for text in texts if text)
@@ -252,34 +224,16 @@ def _tables(
     return [(title, read(title)) for title in titles]
 
 
-def _ask_about_load(headed: HeadedTable, rows: Sequence[Sequence[Cell]], wanted: Wanted) -> None:
-    """Warn of a load that a column, or a line above the heading, tells otherwise than whoever gives one."""
-    if wanted.load is None:
-        return
-    given, place = newtons(wanted.load), "the file"
-    with suppress(ConfigError, QuantityError):  # several loads, of which this may be one
-        if (i := headed.pick("load")) is not None:
-            unit, place = column_unit(headed.headings[i].unit, "N"), repr(headed.headings[i].text)
-            own = float(np.median([units.si_value(f"{row[i].text.replace(',', '.')} {unit}", "N") for row in rows]))
-        elif (above := load_above(headed.table)) is not None:
-            own, place = above[0], f"line {above[1]}"
-        else:
-            return
-        if abs(own - given) > _SAME_LOAD * given:
-            text = f"measured with {own:g} N ({place}), which counts, and the load given is {given:g} N: is that meant?"
-            warnings.warn(f"{headed.table.name}: {text}", UnitWarning, stacklevel=2)
-
-
 # --- the numbers ------------------------------------------------------------------------------------------------------
 
 
-class _Reader:
+class _PointsReader:
     """Reads the numbers of the columns that have a role, and collects what is wrong with them."""
 
-    def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: list[Role], group: int | None) -> None:
-        self._table, self._rows, self._roles, self._group = table, rows, roles, group
+    def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: Roles) -> None:
+        self._table, self._rows, self._roles, self._group = table, rows, roles.roles, roles.group
         texts = [[cell.text for cell in row] for row in rows]
-        used = [i for role in roles for i in role.positions]
+        used = [i for role in roles.roles for i in role.positions]
         self._comma = tables.has_decimal_commas(table, texts, used)
         self._thousands = {i for i in used if layout.thousands([row[i] for row in texts if i < len(row)], self._comma)}
         self._problems: list[Problem] = []
@@ -288,7 +242,7 @@ class _Reader:
         """The points by material. Raises ConfigError with everything that is wrong."""
         along, *others = self._roles
         sigmas = {role.label: role for role in others if role.column.name != MU}
-        materials: dict[str, dict[str, list[float]]] = {}
+        values: dict[str, dict[str, list[float]]] = {}
         lines: dict[str, list[int]] = {}
         for row in self._rows:
             if len(self._problems) >= tables.MOST_PROBLEMS:
@@ -296,25 +250,22 @@ class _Reader:
             if len(row) != len(self._table.heading):
                 self._problems.append(tables.wrong_count(self._table, row))
                 continue
-            numbers = {along.position: self._number(along, row)}
             group = "" if self._group is None else row[self._group].text
             group = whole[1] if (whole := WHOLE.fullmatch(group)) else group
+            place = self._number(along, row)
             for mu in (role for role in others if role.column.name == MU):
                 if mu.label and row[mu.position].text.lower() in GAPS:
                     continue  # of a wide table, whose materials need not be measured at the same speeds
-                roles = [along, mu, *([sigmas[mu.label]] if mu.label in sigmas else [])]
                 name = " ".join(filter(None, (group, mu.label)))
-                points = materials.setdefault(name, {role.column.name: [] for role in roles})
+                points = values.setdefault(name, {})
+                points.setdefault(along.column.name, []).append(place)
+                for role in (mu, *([sigmas[mu.label]] if mu.label in sigmas else [])):
+                    points.setdefault(role.column.name, []).append(self._number(role, row))
                 lines.setdefault(name, []).append(row[along.position].place.line)
-                for role in roles:
-                    if role.position not in numbers:
-                        numbers[role.position] = self._number(role, row)
-                    points[role.column.name].append(numbers[role.position])
         if self._problems:
             raise ConfigError(self._table.name, self._problems)
-        read = {
-            name: Columns({key: np.array(one) for key, one in points.items()}) for name, points in materials.items()
-        }
+        read = {name: Columns({key: np.array(column) for key, column in points.items()})
+                for name, points in values.items()}  # fmt: skip
         for name, columns in read.items():
             columns.lines = tuple(lines[name])
         return read
@@ -326,10 +277,10 @@ class _Reader:
             if role.position in self._thousands:
                 raise QuantityError("a number without separators of thousands", f"write {cell.text!r} as '1234.5'")
             value = _number(cell.text, role.unit, role.column if role.load is None else _FORCE, self._comma)
-            if isinstance(role.load, tuple):
-                cell = row[role.load[0]]
-                return value / _number(cell.text, role.load[1], _LOAD, self._comma)
-            return value if role.load is None else value / role.load
+            if not isinstance(role.load, tuple):
+                return value if role.load is None else value / role.load
+            cell = row[role.load[0]]
+            return value / _number(cell.text, role.load[1], _LOAD, self._comma)
         except QuantityError as error:
             got = f"got {cell.text!r}, expected" if cell.text else "empty, expected"
             self._problems.append(Problem((role.column.name,), f"{got} {error.expected}", cell.place, error.hint))

@@ -1,86 +1,85 @@
-"""Fits in words: coefficients with their intervals, the section of a configuration they make, materials in order."""
+"""Fits for people and programs: coefficients with their intervals, what to paste, columns."""
 
-import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
+from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary.models import CURVE, FITTED
-from stickslip.vocabulary.suggest import listed
-from stickslip_materials.fit.ageing import AgeingFit, rank
+from stickslip_materials.fit.ageing import AgeingFit, Ranking
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.files import MaterialFit
-from stickslip_materials.fit.memory import BRISTLES, MemoryFit
+from stickslip_materials.fit.memory import MemoryFit
 from stickslip_materials.fit.steps import StepPoints
 
-_UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
-_MEMORY_UNITS = {"v_0": "m/s", "D_c": "m", "contact_stiffness": "N/m", "drive_stiffness": "1/m"}
-_AGEING = ("mu0", "beta", "t0")
+_UNITS = {
+    CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade", "v_0": "m/s", "D_c": "m",
+    "contact_stiffness": "N/m", "drive_stiffness": "1/m",
+}  # fmt: skip
+_FOLLOWS = ("mu_k", "drive_stiffness")  # from a record, and no parameters of a contact
+_WILD = 0.2  # share of its mean by which friction varies where it sticks and slips
 
 
 def describe(material: MaterialFit) -> str:
     """Numbers with their 95 % intervals, and the quality of the fit."""
-    curve, fit = material.curve, material.curve or material.ageing
-    assert fit is not None
-    rows = []
-    if curve and curve.law != "stribeck":
-        rows.append(f"  law: {curve.law} (AICc lower than that of stribeck by {curve.preferred:.2g})")
-    for name in _names(curve):
-        low, high = fit.interval[name]
-        known = f"95 %: {low:.4g} to {high:.4g}" if math.isfinite(low) else f"95 %: {high:.4g} or less"
-        if math.isinf(high):
-            known = f"95 %: {low:.4g} or more" if low > 0 else "not determined"
-        if curve and name in curve.assumed:
-            known = "assumed"
-        elif curve and name in curve.at_bound:
-            known += ", at its bound"
-        rows.append(f"  {name:9}{getattr(fit, name):10.4g} {_UNITS.get(name, ''):11} {known}")
+    fit = _fit_of(material)
+    rows = [_row(name, getattr(fit, name), fit.interval[name]) for name in _names(fit)]
+    if isinstance(fit, CurveFit):
+        marks = dict.fromkeys(fit.at_bound, ", at its bound") | dict.fromkeys(fit.assumed, ", assumed")
+        rows = [row + marks.get(name, "") for name, row in zip(_names(fit), rows, strict=True)]
+        rows = [f"  law: {fit.law}", *rows] if fit.law != "stribeck" else rows
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*rows, worth, f"  {fit.quality}"])
 
 
-def _names(curve: CurveFit | None) -> tuple[str, ...]:
-    """What a fit of a curve, or of ageing, determines."""
-    if curve is None:
-        return _AGEING
-    return (*FITTED, "mu_stop") if "mu_stop" in curve.coefficients() else FITTED
-
-
 def describe_memory(name: str, fit: MemoryFit) -> str:
     """Parameters with their 95 % intervals, the quality of the fit, and what to paste."""
-    rows = [f"{name}: {fit.law}", *([f"  {fit.columns}"] if fit.columns else [])]
-    for key, value in fit.values.items():
-        low, high = fit.interval.get(key, (math.nan, math.nan))
-        known = f"95 %: {low:.5g} to {high:.5g}" if math.isfinite(low) else "the first speed"
-        rows.append(f"  {key:18}{value:10.5g} {_MEMORY_UNITS.get(key, ''):4} {known}")
-    paste = {key: value for key, value in fit.values.items() if key not in ("mu_k", "drive_stiffness")}
-    law = "" if fit.law == BRISTLES else f"law: {fit.law}, "
-    pasted = ", ".join(f"{key}: {value:.6g} {_MEMORY_UNITS.get(key, '')}".rstrip() for key, value in paste.items())
-    return "\n".join([*rows, f"  {fit.quality}", f"  friction: {{{law}{pasted}}}"])
+    rows = [_row(key, value, fit.interval.get(key, (value, value))) for key, value in fit.values.items()]
+    law = {"law": fit.law} if "D_c" in fit.values else {}
+    pasted = {key: _rounded(value) for key, value in fit.values.items() if key not in _FOLLOWS}
+    heading = [f"{name}: {fit.law}", *([f"  {fit.columns}"] if fit.columns else [])]
+    return "\n".join([*heading, *rows, f"  {fit.quality}", f"  {write_yaml({'friction': law | pasted})}"])
 
 
-def describe_ranking(fits: Mapping[str, AgeingFit], at: float) -> str:
+def _row(name: str, value: float, interval: tuple[float, float]) -> str:
+    low, high = interval
+    known = f"95 %: {low:.5g} to {high:.5g}"
+    if math.isinf(low):
+        known = f"95 %: {high:.5g} or less"
+    elif math.isinf(high):
+        known = f"95 %: {low:.5g} or more" if low > 0 else "not determined"
+    return f"  {name:18}{value:10.5g} {_UNITS.get(name, ''):11} {known}"
+
+
+def _fit_of(material: MaterialFit) -> CurveFit | AgeingFit:
+    fit = material.curve or material.ageing
+    assert fit is not None
+    return fit
+
+
+def _names(fit: CurveFit | AgeingFit) -> tuple[str, ...]:
+    """What a fit determines."""
+    if isinstance(fit, AgeingFit):
+        return ("mu0", "beta", "t0")
+    return (*FITTED, "mu_stop") if "mu_stop" in fit.coefficients() else FITTED
+
+
+def describe_ranking(order: Ranking) -> str:
     """Lubricants in order of level and of slope, best first."""
-    order = rank(fits, at=at)
     level, slope = (", ".join(f"{place.name} ({place.value:.3f})" for place in places)
                     for places in (order.by_level, order.by_slope))  # fmt: skip
-    return f"best first\n  by static friction after {at:g} s: {level}\n  by growth per decade: {slope}"
+    return f"best first\n  by static friction after {order.at:g} s: {level}\n  by growth per decade: {slope}"
 
 
 def describe_columns(materials: Sequence[MaterialFit]) -> str:
     """The columns of the table of these materials, what they were taken for, and what was left out."""
     points = materials[0].points
-    several = len(materials) > 1
-    parts = [f"{text!r} is {name}" + (f" in {points.units[name]}" if name in points.units else "")
-             for name, text in points.read.items() if name != "mu" and (not several or name != "sigma")]  # fmt: skip
-    columns = dict.fromkeys(repr(one.points.read["mu"]) for one in materials)
-    parts = [", ".join([*parts, f"{', '.join(columns)} friction"])]
-    parts += points.notes
+    names = [name for name in points.read if name != "mu" and (len(materials) == 1 or name != "sigma")]
+    taken = {points.read[name]: " in ".join(filter(None, (name, points.units.get(name)))) for name in names}
+    taken |= {material.points.read["mu"]: "friction" for material in materials}
+    parts = [", ".join(f"{text!r} is {kind}" for text, kind in taken.items()), *points.notes]
     parts += [f"not used: {', '.join(map(repr, points.ignored))}"] if points.ignored else []
-    if points.above:
-        first, last = points.above
-        lines = f"line {first}" if first == last else f"lines {first} to {last}"
-        parts.append(f"left out above the header: {lines}")
+    parts += [f"left out above the header: lines {points.above[0]} to {points.above[1]}"] if points.above else []
     return "; ".join(parts)
 
 
@@ -88,11 +87,10 @@ def describe_steps(points: StepPoints) -> str:
     """Points of a record at steps, what is doubtful among them, and what was left out."""
     lines = [points.columns] if points.columns else []
     lines += [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
-    wild = points.speed[points.scatter > 0.2 * points.mu]
+    wild = points.speed[points.scatter > _WILD * points.mu]
     if wild.size:
-        speeds = listed([f"{1000 * speed:.4g} mm/s" for speed in wild[:8]], "and")
-        reason = "where it sticks and slips, its mean is not that of sliding"
-        lines.append(f"note     friction varies by more than a fifth at {speeds}: {reason}")
+        speeds = ", ".join(f"{speed:.4g}" for speed in wild[:8])
+        lines.append(f"note     friction varies by more than a fifth at {speeds} m/s, as where it sticks and slips")
     return "\n".join([*lines, *(f"left out {text}" for text in points.left_out[:20])])
 
 
@@ -106,44 +104,33 @@ def columns_of(material: MaterialFit) -> dict[str, Any]:
 
 def as_plain(material: MaterialFit) -> dict[str, Any]:
     """A fit as plain data, for programs."""
-    fit, names = material.curve or material.ageing, _names(material.curve)
-    assert fit is not None
+    fit = _fit_of(material)
     own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
     shared = ("standard_error", "covariance", "residual_rms", "r_squared", "points", "good", "quality")
     return {
         "name": material.name, "file": str(material.path), "kind": "curve" if material.curve else "ageing",
-        "coefficients": {name: getattr(fit, name) for name in names},
-        "interval": {name: list(fit.interval[name]) for name in names},
+        "coefficients": {name: getattr(fit, name) for name in _names(fit)},
+        "interval": {name: list(fit.interval[name]) for name in _names(fit)},
         "confidence": 0.95, **{name: getattr(fit, name) for name in (*shared, *own)}, **columns_of(material),
     }  # fmt: skip
 
 
-# --- YAML -------------------------------------------------------------------------------------------------------------
-
-
 def as_yaml(materials: Sequence[MaterialFit]) -> str:
-    """The curves as a configuration has them: the section friction, of several an axis of materials; of several laws
-    a section each."""
-    curves = [(one.name, one.curve) for one in materials if one.curve is not None]
-    laws = {curve.law for _, curve in curves}
-    if len(laws) > 1:
-        return "\n".join(f"# {one.name}\n{as_yaml([one])}" for one in materials if one.curve is not None)
-    (law,) = laws
-    of_law = [] if law == "stribeck" else [f"  law: {law}", *(["  delta: 2"] if law == "stribeck_delta" else [])]
-    names = dict.fromkeys(name for _, curve in curves for name in curve.coefficients())
-    rows = {name: [_number(getattr(curve, name)) for _, curve in curves] for name in names}
-    comments = {name: f"# {_UNITS[name]}" if name in _UNITS else "" for name in names}
+    """The curves as a configuration has them, in SI: the section friction, of several an axis of materials; of several
+    laws a section each."""
+    curves = {material.name: material.curve for material in materials if material.curve is not None}
+    if len({curve.law for curve in curves.values()}) > 1:
+        return "\n".join(f"# {material.name}\n{as_yaml([material])}" for material in materials if material.curve)
+    law = next(iter(curves.values())).law
+    friction = {} if law == "stribeck" else {"law": law} | ({"delta": 2} if law == "stribeck_delta" else {})
+    names = dict.fromkeys(name for curve in curves.values() for name in curve.coefficients())
+    columns = {name: [_rounded(getattr(curve, name)) for curve in curves.values()] for name in names}
     if len(curves) == 1:
-        lines = [f"  {name}: {value:14}{comments[name]}".rstrip() for name, (value,) in rows.items()]
-        return "\n".join(["friction:", *of_law, *lines])
-    lines = [f"      {name}: [{', '.join(row)}]   {comments[name]}".rstrip() for name, row in rows.items()]
-    labels = f"    labels: {json.dumps([name for name, _ in curves], ensure_ascii=False)}"  # which is YAML
-    return "\n".join([*(["friction:", *of_law] if of_law else []), "axes:", "  material:", "    zip:", *lines, labels])
+        return write_yaml({"friction": friction | {name: value for name, (value,) in columns.items()}})
+    axes = {"material": {"zip": columns, "labels": [*curves]}}
+    return write_yaml({"friction": friction, "axes": axes} if friction else {"axes": axes})
 
 
-def _number(value: float) -> str:
-    """A number that YAML reads as one: with a point before an exponent; `none` for NaN."""
-    if math.isnan(value):
-        return "none"
-    text = f"{value:.6g}"
-    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+def _rounded(value: float) -> float | str:
+    """Six digits; `none` for NaN."""
+    return "none" if math.isnan(value) else float(f"{value:.6g}")

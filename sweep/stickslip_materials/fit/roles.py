@@ -88,11 +88,18 @@ class _Column:
         return all(map(WHOLE.fullmatch, self.texts))
 
     @property
+    def may_be_material(self) -> bool:
+        """True for numbers that might be the friction of a material called so."""
+        head = self.heading
+        is_known = head.kind not in ("", "material") or head.unit not in PURE
+        return not is_known and not self.is_count and (self.is_numbers or not head.kind)
+
+    @property
     def largest(self) -> float:
         return max((abs(_size(text)) for text in self.texts), default=0.0)
 
 
-class Search:
+class ColumnSearch:
     """Looks for the columns of a table among its headings.
 
     columns : the one of speeds or times, that of friction, and perhaps that of its standard deviations.
@@ -105,15 +112,16 @@ class Search:
         self._known = {column.name: column for column in columns}
         self._along = columns[0]
         self._columns = [
-            _Column(i, one, [row[i].text for row in rows if _is_there(row, i)]) for i, one in enumerate(table.headings)
+            _Column(i, head, [row[i].text for row in rows if _is_there(row, i)])
+            for i, head in enumerate(table.headings)
         ]
         self._notes: list[str] = []
 
     def roles(self) -> Roles:
         """The role of each column that is used. Raises ConfigError."""
         along = self._speed_or_time()
-        others = [one for one in self._columns if along is None or one.position != along.position]
-        frictions = self._frictions([one for one in others if one.heading.text], along is not None)
+        others = [column for column in self._columns if along is None or column.position != along.position]
+        frictions = self._frictions([column for column in others if column.heading.text], along is not None)
         if along is None or not frictions:
             lacking = [self._along] * (along is None) + [self._known[MU]] * (not frictions)
             raise self._lacking(lacking, others)
@@ -125,24 +133,23 @@ class Search:
 
     def _speed_or_time(self) -> Role | None:
         """The column of speeds or times; None if there is none. Raises ConfigError where several may be meant."""
-        name, si = self._along.name, self._along.units
+        name, si, given = self._along.name, self._along.units, self._wanted.unit
         if word := self._wanted.speed if name == "speed" else self._wanted.time:
-            one = self._called(word)
-            text = one.heading.text
-            unit = one.heading.unit or trailing_unit(text, si) or "".join(re.findall(r"[(\[].*[)\]]", text))
-            return self._in_unit(one, "" if self._wanted.unit and not is_column_unit(unit, si) else unit)
-        i = self._table.pick(name)
-        return None if i is None else self._in_unit(self._columns[i], self._columns[i].heading.unit)
-
-    def _in_unit(self, one: _Column, unit: str) -> Role:
-        given = self._wanted.unit
+            column = self._called(word)
+            text = column.heading.text
+            unit = column.heading.unit or trailing_unit(text, si) or "".join(re.findall(r"[(\[].*[)\]]", text))
+            unit = "" if given and not is_column_unit(unit, si) else unit
+        elif (i := self._table.pick(name)) is not None:
+            column, unit = self._columns[i], self._columns[i].heading.unit
+        else:
+            return None
         if unit and given and unit != given:
-            self._notes.append(f"--unit {given} is not used, since {one.heading.text!r} has a unit")
+            self._notes.append(f"--unit {given} is not used, since {column.heading.text!r} has a unit")
         unit = unit or given
         try:
-            return Role(one.position, self._along, column_unit(unit, self._along.units) if unit else "")
+            return Role(column.position, self._along, column_unit(unit, si) if unit else "")
         except QuantityError as error:
-            raise self._refused(one, error.expected, error.hint) from None
+            raise self._refused(column, error.expected, error.hint) from None
 
     # --- friction -----------------------------------------------------------------------------------------------------
 
@@ -150,34 +157,34 @@ class Search:
         """The columns of friction: those named, else those of friction, else all that may be. Raises ConfigError."""
         if self._wanted.friction:
             chosen = [self._called(word) for word in self._wanted.friction]
-            return [self._friction(one, len(chosen) > 1 or one.heading.kind in ("", "other")) for one in chosen]
+            return [self._friction(c, len(chosen) > 1 or c.heading.kind in ("", "other")) for c in chosen]
         if (single := self._unlabelled(others)) is not None:
             return [self._friction(single, False)]
-        others = [one for one in others if one.has_numbers]
+        others = [column for column in others if column.has_numbers]
         kinds = (MU, "kinetic" if self._along.name == "speed" else "static")
-        of_materials = [one for one in others if one.heading.kind in kinds and one.heading.label]
-        forces = [one for one in others if one.heading.kind == "friction_force"]
+        of_materials = [column for column in others if column.heading.kind in kinds and column.heading.label]
+        forces = [column for column in others if column.heading.kind == "friction_force"]
         if not of_materials and forces:
-            return [self._friction(one, len(forces) > 1) for one in forces]
+            return [self._friction(column, len(forces) > 1) for column in forces]
         if not has_along:
             return []
-        unknown = [one for one in others if one.heading.kind in ("", "material") and one.heading.unit in PURE
-                   and not one.is_count and (one.is_numbers or not one.heading.kind)]  # fmt: skip
-        names = [plain(one.heading.name) for one in unknown]
+        unknown = [column for column in others if column.may_be_material]
+        names = [plain(column.heading.name) for column in unknown]
         spreads = {start + name for name in names for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
-        unknown = [one for one, name in zip(unknown, names, strict=True) if name not in spreads]  # s_A beside A
+        unknown = [column for column, name in zip(unknown, names, strict=True) if name not in spreads]  # s_A beside A
         if of_materials:  # others beside them, which are too large, are something else
-            unknown = [one for one in unknown if one.largest <= MOST_FRICTION]
-        materials = sorted([*of_materials, *unknown], key=lambda one: one.position)
+            unknown = [column for column in unknown if column.largest <= MOST_FRICTION]
+        materials = sorted([*of_materials, *unknown], key=lambda column: column.position)
         self._check_repeats(materials)
-        return [self._friction(one, True) for one in materials]
+        return [self._friction(column, True) for column in materials]
 
     def _unlabelled(self, others: list[_Column]) -> _Column | None:
         """The column of friction as such, of which a table has one. Raises ConfigError where it is not certain."""
         over = self._along.name
         kinds = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
         bare, fitting, other = (
-            [one for one in others if one.heading.kind == kind and not one.heading.label] for kind in (MU, *kinds)
+            [column for column in others if column.heading.kind == kind and not column.heading.label]
+            for kind in (MU, *kinds)
         )
         chosen = [*bare, *fitting]
         if len(bare) > 1:
@@ -186,44 +193,41 @@ class Search:
             raise self._refused(chosen[0], "one column of friction", _NAME_ONE)
         if not chosen and other:
             raise self._refused(other[0], f"{kinds[0]} friction over {over}", _NAME_ONE)
-        self._notes += [f"{one.heading.text!r} is {kinds[1]} friction and not used" for one in other]
+        self._notes += [f"{column.heading.text!r} is {kinds[1]} friction and not used" for column in other]
         return chosen[0] if chosen else None
 
     def _check_repeats(self, materials: list[_Column]) -> None:
         """Note columns of one heading, which are repeats. Raises ConfigError where they are not alike."""
         by_name: dict[str, list[_Column]] = {}
-        for one in materials:
-            by_name.setdefault(one.heading.text, []).append(one)
+        for column in materials:
+            by_name.setdefault(column.heading.text, []).append(column)
         for name, alike in by_name.items():
-            largest = sorted(one.largest for one in alike)
+            largest = sorted(column.largest for column in alike)
             if largest[-1] > _ALIKE * largest[0]:
-                raise self._refused(
-                    alike[1], "another name than the first column of this name, which holds other numbers"
-                )
+                expected = "another name than the first column of this name, which holds other numbers"
+                raise self._refused(alike[1], expected)
             if len(alike) > 1:
                 self._notes.append(f"the {len(alike)} columns called {name!r} are repeats")
 
-    def _friction(self, one: _Column, is_material: bool) -> Role:
-        head, column = one.heading, self._known[MU]
+    def _friction(self, column: _Column, is_material: bool) -> Role:
+        head, row = column.heading, self._known[MU]
         label = head.text if is_material else ""
-        self._table.check_friction(one.position, 0.0)
+        self._table.check_friction(column.position, 0.0)
         if head.is_force() or head.unit and head.kind in ("", "other") and is_column_unit(head.unit, "N"):
-            return Role(one.position, column, self._newtons(one), label, 0.0)
+            return Role(column.position, row, self._newtons(column), label, 0.0)
         if head.unit in PURE or plain(head.unit) in PERCENT:
-            return Role(one.position, column, "" if head.unit in PURE else "%", label)
-        raise self._refused(one, "no unit", f"{MU} is a pure number, or in %")
+            return Role(column.position, row, "" if head.unit in PURE else "%", label)
+        raise self._refused(column, "no unit", f"{MU} is a pure number, or in %")
 
     def _divided(self, role: Role) -> Role:
         """A column of friction forces with the load they are divided by. Raises ConfigError."""
-        column = self._table.pick("load")
-        loads = [] if column is None else [self._columns[column]]
         force = self._columns[role.position]
         load: tuple[int, str] | float
-        if len(loads) == 1:
-            load, shown = (loads[0].position, self._newtons(loads[0])), repr(loads[0].heading.text)
-        elif not loads and (above := load_above(self._table.table)) is not None:
+        if (i := self._table.pick("load")) is not None:
+            load, shown = (i, self._newtons(self._columns[i])), repr(self._columns[i].heading.text)
+        elif (above := load_above(self._table.table)) is not None:
             load, shown = above[0], f"{above[0]:g} N (line {above[1]})"
-        elif not loads and self._wanted.load is not None:
+        elif self._wanted.load is not None:
             load = newtons(self._wanted.load)
             shown = f"{load:g} N (--load)"
         else:
@@ -233,24 +237,24 @@ class Search:
         self._notes.append(f"{force.heading.text!r} is divided by {shown}")
         return role._replace(load=load)
 
-    def _newtons(self, one: _Column) -> str:
+    def _newtons(self, column: _Column) -> str:
         try:
-            return column_unit(one.heading.unit, "N")
+            return column_unit(column.heading.unit, "N")
         except QuantityError as error:
-            hint = error.hint if one.heading.unit else "write it in brackets: 'Force [N]'"
-            raise self._refused(one, "the unit of a force", hint) from None
+            hint = error.hint if column.heading.unit else "write it in brackets: 'Force [N]'"
+            raise self._refused(column, "the unit of a force", hint) from None
 
     # --- standard deviations, materials -------------------------------------------------------------------------------
 
     def _deviations(self, frictions: list[Role]) -> list[Role]:
         """The columns of standard deviations that belong to one of friction. Raises ConfigError."""
-        sigmas = [one for one in self._columns if one.heading.kind == SIGMA and one.has_numbers]
-        bare = [one for one in sigmas if not one.heading.label]
+        sigmas = [column for column in self._columns if column.heading.kind == SIGMA and column.has_numbers]
+        bare = [column for column in sigmas if not column.heading.label]
         if len(frictions) == 1 and not frictions[0].label and len(bare) > 1:
             raise self._refused(bare[1], "it once", "remove one of the two")
         deviations = []
         for role in frictions:
-            own = bare if not role.label else [one for one in sigmas if self._belongs(one, role)]
+            own = bare if not role.label else [column for column in sigmas if self._belongs(column, role)]
             if len(own) != 1 or role.load is not None:
                 continue
             i, unit = own[0].position, own[0].heading.unit
@@ -265,43 +269,44 @@ class Search:
 
     def _belongs(self, sigma: _Column, role: Role) -> bool:
         """True for a column of standard deviations that is called after one of friction."""
-        label, one = plain(sigma.heading.label), self._columns[role.position].heading
-        return bool(label) and label in map(plain, (one.name, one.text, one.label, heading(one.name).label or one.name))
+        label, head = plain(sigma.heading.label), self._columns[role.position].heading
+        names = (head.name, head.text, head.label, heading(head.name).label)
+        return bool(label) and label in map(plain, names)
 
     def _group(self) -> int | None:
-        columns = [one for one in self._columns
-                   if one.heading.kind == "material" and not one.heading.unit and one.heading.text]  # fmt: skip
-        named = [one for one in columns if not one.is_numbers]
-        group = named or [one for one in columns if one.is_count and len({*one.texts}) < len(one.texts)]
+        heads = ((column, column.heading) for column in self._columns)
+        columns = [column for column, head in heads if head.kind == "material" and not head.unit and head.text]
+        named = [column for column in columns if not column.is_numbers]
+        group = named or [column for column in columns if column.is_count and len({*column.texts}) < len(column.texts)]
         return group[0].position if len(group) == 1 else None
 
     # --- what is wrong ------------------------------------------------------------------------------------------------
 
     def _called(self, word: str) -> _Column:
-        called = [one for one in self._columns if one.heading.is_called(word)]
+        called = [column for column in self._columns if column.heading.is_called(word)]
         if len(called) == 1:
             return called[0]
-        names = listed([repr(one.heading.text) for one in self._columns])
+        names = listed([repr(column.heading.text) for column in self._columns])
         count = f"{len(called)} columns are" if called else "no column is"
         raise self._table.error(f"{count} called {word!r}, expected {names}")
 
-    def _refused(self, one: _Column, expected: str, hint: str | None = None) -> ConfigError:
-        return self._table.refused(one.position, expected, hint)
+    def _refused(self, column: _Column, expected: str, hint: str | None = None) -> ConfigError:
+        return self._table.refused(column.position, expected, hint)
 
     def _lacking(self, missing: list[Parameter], others: Iterable[_Column]) -> ConfigError:
         """An error about columns that are not there, with the heading that was perhaps meant."""
-        others = [one for one in others
-                  if one.heading.text and (one.heading.label or one.heading.kind not in self._known)]  # fmt: skip
-        for one in others:
-            if near := nearest(one.heading.name, self._known):
+        heads = ((column, column.heading) for column in others)
+        others = [column for column, head in heads if head.text and (head.label or head.kind not in self._known)]
+        for column in others:
+            if near := nearest(column.heading.name, self._known):
                 expected = f"{listed([*self._known])}, with the unit in brackets"
-                return self._refused(one, expected, f"did you mean {near!r}?")
+                return self._refused(column, expected, f"did you mean {near!r}?")
         lacking = listed([f"{column.name} ({column.long_name})" for column in missing], "and")
         if not others or is_number(others[0].heading.text):
             hint = f"the first line names the columns, for instance '{example([*self._known.values()])}'"
             return self._table.error(f"no column is called {lacking}", hint)
-        unknown = listed([repr(one.heading.text) for one in others], "and")
-        likely = [one.heading.text for one in others if is_column_unit(one.heading.unit, missing[0].units)]
+        unknown = listed([repr(column.heading.text) for column in others], "and")
+        likely = [column.heading.text for column in others if is_column_unit(column.heading.unit, missing[0].units)]
         word = likely[0] if len(likely) == 1 else "HEADING"
         options = ["--friction-column 'HEADING'" if c.name == MU else f"--{c.name}-column '{word}'" for c in missing]
         hint = f"columns of other names are taken by {listed(options, 'and')}"

@@ -20,7 +20,10 @@ _UNITS = {
     "time": "s", "begin": "s", "end": "s", "speed": "m s-1", "force": "N", "load": "N", "mu": "1",
     "friction_force": "N", "kinetic": "1", "displacement": "m",
 }  # fmt: skip
-_RADIUS = Parameter("radius", "m", "radius of the track", "points", above=0)
+_GIVEN = {
+    "load": PARAMETERS["normal_load"],
+    "radius": Parameter("radius", "m", "radius of the track", "points", above=0),
+}
 _SAME = 0.01  # by which two loads or radii that are the same may differ
 
 
@@ -33,7 +36,7 @@ class Signals:
 
     def __init__(self, path: Path, example: str, kinds: tuple[str, ...]) -> None:
         self._example = example
-        self._table = HeadedTable.read(path, example, lambda ones: sum(one.kind in kinds for one in ones) > 1, kinds)
+        self._table = HeadedTable.read(path, example, lambda heads: sum(h.kind in kinds for h in heads) > 1, kinds)
         self.taken: dict[str, str] = {}
 
     def __contains__(self, kind: str) -> bool:
@@ -42,21 +45,18 @@ class Signals:
     def read(self, kind: str, name: str = "") -> Floats:
         """The column of a kind, or of this name, in SI."""
         if (i := self._table.pick(kind, name)) is None:
-            headings = listed([repr(one.text) for one in self._table.headings], "and")
+            headings = listed([repr(head.text) for head in self._table.headings], "and")
             hint = f"for instance '{self._example}'" + "; --plan names a table of steps" * (kind == "speed")
             raise self.error(f"no column of {kind} among {headings}", hint)
-        one = self._table.headings[i]
+        head = self._table.headings[i]
         try:
-            times = (
-                turns(one.unit)
-                if kind == "rotation"
-                else factor(kind, one.unit, _UNITS[kind], percent=True, needed=True)
-            )
+            if kind != "rotation":
+                times = factor(kind, head.unit, _UNITS[kind], percent=True, needed=True)
+            elif (times := turns(head.unit) or 0.0) == 0.0:
+                raise QuantityError("the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
         except QuantityError as error:
             raise self._table.refused(i, error.expected, error.hint) from None
-        if times is None:
-            raise self._table.refused(i, "the unit of a speed of rotation in brackets", "for instance 'rotation [rpm]'")
-        self.taken[kind] = one.shown
+        self.taken[kind] = head.shown
         values = self._table.values({kind: (i, times)})[kind]
         if kind in ("mu", "kinetic"):
             self._table.check_friction(i, float(np.abs(values).max()))
@@ -64,18 +64,16 @@ class Signals:
 
     def given(self, name: str, option: float | None) -> float:
         """The load or radius of a line above the heading, or else of an option; NaN for none."""
-        row = {"load": PARAMETERS["normal_load"], "radius": _RADIUS}[name]
-        lines = [*((remark,) for remark in self._table.table.remarks), *self._table.table.above]
-        above = stated(self._table.table, name, row, lines)
+        row, table = _GIVEN[name], self._table.table
+        above = stated(table, name, row, [*((remark,) for remark in table.remarks), *table.above])
         if above and option is not None and not math.isclose(above[0], option, rel_tol=_SAME):
-            raise self.error(
-                f"line {above[1]} gives the {name} {above[0]:g}, and --{name} {option:g} (SI)", "leave one out"
-            )
-        value = above[0] if above else option
-        if value is not None:
-            where = f"line {above[1]}" if above else f"--{name}"
-            self.taken[name] = f"{value:g} {units.spelled(row.units)} ({where})"
-        return math.nan if value is None else value
+            message = f"line {above[1]} gives the {name} {above[0]:g}, and --{name} {option:g} (SI)"
+            raise self.error(message, "leave one out")
+        value, where = (above[0], f"line {above[1]}") if above else (option, f"--{name}")
+        if value is None:
+            return math.nan
+        self.taken[name] = f"{value:g} {units.spelled(row.units)} ({where})"
+        return value
 
     def speed(self, radius: float | None, name: str = "") -> Floats:
         """The slip speed, m/s."""
@@ -90,15 +88,12 @@ class Signals:
     def friction(self, loads: Floats, inside: NDArray[np.bool_], name: str = "") -> Floats:
         """The friction coefficient: a column of it, or one of its force over the load, which must be known inside."""
         kinds = ("mu", "kinetic", "friction_force", "force")
-        i = self._table.pick("friction", name) if name else None
-        kind = next((one for one in kinds if one in self), "mu")
-        if i is None:
-            i = self._table.pick(kind)
-        one = None if i is None else self._table.headings[i]
-        is_force = one is not None and (one.is_force() or one.kind == "force" or name and is_column_unit(one.unit, "N"))
-        if one is None or not is_force:
-            return self.read(kind if not name else "mu", name)
-        force = self.read("friction_force", one.text)
+        kind = "mu" if name else next((kind for kind in kinds if kind in self), "mu")
+        i = self._table.pick(kind, name)
+        head = None if i is None else self._table.headings[i]
+        if head is None or not (head.is_force() or head.kind == "force" or name and is_column_unit(head.unit, "N")):
+            return self.read(kind, name)
+        force = self.read("friction_force", head.text)
         if not (loads[inside] > 0).all():
             hint = "give --load, or a column of the load, with all values above 0"
             raise self.error("friction is a force, and the load is not known or not above 0", hint)
@@ -106,15 +101,14 @@ class Signals:
 
     def describe(self, load: float | None = None, radius: float | None = None) -> str:
         """What was taken for what, and what was left out, of a load or radius that somebody gave as well."""
-        columns = {"load": (load, "a column tells the load"), "radius": (radius, "no speed is one of rotation")}
-        unused = [f"--{name} is not used, since {reason}" for name, (value, reason) in columns.items()
-                  if value is not None and not self.taken.get(name, "").endswith(")")]  # fmt: skip
         over = " over the load" if "friction_force" in self.taken else ""
-        parts = [f"{text} is {'friction' + over if kind in ('friction_force', 'mu', 'kinetic') else kind}"
-                 for kind, text in self.taken.items()]  # fmt: skip
-        others = [one.shown for one in self._table.headings if one.shown not in self.taken.values() and one.text]
-        left = [f"not used: {', '.join(others)}"] if others else []
-        return "; ".join([", ".join(parts), *unused, *left])
+        words = dict.fromkeys(("friction_force", "mu", "kinetic"), f"friction{over}")
+        parts = [", ".join(f"{text} is {words.get(kind, kind)}" for kind, text in self.taken.items())]
+        for name, value in (("load", load), ("radius", radius)):
+            if value is not None and not self.taken.get(name, "").endswith(")"):
+                parts.append(f"--{name} is not used")
+        others = [head.shown for head in self._table.headings if head.shown not in self.taken.values() and head.text]
+        return "; ".join([*parts, f"not used: {', '.join(others)}"] if others else parts)
 
     def error(self, message: str, hint: str | None = None) -> ConfigError:
         """That the table as a whole will not do."""

@@ -92,14 +92,14 @@ def step_points(
     ValueError
         For arrays of different lengths, time that does not increase, and where nothing is left to be a point.
     """
-    t, y, v = (np.asarray(one, np.float64) for one in (time, mu, speed))
+    t, y, v = (np.asarray(values, np.float64) for values in (time, mu, speed))
     n = np.full(t.shape, np.nan) if load is None else np.asarray(load, np.float64)
-    if t.ndim != 1 or t.size < _FEWEST or any(one.shape != t.shape for one in (y, v, n)):
+    if t.ndim != 1 or t.size < _FEWEST or any(values.shape != t.shape for values in (y, v, n)):
         raise ValueError(f"time: got the shape {t.shape}, expected {_FEWEST} samples or more, and all arrays as long")
     if not (np.isfinite(t).all() and np.isfinite(y).all() and (np.diff(t) > 0).all()):
         raise ValueError("time and mu: expected finite numbers, and time to increase")
     if steps is None:
-        controls = np.array([one for one in (v, n) if not np.isnan(one).all()])
+        controls = np.array([values for values in (v, n) if not np.isnan(values).all()])
         if not np.isfinite(controls).all():
             raise ValueError("speed and load: expected finite numbers")
         parts = _plateaus(controls)
@@ -138,9 +138,7 @@ def _point(t: Floats, y: Floats, v: Floats, n: Floats, settle: float | None, res
     rest = y[first:] * math.copysign(1.0, speed)
     mean, scatter = float(rest.mean()), float(rest.std(ddof=1))
     if mean <= 0:
-        raise ValueError(
-            f"mean friction {mean:.3g}, expected more than 0: look for the sign and the zero of the sensor"
-        )
+        raise ValueError(f"mean friction {mean:.3g}, expected more than 0: look for sign and zero of the sensor")
     independent = rest.size / _autocorrelation_time(rest)
     if independent < _INDEPENDENT:
         if scatter > _TREND * mean:
@@ -244,19 +242,11 @@ def read_steps(
 ) -> StepPoints:  # fmt: skip
     """The points of a record at steps of speed and load; see `step_points`.
 
-    Parameters
-    ----------
-    path : CSV or .xlsx with a column of time, one of friction or of its force, and, without a plan, one of speed
-    plan : a table of steps with columns of begin, end and speed, and of the load if it changes
-    radius : of the track, m, where speeds are those of rotation, and no line above the heading gives it
-    load : N, where neither a column nor a line above the heading tells it
-    settle : as for `step_points`
-    speed_column, friction_column : headings of the columns to take, where they are none of the usual
-
-    Raises
-    ------
-    ConfigError
-        For files that cannot be understood, by line and column.
+    path : CSV or .xlsx with a column of time, one of friction or of its force, and, without a plan, one of speed.
+    plan : a table of steps with columns of begin, end and speed, and of the load if it changes. radius : of the track,
+    m, where speeds are those of rotation, and no line above the heading gives it. load : N, where neither a column nor
+    a line above the heading tells it. speed_column, friction_column : headings of the columns to take, where they are
+    none of the usual. Raises ConfigError for files that cannot be understood, by line and column.
     """
     record = Signals(path, _RECORD, STEPS)
     time, steps = record.read("time"), None

@@ -94,7 +94,7 @@ def branch_of(name: str) -> tuple[str, float]:
 
 
 @dataclass(frozen=True)
-class Line:
+class SlowingLine:
     """Points measured below the minimum of a curve while the speed fell.
 
     speed, mu, weight : (n,). peak : from which the speed fell. variance : of a point of weight 1; freedom : with which

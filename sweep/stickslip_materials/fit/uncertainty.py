@@ -32,7 +32,8 @@ def points_of(name: str, values: ArrayLike, length: int | None = None, minimum: 
     wrong = ~np.isfinite(array) | (array < minimum)
     if wrong.any():
         i = int(np.argmax(wrong))
-        raise ValueError(f"{name}[{i}]: got {array[i]:g}, expected a finite number >= {minimum:g}")
+        least = f" >= {minimum:g}" if math.isfinite(minimum) else ""
+        raise ValueError(f"{name}[{i}]: got {array[i]:g}, expected a finite number{least}")
     return array
 
 
