@@ -67,11 +67,11 @@ def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
 class Kernels:
     """The kernels of one friction law, for maps or for signals. Calls are serial, and may be made from any thread.
 
-    stations : float64 (STATION_ROWS, STATIONS), of a law that comes from outside.
+    stations : float64 (STATION_ROWS, STATIONS), of a table.
     """
 
     def __init__(self, addresses: Addresses, signals: bool, stations: Floats = NO_STATIONS) -> None:
-        self._stations = stations
+        self.stations = stations
         self._law = _at(stations, (at.STATION_ROWS, at.STATIONS))
         self._functions: dict[str, Any] = {}
         for name, kinds in exports(signals).items():

@@ -15,9 +15,7 @@ from itertools import product
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
-from typing import Any
 
-from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip_kernels import objects
 
 Object = tuple[list[str], bytes]
@@ -32,35 +30,22 @@ _TRY = (
 )
 
 
-def kernel_of(law: str) -> str:
-    """The name of the kernels of a law."""
-    own = own_law(law)
-    return law if own is None else f"{PREFIX * law.startswith(PREFIX)}{own.kernel}"
-
-
-def functions_of(law: str) -> tuple[Any, ...]:
-    """What the compiler must be told of a law that people registered, its name and functions; nothing of others."""
-    own = own_law(law)
-    return () if own is None or own.functions is None else (own.kernel, *own.functions)
-
-
-def compile_apart(law: str, signals: bool) -> Object:
-    """The object with the kernels of a law: of the package, from the cache, or of another process, then put there.
+def compile_apart(name: str, signals: bool) -> Object:
+    """The object with the kernels of this name: of the package, from the cache, or of another process, then put there.
 
     Processes that begin at once each compile, and the last one's file stays, which is renamed whole. Warns, once the
     kernels are there, where they could not be kept. Raises RuntimeError with what the other process says if it fails.
     """
-    name = kernel_of(law)
     if brought := objects.shipped(name, signals):
         return brought
     if objects.CACHE_FOLDER is None:
-        made = _compile(law, signals)
+        made = _compile(name, signals)
         _warn_not_compiled_here(objects.NO_CACHE)
         return made
     path = objects.CACHE_FOLDER / objects.name_of(name, signals)
     if found := _cached(path, signals):
         return found
-    made = _compile(law, signals)
+    made = _compile(name, signals)
     try:
         objects.write(path, *made, tried=True)
     except OSError as error:
@@ -91,10 +76,10 @@ def _cached(path: Path, signals: bool) -> Object | None:
     return found
 
 
-def _compile(law: str, signals: bool) -> Object:
-    name, began = kernel_of(law), perf_counter()
+def _compile(name: str, signals: bool) -> Object:
+    began = perf_counter()
     _log.info("Compiling the kernels for this machine, once ...")
-    made = _made(objects.name_of(name, signals), name, signals, {}, functions_of(law))
+    made = _made(objects.name_of(name, signals), name, signals, {})
     _log.info("Compiled the kernels in %.0f s.", perf_counter() - began)
     return made
 
@@ -113,14 +98,9 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     return written
 
 
-def _made(name: str, law: str, signals: bool, settings: Mapping[str, str], functions: tuple[Any, ...] = ()) -> Object:
+def _made(name: str, kernel: str, signals: bool, settings: Mapping[str, str]) -> Object:
     """An object of this name, from another process with these settings. Raises RuntimeError with what that says."""
-    outside = ""
-    if functions:
-        import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
-
-        outside = f", lambda: __import__('pickle').loads({cloudpickle.dumps(functions)!r})"
-    arguments = f"{str(law)!r}, {signals}, {name!r}{outside}"
+    arguments = f"{kernel!r}, {signals}, {name!r}"
     done = _python(f"from stickslip_kernels.building import main; main({arguments})", settings)
     if made := objects.unpacked(name, done.stdout):
         return made

@@ -15,8 +15,7 @@ from stickslip.engine.compiling import ship
 from stickslip.engine.options import Options, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, OwnKernels, model_of
-from stickslip.vocabulary.own_laws import TABLE
+from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, TABLE, OwnKernels, model_of
 from stickslip_kernels import layout, objects
 from stickslip_kernels.allocate import NO_STOPS
 
