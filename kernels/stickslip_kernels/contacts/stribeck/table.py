@@ -48,6 +48,7 @@ def search(row, starts):
     def place(stations, z):
         bucket = (bits_of(z + at.BUCKET_START) >> at.BUCKET_SHIFT) - at.FIRST_BUCKET
         k = as_index(stations[starts, as_index(min(max(bucket, 0), at.STATIONS - 1))])
+        k = as_index(k + (z >= stations[row, k + 1]))  # as a branch it would be mispredicted as often as not
         while z >= stations[row, k + 1]:
             k += 1
         return as_index(k)
