@@ -24,10 +24,6 @@ _OWN_FOLDER = "name a folder of your own by the environment variable NUMBA_CACHE
 _WITH_ITS_PARENT = (
     "import os, threading; threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start(); "
 )
-_TRY = (
-    "from pathlib import Path; from stickslip_kernels import runtime, objects\n"
-    "runtime.try_out(*objects.read(Path({path!r})), {signals})"
-)
 
 
 def compile_apart(name: str, signals: bool) -> Object:
@@ -43,11 +39,11 @@ def compile_apart(name: str, signals: bool) -> Object:
         _warn_not_compiled_here(objects.NO_CACHE)
         return made
     path = objects.CACHE_FOLDER / objects.name_of(name, signals)
-    if found := _cached(path, signals):
-        return found
+    if cached := _cached(path):
+        return cached
     made = _compile(name, signals)
     try:
-        objects.write(path, *made, tried=True)
+        objects.write(path, *made)
     except OSError as error:
         _warn_not_compiled_here(f"{path.parent}: {error.strerror}")
     return made
@@ -58,22 +54,14 @@ def _warn_not_compiled_here(why: str) -> None:
     warnings.warn(text, RuntimeWarning, stacklevel=6)
 
 
-def _cached(path: Path, signals: bool) -> Object | None:
-    """The object in a file, if it can be loaded: one that cannot might end this process, so another one tries."""
-    found = objects.read(path)
-    if found is None:
+def _cached(path: Path) -> Object | None:
+    """The object in a file, if it may be loaded; a warning says why one may not."""
+    cached = objects.read(path)
+    if cached is None:
         with suppress(OSError):
             why = objects.objection(path.lstat()) or "damaged"
             warnings.warn(f"{path}: {why}; the kernels are compiled again", RuntimeWarning, stacklevel=6)
-        return None
-    if objects.is_tried(path):
-        return found
-    if _python(_TRY.format(path=str(path), signals=signals)).returncode:
-        warnings.warn(f"{path}: cannot be loaded; the kernels are compiled again", RuntimeWarning, stacklevel=6)
-        return None
-    with suppress(OSError):
-        objects.write(path, *found, tried=True)
-    return found
+    return cached
 
 
 def _compile(name: str, signals: bool) -> Object:
@@ -93,7 +81,7 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     written = []
     for kind, law, signals in product(kinds, laws, (False, True)):
         name, target = objects.shipped_name(law, signals, kind), {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
-        objects.write(folder / name, *_made(name, law, signals, target), tried=True)
+        objects.write(folder / name, *_made(name, law, signals, target))
         written.append(folder / name)
     return written
 
