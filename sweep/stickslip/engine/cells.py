@@ -81,13 +81,12 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
 
 def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) -> Computed:
     rows, done = _run_block(part := cells[:], options, stop_flag())
-    found = to_si(rows, part, options)
+    results = to_si(rows, part, options)
     if progress:
         progress(done, cells.size)
-    for name, kind in columns(options).items():
-        if kind.kind != "f":  # the kernels give floating-point numbers
-            found[name] = found[name].astype(kind)
-    return Computed(found, done)
+    for name, kind in columns(options).items():  # the kernels give floating-point numbers
+        results[name] = results[name].astype(kind, copy=False)
+    return Computed(results, done)
 
 
 def compute_range(
@@ -133,9 +132,9 @@ def _fill(results: Results, cells: Cells, numbers: range, origin: int, options: 
         return 0
     part = cells[numbers.start : numbers.stop]
     rows, done = _run_block(part, options, stop)
-    found = to_si(rows, part, options)
+    in_si = to_si(rows, part, options)
     for name, values in results.items():
-        values[place] = found[name]
+        values[place] = in_si[name]
     return done
 
 
@@ -236,9 +235,9 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
             rows[:, chosen[~less]] = closer[:, ~less]
 
 
-def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:
+def _wanted(rows: Floats, rtol: Floats, given: float) -> Floats:
     """The tolerance that each cell needs; what it was integrated with where that will do."""
     wanted = np.where(rows[layout.CLOSENESS] < _ERRORS * rtol, _STEP * rtol, rtol)
     growth = np.clip(np.nan_to_num(rows[layout.ERROR_GROWTH] / _GROWTH, nan=1.0), 1.0, 1e300)
     # Whole decades, so that cells of a map share a few runs.
-    return np.asarray(np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(growth))))
+    return np.asarray(np.minimum(wanted, given * 10.0 ** -np.ceil(np.log10(growth))))

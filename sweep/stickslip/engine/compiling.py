@@ -14,7 +14,6 @@ from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from time import perf_counter
-from types import MappingProxyType
 
 from stickslip_kernels import objects
 
@@ -96,7 +95,7 @@ def _made(name: str, kernel: str, signals: bool, settings: Mapping[str, str]) ->
     raise RuntimeError(f"no object {name} came of compiling the kernels\n{end.strip()[-2000:]}")
 
 
-def _python(script: str, settings: Mapping[str, str] = MappingProxyType({})) -> subprocess.CompletedProcess[bytes]:
+def _python(script: str, settings: Mapping[str, str]) -> subprocess.CompletedProcess[bytes]:
     """A script run by another process, with the modules of this one; if this one is killed, so that nobody waits for
     what it makes, its standard input ends, and it ends, too.
     """

@@ -50,6 +50,7 @@ class Table(OwnLaw):
     """
 
     __slots__ = ("monotone", "mu", "w")
+    reach, positive = 1.0, True
 
     w: Floats
     mu: Floats
@@ -63,7 +64,6 @@ class Table(OwnLaw):
         digest = hashlib.sha256(np.stack([speed, friction]).tobytes() + bytes([bool(monotone)])).hexdigest()[:12]
         self = super().__new__(cls, f"{TABLE}_{digest}")
         self.w, self.mu, self.monotone = speed, friction, bool(monotone)
-        self.named, self.positive, self.reach = False, True, 1.0
         self.text = f"{'monotone cubics' if monotone else 'a cubic spline'} through {speed.size} points"
         fastest = float(speed[-1])
         self.coefficients = {"a1": 0.0, "a2": 0.0, "a3": float(friction[0]), "a4": fastest}
@@ -138,12 +138,12 @@ class RegisteredLaw(OwnLaw):
     """The name of a law that `register_law` made. A process that gets it pickled knows the law."""
 
     __slots__ = ()
+    reach, positive = FASTEST, False
 
     def __new__(cls, name: str, text: str, stations: Floats) -> RegisteredLaw:
         """The law of this name, which is known by it from now on."""
         self = super().__new__(cls, name)
-        self.text, self.stations, self.named, self.positive = text, stations, True, False
-        self.coefficients, self.reach = {}, FASTEST
+        self.text, self.stations, self.coefficients = text, stations, {}
         add_law(self)
         return self
 
@@ -180,7 +180,10 @@ def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
         if not callable(function):
             raise TypeError(f"law {name}: got {what}={function!r}, expected a function of z")
     text = f"{getattr(shape, '__doc__', None) or 'a law of your own'}".strip().partition("\n")[0].rstrip(".")
-    return RegisteredLaw(name, text, tabulated(f"law {name}", shape, slope))
+    try:
+        return RegisteredLaw(name, text, tabulated(shape, slope))
+    except ValueError as error:
+        raise ValueError(f"law {name}: {error}") from error.__cause__
 
 
 # --- laws that packages bring -----------------------------------------------------------------------------------------

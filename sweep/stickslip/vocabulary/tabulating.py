@@ -7,6 +7,7 @@ the ends and in the middle of each piece. A piece that would miss it is halved.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import inf, isfinite
 
 import numpy as np
@@ -26,13 +27,8 @@ _BETWEEN = np.linspace(0.0, 1.0, 18)[1:-1]  # what tries it
 _SHAPE, _SLOPE = 1e-9, 1e-8  # what a table may miss, the latter over the steepest slope
 _ROUNDING = 4e-15  # of differences of the shape
 _NARROWEST = 1e-8  # piece; one that misses a shape holds a kink or a jump
-_UNLIKE, _STEP = 1e-6, 1e-3  # of the slope: that of another shape; of a piece, for a difference
-_FINER = 4  # than the pieces: places that may be stations
+_FINER = np.arange(4) / 4.0  # parts of pieces that may be stations
 _BENT = 1e-4  # by which a cubic between neighbouring stations may miss the shape
-_TOO_MUCH = (
-    f"{{law}}: {_PIECES} polynomials do not have the shape to {_SHAPE:g} and its slope to {_SLOPE:g}, at last near "
-    "z = {z:.6g}; expected one that bends less"
-)
 _TURNED, _FLAT = 1e-6, 1e-9  # of the range of slopes, of the steepest: so much there and back is a turn
 
 
@@ -48,74 +44,43 @@ def stations_of(places: Floats, knots: Floats, powers: Floats) -> Floats:
     return rows
 
 
-def tabulated(law: str, shape: Shape, slope: Shape) -> Floats:
+def tabulated(shape: Shape, slope: Shape) -> Floats:
     """The numbers of a shape that people wrote. Raises ValueError where it is none, or no table has it."""
-    if abs((start := _values(law, "shape", shape, np.zeros(1))[0]) - 1.0) > 1e-12:
-        raise ValueError(f"{law}: shape(0) is {start:g}, expected 1: a3 is friction at rest less a1")
-    pieces = _Pieces(law, shape, slope, _GRID)
-    while pieces.missing.any():
-        pieces = pieces.halved()
-    return pieces.stations()
-
-
-class _Pieces:
-    """Quintics between knots. missing : those that miss the shape.
-
-    Raises ValueError for what is no shape.
-    """
-
-    def __init__(self, law: str, shape: Shape, slope: Shape, knots: Floats) -> None:
-        self._of, self._knots, self._widths = (law, shape, slope), knots, np.diff(knots)
-        at, between = (knots[:-1, None] + self._widths[:, None] * share for share in (_NODES, _BETWEEN))
-        self._shape, self._slope = _values(law, "shape", shape, at), _values(law, "slope", slope, at)
-        if (least := self._shape.min()) < -_ROUNDING:
-            z = at.flat[np.argmin(self._shape)]
-            raise ValueError(f"{law}: shape({z:g}) is {least:g}, expected at least 0, as friction is in slip")
-        start = self._shape[:, :1]  # of which all that follows is a difference, so that little is lost to rounding
-        self._powers = np.hstack([self._shape - start, self._slope * self._widths[:, None]]) @ _OF_NODES
-        self._powers[:, :1] += start
-        off = np.abs(self._at(_BETWEEN)[0] - _values(law, "shape", shape, between)).max(axis=1)
-        slope_off = np.abs(self._at(_BETWEEN)[1] - _values(law, "slope", slope, between)).max(axis=1)
-        size, self._steepest = np.maximum(self._shape.max(axis=1), 1.0), np.abs(self._slope).max()
-        self._rounding = _ROUNDING * size / self._widths  # of a difference over a piece
-        self.missing = (off > _SHAPE * size) | (slope_off > _SLOPE * self._steepest + self._rounding)
-
-    def _at(self, shares: Floats) -> tuple[Floats, Floats]:
-        """The polynomials and their slopes at these shares of each piece."""
-        slopes = polyval(shares, polyder(self._powers.T)) / self._widths[:, None]
-        return polyval(shares, self._powers.T), slopes
-
-    def halved(self) -> _Pieces:
-        """Those that miss the shape in halves. Raises ValueError where that is of no use."""
-        (law, shape, slope), narrow = self._of, np.flatnonzero(self.missing & (self._widths < _NARROWEST))
-        if narrow.size:
+    shape_at, slope_at = partial(_values, "shape", shape), partial(_values, "slope", slope)
+    if abs((start := shape_at(np.zeros(1))[0]) - 1.0) > 1e-12:
+        raise ValueError(f"shape(0) is {start:g}, expected 1: a3 is friction at rest less a1")
+    knots = _GRID
+    while True:
+        low, width = knots[:-1, None], np.diff(knots)[:, None]
+        nodes, places = low + width * _NODES, low + width * _BETWEEN
+        values, slopes = shape_at(nodes), slope_at(nodes)
+        if (least := values.min()) < -_ROUNDING:
+            z = nodes.flat[np.argmin(values)]
+            raise ValueError(f"shape({z:g}) is {least:g}, expected at least 0, as friction is in slip")
+        # of differences from the start of each piece, so that little is lost to rounding
+        powers = np.hstack([values - values[:, :1], slopes * width]) @ _OF_NODES + values[:, :1] * _CONSTANT
+        size = np.maximum(values, 1.0).max(axis=1, keepdims=True)
+        off = np.abs(polyval(_BETWEEN, powers.T) - shape_at(places)) / (_SHAPE * size)
+        slope_off = np.abs(polyval(_BETWEEN, polyder(powers.T)) / width - slope_at(places))
+        slope_off /= _SLOPE * np.abs(slopes).max() + _ROUNDING * size / width
+        missed = np.maximum(off, slope_off).max(axis=1) > 1.0
+        if not missed.any():
+            break
+        narrow = np.argmin(np.where(missed, width[:, 0], inf))
+        if knots.size + np.count_nonzero(missed) > _PIECES + 1 or width[narrow, 0] < _NARROWEST:
+            rise = (values[narrow, 2] - values[narrow, 0]) / width[narrow, 0]
             raise ValueError(
-                f"{law}: the shape has a kink or a jump near z = {self._knots[narrow[0]]:.6g}, expected a smooth one; "
-                "Table(w, mu) takes points"
+                f"no smooth curve near z = {knots[narrow]:.6g}: slope({nodes[narrow, 1]:.6g}) is "
+                f"{slopes[narrow, 1]:.6g}, and the shape rises by {rise:.6g} there; expected a shape without kinks and "
+                "jumps and its derivative; Table(w, mu) takes points"
             )
-        middles = (self._knots[:-1] + 0.5 * self._widths)[self.missing]
-        if self._knots.size + middles.size <= _PIECES + 1:
-            return _Pieces(law, shape, slope, np.union1d(self._knots, middles))
-        step = _STEP * self._widths[self.missing]
-        slopes, (low, high) = _values(law, "slope", slope, middles), (middles - step, middles + step)
-        rise = (_values(law, "shape", shape, high) - _values(law, "shape", shape, low)) / (high - low)
-        unlike = np.abs(slopes - rise) - _UNLIKE * self._steepest - _ROUNDING / step
-        if unlike[worst := int(np.argmax(unlike))] > 0.0:
-            z, here, there = middles[worst], slopes[worst], rise[worst]
-            raise ValueError(f"{law}: slope({z:g}) is {here:g}, and the shape rises by {there:g}")
-        raise ValueError(_TOO_MUCH.format(law=law, z=middles[np.argmin(step)]))
-
-    def stations(self) -> Floats:
-        """What the kernels must know; beyond the last knot the shape stays what it is there."""
-        powers = np.zeros((self._knots.size, _TERMS))
-        powers[:-1] = self._powers / self._widths[:, None] ** np.arange(_TERMS)
-        powers[-1, 0] = self._shape[-1, -1]
-        shares = np.arange(_FINER) / _FINER
-        finer = np.ravel(self._knots[:-1, None] + self._widths[:, None] * shares)
-        places = plain_places(finer, *map(np.ravel, self._at(shares)))
-        if places.size > _PIECES:
-            raise ValueError(_TOO_MUCH.format(law=self._of[0], z=places[np.argmin(np.diff(places))]))
-        return stations_of(places, self._knots, powers)
+        knots = np.union1d(knots, nodes[missed, 1])
+    finer = np.ravel(low + width * _FINER)
+    places = plain_places(
+        finer, np.ravel(polyval(_FINER, powers.T)), np.ravel(polyval(_FINER, polyder(powers.T)) / width)
+    )
+    at_last = values[-1, -1] * _CONSTANT  # beyond the last knot the shape stays what it is there
+    return stations_of(places, knots, np.vstack([powers / width ** np.arange(_TERMS), at_last]))
 
 
 def _of_nodes() -> Floats:
@@ -125,19 +90,19 @@ def _of_nodes() -> Floats:
     return np.linalg.inv(np.vstack([powers, slopes])).T
 
 
-_OF_NODES = _of_nodes()
+_OF_NODES, _CONSTANT = _of_nodes(), np.eye(_TERMS)[0]
 
 
-def _values(law: str, what: str, function: Shape, places: Floats) -> Floats:
+def _values(what: str, function: Shape, places: Floats) -> Floats:
     """A function that people wrote, at places. Raises ValueError where it fails, or gives no finite number."""
     values = np.empty(places.shape)
     for n, z in enumerate(places.flat):
         try:
             values.flat[n] = value = float(function(float(z)))
         except Exception as error:  # of code that people wrote
-            raise ValueError(f"{law}: {what}({z:g}) fails: {error}") from error
+            raise ValueError(f"{what}({z:g}) fails: {error}") from error
         if not isfinite(value):
-            raise ValueError(f"{law}: {what}({z:g}) is {value}, expected a finite number")
+            raise ValueError(f"{what}({z:g}) is {value}, expected a finite number")
     return values
 
 

@@ -20,18 +20,16 @@ class OwnLaw(str):
     """The name of a law, which goes wherever a law is named.
 
     text : what it is, in words. stations : its numbers, as the kernels have them, (STATION_ROWS, STATIONS).
-    named : whether people gave it its name. reach : w/a4 up to which it is known.
-    coefficients : those of its curve that need not be given. positive : whether the shape is above 0 at every slip
-    speed.
+    coefficients : those of its curve that need not be given. reach : w/a4 up to which it is known. positive : whether
+    the shape is above 0 at every slip speed.
     """
 
-    __slots__ = ("coefficients", "named", "positive", "reach", "stations", "text")
+    __slots__ = ("coefficients", "stations", "text")
 
     text: str
     stations: Floats
-    named: bool
-    reach: float
     coefficients: Mapping[str, float]
+    reach: float
     positive: bool
 
     def weakening(self, z: ArrayLike) -> tuple[Floats, Floats]:
@@ -84,7 +82,7 @@ def kernel_of(name: str) -> str:
 
 def own_names() -> tuple[str, ...]:
     """Names of those that people gave a name."""
-    return tuple(name for name, law in _KNOWN.items() if law.named)
+    return tuple(name for name in _KNOWN if not name.startswith(TABLE))
 
 
 def law_remedy(law: object) -> str | None:
