@@ -70,14 +70,14 @@ def test_the_motion_under_a_registered_law_is_that_of_scipy(name, belt, decay, m
     for rtol in (1e-6, 1e-9):
         ds = stickslip.evaluate(cell, law=law, horizon=horizon, early_stop=False, rtol=rtol)
         end = float(ds["displacement_end"][0]), float(ds["velocity_end"][0])
-        assert end == pytest.approx((exact.xi, exact.eta), abs=100 * rtol)
+        assert end == pytest.approx((exact.xi, exact.eta), abs=10 * rtol + 1e-10)
         assert ds["sticks"][0] == sum(mode == "stick" for _, mode, _, _ in exact.phases)
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_table_has_the_shape_and_its_slope(name):
     shape, slope = SHAPES[name]
-    law, z = registered(name), np.random.default_rng(2).permutation(np.geomspace(1e-7, 1e4, 3000))
+    law, z = registered(name), np.random.default_rng(2).permutation(np.geomspace(1e-7, 9e3, 3000))
     cells = UNIT | {"a1": 0.0, "a2": 0.0, "a3": 1.0, "a4": 1.0, "belt_speed": z, "damping": 2.0}
     exact = np.array([[shape(place), slope(place)] for place in z])
     friction = friction_at_belt_speed(as_cells(cells, law), Options(law=law))
@@ -181,18 +181,18 @@ def test_a_configuration_names_a_registered_law(lorentzian):
         (lambda z: math.exp(-z), lambda z: -2 * math.exp(-z), r"slope\(.* is -1.99.*, and the shape rises by -0.99"),
         (lambda z: math.exp(-z), lambda z: math.exp(-z), "and the shape rises by -0.99"),
         (lambda z: math.exp(-z), lambda z: -1.0001 * math.exp(-z), "and the shape rises by"),
-        (lambda z: math.exp(-z), lambda z: -math.exp(-z) * (1.01 if z > 5 else 1), r"slope\(5.0.*shape rises"),
-        (lambda z: 0.5 + 0.5 * math.exp(-z), lambda z: -0.5 * math.exp(-z) - 1e-4, "is -0.0001, and the shape rises"),
+        (lambda z: math.exp(-z), lambda z: -math.exp(-z) * (1.01 if z > 5 else 1), r"near z = [56].*rises by"),
+        (lambda z: 0.5 + 0.5 * math.exp(-z), lambda z: -0.5 * math.exp(-z) - 1e-4, "is -0.5000.* rises by -0.4999"),
         (lambda z: 2 * math.exp(-z), lambda z: -2 * math.exp(-z), r"shape\(0\) is 2, expected 1"),
         (lambda z: math.cos(z), lambda z: -math.sin(z), "expected at least 0"),
         (lambda z: 1 / (1 + math.sqrt(z)), lambda z: -0.5 / math.sqrt(z), r"slope\(0\) fails"),
         (lambda z: math.exp(z), lambda z: math.exp(z), "fails: math range error"),
         (lambda z: math.exp(-z) if z < 5 else math.nan, lambda z: -math.exp(-z), "is nan, expected a finite"),
         (lambda z: math.exp(-z), lambda z: math.inf if z == 0 else -math.exp(-z), r"slope\(0\) is inf"),
-        (lambda z: math.exp(-z) + (z > 2), lambda z: -math.exp(-z), "a kink or a jump near z = 2,"),
-        (lambda z: max(1 - z, 0.2), lambda z: -1.0 if z < 0.8 else 0.0, "a kink or a jump near z = 0.8,"),
-        (lambda z: math.exp(-(z**1.2)), lambda z: -1.2 * z**0.2 * math.exp(-(z**1.2)), "a kink or .* near z = 0,"),
-        (lambda z: 1 + 0.1 * math.sin(20 * z), lambda z: 2 * math.cos(20 * z), "polynomials do not have the shape"),
+        (lambda z: math.exp(-z) + (z > 2), lambda z: -math.exp(-z), "no smooth curve near z = 2:"),
+        (lambda z: max(1 - z, 0.2), lambda z: -1.0 if z < 0.8 else 0.0, "no smooth curve near z = 0.8:"),
+        (lambda z: math.exp(-(z**1.2)), lambda z: -1.2 * z**0.2 * math.exp(-(z**1.2)), "no smooth curve near z = 0:"),
+        (lambda z: 1 + 0.1 * math.sin(20 * z), lambda z: 2 * math.cos(20 * z), "no smooth curve near z"),
         (lambda z, delta: math.exp(-z), lambda z, delta: -math.exp(-z), "missing 1 required positional argument"),
         (lambda z: None, lambda z: -math.exp(-z), r"shape\(0\) fails: float"),
     ],
