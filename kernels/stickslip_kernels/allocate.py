@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from . import layout as at
 
-NO_STATIONS = np.zeros((at.STATION_ROWS, at.STATIONS))  # of a law of our own
+NO_STATIONS = np.zeros((at.STATION_ROWS, at.STATIONS))  # of a law that is no table
 NO_STOPS = np.zeros((0, at.STOP_COLUMNS))  # for `run_signals`: no table of stick phases
 
 

@@ -13,9 +13,7 @@ from __future__ import annotations
 import gc
 import inspect
 import os
-from collections.abc import Callable
 from functools import cache, partial
-from typing import Any
 
 # Intel's vector functions are not in every process that may load the object.
 os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
@@ -28,8 +26,6 @@ from numba.core.compiler import DefaultPassBuilder
 from numba.core.registry import cpu_target
 
 from . import jit, objects
-
-Outside = Callable[[], tuple[str, Any, Any]]
 
 # Passes of Numba for expressions of arrays, closures, what is inlined before LLVM sees it, and annotated listings.
 _LEFT_OUT = {"NopythonRewrites", "InlineClosureLikes", "InlineInlinables", "InlineOverloads", "AnnotateTypes"}
@@ -65,18 +61,15 @@ class Parts(codegen.JITCPUCodegen):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, name: str, outside: Outside | None = None) -> None:
-    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error.
-
-    outside : of a law that comes from outside, as `exports.c_functions` takes it.
-    """
+def main(law: str, signals: bool, name: str) -> None:
+    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error."""
     gc.disable()  # an eighth of the time; this process is soon over
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        out.write(objects.packed(name, *build(law, signals, outside)))
+        out.write(objects.packed(name, *build(law, signals)))
 
 
-def build(law: str, signals: bool, outside: Outside | None = None) -> tuple[list[str], bytes]:
+def build(law: str, signals: bool) -> tuple[list[str], bytes]:
     """The object of a machine, and the functions it expects in a process. From now on nothing else compiles here."""
     jit.compile_parts()
     context = cpu_target.target_context
@@ -88,7 +81,7 @@ def build(law: str, signals: bool, outside: Outside | None = None) -> tuple[list
     _look_at_variables_once()
     from . import exports  # decorates the kernels, as parts
 
-    made = exports.c_functions(law, signals, outside)
+    made = exports.c_functions(law, signals)
     parts: dict[codegen.CPUCodeLibrary, None] = {}
     for function in made.values():
         _gather(function._library, parts)

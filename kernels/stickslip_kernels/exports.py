@@ -15,7 +15,6 @@ from . import contacts, runtime
 from . import layout as at
 from .block import run
 from .contacts.stribeck.laws import with_stations
-from .contacts.stribeck.outside import add_functions
 from .drive import STEADY_BELT, Segments
 from .machine import Machine
 from .observers.signals import Signals
@@ -23,13 +22,8 @@ from .observers.signals import Signals
 _TYPES = {"f": types.float64, "i": types.int64, "F": types.CPointer(types.float64), "I": types.CPointer(types.int64)}
 
 
-def c_functions(law, signals, outside=None):
-    """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`).
-
-    outside : of a law that comes from outside, gives what `add_functions` takes.
-    """
-    if outside is not None:
-        add_functions(*outside())
+def c_functions(law, signals):
+    """The C functions for maps or for signals of a law, by name; they compile here (`numba.cfunc`)."""
     tags = contacts.tags_of(law)
     functions = _signals_of(*tags[:2]) if signals else _regimes_of(*tags)
     return {name: _c_function(functions[name], kinds) for name, kinds in runtime.exports(signals).items()}

@@ -23,20 +23,19 @@ def compile_parts() -> None:
     _parts = True
 
 
-def compiled(function=None, *, inline=False, apart=False, keep=True):
+def compiled(function=None, *, inline=False, apart=False):
     """Compile a kernel: serial, nogil, cached, IEEE except for fused multiply-add.
 
     inline : True for the small functions of the hot loop, which LLVM must merge before it can vectorise the loop, and
         for scalar functions called from one place only, since a call hands over seven words for each array.
     apart : True for rare functions with loops of their own, which the hot loop is better without.
-    keep : False for what is not of the package, and may have no file.
 
     Kernels make no arrays, so that none counts references: each count is an atomic instruction, and together they took
     a sixth of the time.
     Division by zero gives inf or NaN (`error_model="numpy"`): NaN is a signal here, and kernels never raise.
     """
     if function is None:
-        return lambda body: compiled(body, inline=inline, apart=apart, keep=keep)
+        return lambda body: compiled(body, inline=inline, apart=apart)
     if apart:
         APART.add(function.__qualname__)
     options = {
@@ -48,7 +47,7 @@ def compiled(function=None, *, inline=False, apart=False, keep=True):
         "no_cpython_wrapper": _parts,
         "_nrt": False,
     }
-    if _parts or not keep:
+    if _parts:
         return numba.njit(**options)(function)
     before = numba.config.CACHE_DIR
     try:

@@ -39,9 +39,14 @@ CELL_ROWS = 19
 # rows of the contact, as one that has no friction curve calls them
 OWN_0, OWN_1, OWN_2, OWN_3, OWN_4, OWN_5, OWN_6 = A1, A2, A3, A4, DELTA, CONTACT_STIFFNESS, CONTACT_DAMPING
 
-# --- laws that come from outside: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/laws/scanned.py` --------
-STATION, KNOT, CUBIC_0, CUBIC_1, CUBIC_2, CUBIC_3 = range(6)  # of a table, cubics from KNOT on, in powers of z - KNOT
-STATION_ROWS, STATIONS = 6, 512
+# --- the law of a table: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/table.py` ------------------------
+# Polynomials from KNOT on, in powers of z - KNOT, are rows from POWERS on. Buckets of z are equally long in the bits of
+# z + BUCKET_START, from number FIRST_BUCKET on, and tell the last station, or knot, that is not above them.
+STATION, KNOT, STATION_BUCKETS, KNOT_BUCKETS, POWERS = range(5)
+STATIONS, DEGREE = 512, 5
+STATION_ROWS = POWERS + DEGREE + 1
+BUCKET_START, BUCKET_SHIFT = 2.0**-10, 48  # 16 to an octave, from z = 0 to 4 million
+FIRST_BUCKET = (1023 - 10) << 4
 
 # --- outputs of a cell: rows of `results` (RESULT_ROWS, n), NaN until known -----------------------------------------
 (

@@ -28,7 +28,6 @@ import llvmlite.binding as llvm
 
 _HERE = Path(__file__).parent
 _DIGEST_BYTES = hashlib.sha256().digest_size
-_TRIED = b"tried"  # ends what is digested of an object that a process has loaded
 _AS_IT_IS = ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")  # no link, no waiting at a pipe, no conversion of lines
 _SETTINGS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")  # of the environment: Numba compiles for another processor
 # Kinds of processors by the beginning of their triple, the most able one first: the name that LLVM has for them, and
@@ -144,19 +143,16 @@ def shipped(law: str, signals: bool) -> tuple[list[str], bytes] | None:
     return None if kind is None else read(shipped_folder() / shipped_name(law, signals, kind))
 
 
-def packed(name: str, symbols: list[str], code: bytes, tried: bool = False) -> bytes:
-    """An object as the bytes of its file. symbols : the functions it expects to find in the process.
-
-    tried : whether it was compiled just now, or a process of its own has loaded it.
-    """
+def packed(name: str, symbols: list[str], code: bytes) -> bytes:
+    """An object as the bytes of its file. symbols : the functions it expects to find in the process."""
     content = json.dumps({"name": name, "symbols": symbols}).encode() + b"\n" + code
-    return hashlib.sha256(content + _TRIED * tried).digest() + content
+    return hashlib.sha256(content).digest() + content
 
 
 def unpacked(name: str, data: bytes) -> tuple[list[str], bytes] | None:
     """Return what `packed` was given; None where damaged, or the object of another name: such code must not run."""
     content = data[_DIGEST_BYTES:]
-    if data[:_DIGEST_BYTES] not in (hashlib.sha256(content + end).digest() for end in (_TRIED, b"")):
+    if data[:_DIGEST_BYTES] != hashlib.sha256(content).digest():
         return None
     head, _, code = content.partition(b"\n")
     try:
@@ -167,12 +163,12 @@ def unpacked(name: str, data: bytes) -> tuple[list[str], bytes] | None:
         return None
 
 
-def write(path: Path, symbols: list[str], code: bytes, tried: bool = False) -> None:
+def write(path: Path, symbols: list[str], code: bytes) -> None:
     """Put an object into a file that nobody else may read or write, whole or not at all."""
     descriptor, fresh = tempfile.mkstemp(prefix=f"{path.name}.", dir=path.parent)
     try:
         with open(descriptor, "wb") as file:
-            file.write(packed(path.name, symbols, code, tried))
+            file.write(packed(path.name, symbols, code))
         os.replace(fresh, path)
     finally:
         Path(fresh).unlink(missing_ok=True)
@@ -182,12 +178,6 @@ def read(path: Path) -> tuple[list[str], bytes] | None:
     """Return what `write` put into a file; None where there is none, or it is damaged or may be somebody else's."""
     data = _bytes(path)
     return None if data is None else unpacked(path.name, data)
-
-
-def is_tried(path: Path) -> bool:
-    """Return whether a file was written with `tried`."""
-    data = _bytes(path) or b""
-    return data[:_DIGEST_BYTES] == hashlib.sha256(data[_DIGEST_BYTES:] + _TRIED).digest()
 
 
 def _bytes(path: Path) -> bytes | None:

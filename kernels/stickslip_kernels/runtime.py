@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import layout as at
-from .allocate import NO_STATIONS, NO_STOPS, new_regimes, new_signals
+from .allocate import NO_STATIONS, NO_STOPS
 
 # The functions of an object (`exports.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
@@ -67,11 +67,11 @@ def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
 class Kernels:
     """The kernels of one friction law, for maps or for signals. Calls are serial, and may be made from any thread.
 
-    stations : float64 (STATION_ROWS, STATIONS), of a law that comes from outside.
+    stations : float64 (STATION_ROWS, STATIONS), of a table.
     """
 
     def __init__(self, addresses: Addresses, signals: bool, stations: Floats = NO_STATIONS) -> None:
-        self._stations = stations
+        self.stations = stations
         self._law = _at(stations, (at.STATION_ROWS, at.STATIONS))
         self._functions: dict[str, Any] = {}
         for name, kinds in exports(signals).items():
@@ -123,18 +123,6 @@ class Kernels:
         found, n = np.empty(speeds.size), speeds.size
         self._functions["friction"](self._law, _at(cells, (at.CELL_ROWS, n)), n, _at(speeds, (n,)), found.ctypes.data)
         return found
-
-
-def try_out(symbols: list[str], code: bytes, signals: bool) -> None:
-    """Load an object and let it compute a cell. What is no code of this machine may end the process."""
-    run = Kernels(load(symbols, code, signals), signals)
-    cells, stop = np.ones((at.CELL_ROWS, 1)), np.zeros(1, np.int64)
-    if signals:
-        drive, samples = (np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 1.0]])), np.zeros((at.SIGNAL_ROWS, 1))
-        run.run_signals(cells, 1e-3, 100, stop, drive, new_signals(1), np.zeros((1, at.RUN_COLUMNS)), samples)
-    else:
-        run.run_regimes(cells, 1e-3, 100, stop, new_regimes(1), at.UNTIL_METRICS)
-        run.friction(cells, np.ones(1))
 
 
 def _lanes() -> Floats:

@@ -1,57 +1,54 @@
-"""Shapes of friction as people write them, in a module of theirs."""
+"""Shapes of friction as people write them, in a module of theirs, each with its slope."""
 
 import math
 
-from numba import njit
-
-CENTRE = 1.0
+HILL, WIDTH = 5.0, 0.2  # where one of them rises again
 
 
-@njit
-def squared(z):
-    return z * z
-
-
-def shape(z, delta):  # this and its slope and recurrence are those of docs/own-law.md, so that both are compiled once
+def shape(z):
     """Lorentzian weakening, Hess and Soom (1990)."""
     return 1.0 / (1.0 + z * z)
 
 
-def slope(z, delta):
+def slope(z):
     return -2.0 * z / (1.0 + z * z) ** 2
 
 
-def with_helper(z, delta):
-    return 1.0 / (1.0 + squared(z) * CENTRE)
-
-
-def stretched(z, delta):
-    return math.exp(-(z**delta))
-
-
-def stretched_slope(z, delta):
-    return -delta * z ** (delta - 1.0) * math.exp(-(z**delta))
-
-
-def recurrence(n, z, s, d, delta):
-    """Coefficient n of -2 z s^2."""
-    total = 0.0
-    for i in range(n + 1):
-        for j in range(n + 1 - i):
-            total -= 2.0 * z[i] * s[j] * s[n - i - j]
-    return total
-
-
-def bell(z, delta):
+def bell(z):
     return math.exp(-z * z)
 
 
-def bell_slope(z, delta):
+def bell_slope(z):
     return -2.0 * z * math.exp(-z * z)
 
 
-def bell_recurrence(n, z, s, d, delta):
-    total = 0.0
-    for j in range(n + 1):
-        total -= 2.0 * z[j] * s[n - j]
-    return total
+def falling(z):
+    return math.exp(-z)
+
+
+def falling_slope(z):
+    return -math.exp(-z)
+
+
+def hilly(z):
+    return math.exp(-z) + 0.3 * math.exp(-(((z - HILL) / WIDTH) ** 2))
+
+
+def hilly_slope(z):
+    return -math.exp(-z) - 0.6 * (z - HILL) / WIDTH**2 * math.exp(-(((z - HILL) / WIDTH) ** 2))
+
+
+def rising(z):
+    return 1.0 + 0.1 * math.log1p(z)
+
+
+def rising_slope(z):
+    return 0.1 / (1.0 + z)
+
+
+def wavy(z):
+    return 0.7 + 0.3 * math.exp(-z) * math.cos(4.0 * z)
+
+
+def wavy_slope(z):
+    return -0.3 * math.exp(-z) * (math.cos(4.0 * z) + 4.0 * math.sin(4.0 * z))

@@ -15,8 +15,7 @@ the step, from which all else about it follows (`dense.py`). Rows of `cells` tha
 parameters, in a meaning of its own.
 
 The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name; machines are named
-so), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. One on
-any friction curve has a PREFIX, which the names of curves from outside follow (`stribeck/outside.py`). A contact
+so), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
 without modes has `begin_cell` and `handle_event` from `smooth.py`.
 """
 
@@ -127,11 +126,7 @@ def register(tag, functions):
 
 def tags_of(name):
     """The tags of the machine of this name: its contact and its law; and the observer of its maps."""
-    outside = import_module(".stribeck.outside", __name__).LAWS
     for file in (import_module(f".{contact}", __name__) for contact in _NAMES):
         if name in file.LAWS:
             return file.TAG, file.LAWS[name], file.REGIMES
-        prefix = getattr(file, "PREFIX", name)
-        if name.startswith(prefix) and (law := outside.get(name[len(prefix) :])) is not None:
-            return file.TAG, law, file.REGIMES
     raise KeyError(name)

@@ -32,13 +32,12 @@ from .bristle_series import LEVEL_OF_CURVE, LOAD_SCALE, QUIET, S_0, S_1, SIGN, S
 from .bristle_steps import ELASTIC, S_1_RATE, LuGre, derivatives
 from .explicit import MOST, SINCE
 from .implicit import judge_steady_sliding
-from .stribeck import laws
+from .stribeck import laws, table
 from .stribeck.friction import coefficient, coefficient_slope
 from .stribeck.resolvable import know_steepness
 
 TAG = LuGre(0)
-PREFIX = "lugre_"
-LAWS, REGIMES = {f"{PREFIX}{name}": law for name, law in laws.LAWS.items()}, Recurrence
+LAWS, REGIMES = {f"lugre_{name}": law for name, law in (laws.LAWS | table.LAWS).items()}, Recurrence
 
 FITS = at.GAIN_TOP  # row of a lane, beside: 1 where it steps by series again once it swings
 TERMS = 6  # of a series between ends

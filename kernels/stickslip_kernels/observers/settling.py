@@ -9,7 +9,7 @@ from math import atan2, cos, inf, log, nan, pi, sin
 from .. import layout as at
 from ..contacts.stribeck.equations import slope_in_lane
 from ..contacts.stribeck.laws import by_law, inflection, shape, weakening_slope
-from ..contacts.stribeck.outside import Scanned, slopes_between
+from ..contacts.stribeck.table import Table, slopes_between
 from ..dense import rise_and_work, speed
 from ..exponential import exp
 from ..jit import compiled
@@ -135,7 +135,7 @@ def has_no_drag(law, s, i, low, high):
     return abs(drag_at(law, s, i, low)) <= NOTHING and abs(drag_at(law, s, i, high)) <= NOTHING
 
 
-# of laws that are known by their stations
+# of a table
 
 
 @compiled
@@ -147,12 +147,12 @@ def drags_between(law, s, i, low, high):
     return drag + min(one, other), drag + max(one, other)
 
 
-@least_drag.of(Scanned)
+@least_drag.of(Table)
 def _least_drag(law, s, i, w, b):
     return drags_between(law, s, i, min(w, b), max(w, b))[0]
 
 
-@has_no_drag.of(Scanned)
+@has_no_drag.of(Table)
 def _has_no_drag(law, s, i, low, high):
     least, most = drags_between(law, s, i, low, high)
     return least >= -NOTHING and most <= NOTHING

@@ -26,7 +26,7 @@ from .. import layout as at
 from ..contacts.stribeck.equations import weakening_in_lane
 from ..contacts.stribeck.friction import coefficient, line_slope
 from ..contacts.stribeck.laws import by_law, relaxation
-from ..contacts.stribeck.outside import Scanned, is_concave_from
+from ..contacts.stribeck.table import Table, is_concave_from
 from ..jit import compiled
 from .margin import note_closest_trough
 from .settling import NOTHING, certain_radius, drag_at, least_drag
@@ -79,7 +79,7 @@ def relaxes_from(law, s, i, w):
     return s[at.RATE + i] * w >= relaxation(law, s[at.EXPONENT + i])
 
 
-@relaxes_from.of(Scanned)
+@relaxes_from.of(Table)
 def _relaxes_from(law, s, i, w):
     return is_concave_from(law, s[at.RATE + i] * w, s[at.EXPONENT + i])
 

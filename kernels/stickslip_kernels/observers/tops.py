@@ -9,7 +9,6 @@ from math import inf, nan
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane
 from ..contacts.stribeck.laws import RECURRENCES, by_law_inline
-from ..contacts.stribeck.outside import Expanded
 from ..dense import horner
 from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
@@ -23,8 +22,7 @@ def has_exact_derivatives(law):
     return False
 
 
-for _tag in (*RECURRENCES, Expanded):
-    has_exact_derivatives.of(_tag)(lambda law: True)
+has_exact_derivatives.of(*RECURRENCES)(lambda law: True)
 
 
 @compiled(inline=True)

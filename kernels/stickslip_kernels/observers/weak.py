@@ -19,8 +19,8 @@ from math import asin, cos, inf, log, pi, sin
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, next_speed, slope_in_lane, weakening_in_lane
 from ..contacts.stribeck.laws import by_law, inflection
-from ..contacts.stribeck.outside import Scanned
 from ..contacts.stribeck.stepping import restart
+from ..contacts.stribeck.table import Table
 from ..dense import NODES, WEIGHTS
 from ..jit import compiled
 from .settling import drag_at, drags_between
@@ -122,7 +122,7 @@ def most_drag(law, s, i):
     return max(most, drag_at(law, s, i, bend)) if bend < 2.0 * b else most
 
 
-@most_drag.of(Scanned)
+@most_drag.of(Table)
 def _most_drag(law, s, i):
     return drags_between(law, s, i, 0.0, 2.0 * s[at.B + i])[1]
 

@@ -22,7 +22,6 @@ from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes
 
-_AT_ONCE = 6_400_000  # trial steps; what cannot take more ends within a second
 _LINE = 8  # numbers in a line of the processor's cache
 _EVERY = 1.0  # s between calls that tell of cells finished, about
 _TRIED, _FEWEST = 512, 64  # cells computed together before it is known how long they take, and at least
@@ -47,14 +46,11 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
 
     progress : called with (cells done, cells in all) from this thread, now and then.
 
-    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed". A few
-    cells are finished first.
+    Ctrl-C stops within milliseconds; the cells finished by then are returned, the others are "not computed".
     """
     if not has_own_kernels(options):  # else they are loaded where they are needed
         warm_up(options.law)
     size = cells.size
-    if size * options.max_steps <= _AT_ONCE:  # a pool of threads would take longer to start
-        return _compute_at_once(cells, options, progress)
     results, stop = _room(size, options), stop_flag()
     done, filled = 0, set[range]()
 
@@ -77,17 +73,6 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
                 _leave_blank(results, slice(numbers.start, numbers.stop), options)
         done = int(np.count_nonzero(results["regime"]))  # finished blocks may not have been counted yet
     return Computed(results, done)
-
-
-def _compute_at_once(cells: Cells, options: Options, progress: Progress | None) -> Computed:
-    rows, done = _run_block(part := cells[:], options, stop_flag())
-    found = to_si(rows, part, options)
-    if progress:
-        progress(done, cells.size)
-    for name, kind in columns(options).items():
-        if kind.kind != "f":  # the kernels give floating-point numbers
-            found[name] = found[name].astype(kind)
-    return Computed(found, done)
 
 
 def compute_range(
@@ -133,9 +118,9 @@ def _fill(results: Results, cells: Cells, numbers: range, origin: int, options: 
         return 0
     part = cells[numbers.start : numbers.stop]
     rows, done = _run_block(part, options, stop)
-    found = to_si(rows, part, options)
+    in_si = to_si(rows, part, options)
     for name, values in results.items():
-        values[place] = found[name]
+        values[place] = in_si[name]
     return done
 
 
@@ -236,9 +221,9 @@ def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopF
             rows[:, chosen[~less]] = closer[:, ~less]
 
 
-def _wanted(rows: Floats, rtol: Floats, asked: float) -> Floats:
+def _wanted(rows: Floats, rtol: Floats, given: float) -> Floats:
     """The tolerance that each cell needs; what it was integrated with where that will do."""
     wanted = np.where(rows[layout.CLOSENESS] < _ERRORS * rtol, _STEP * rtol, rtol)
     growth = np.clip(np.nan_to_num(rows[layout.ERROR_GROWTH] / _GROWTH, nan=1.0), 1.0, 1e300)
     # Whole decades, so that cells of a map share a few runs.
-    return np.asarray(np.minimum(wanted, asked * 10.0 ** -np.ceil(np.log10(growth))))
+    return np.asarray(np.minimum(wanted, given * 10.0 ** -np.ceil(np.log10(growth))))

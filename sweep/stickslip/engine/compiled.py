@@ -6,13 +6,13 @@ import warnings
 
 import llvmlite.binding as llvm
 
-from stickslip.engine.compiling import compile_apart, functions_of, kernel_of
-from stickslip.vocabulary.models import own_law
+from stickslip.engine.compiling import compile_apart
+from stickslip.vocabulary.models import kernel_of, own_law
 from stickslip_kernels import objects, runtime
 from stickslip_kernels.allocate import NO_STATIONS
 
 _loading = threading.Lock()
-_machines: dict[tuple[str, str, bool], runtime.Kernels] = {}
+_machines: dict[tuple[str, bool], runtime.Kernels] = {}
 _loaded: dict[tuple[str, bool], runtime.Addresses] = {}  # by the names of kernels, which several laws may share
 
 
@@ -50,16 +50,15 @@ def warm_up(name: str = "stribeck", signals: bool = False) -> None:
 
 def kernels(name: str, signals: bool = False) -> runtime.Kernels:
     """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
-    key = name, kernel_of(name), signals
-    if key not in _machines:
-        own = own_law(name)
+    key, own = (kernel_of(name), signals), own_law(name)
+    stations = NO_STATIONS if own is None else own.stations
+    machine = _machines.get((name, signals))
+    if machine is None or machine.stations is not stations:  # a law of one's own may have been registered anew
         with _loading:
-            if key[1:] not in _loaded:
-                _loaded[key[1:]] = _addresses(name, signals)
-            if key not in _machines:
-                stations = NO_STATIONS if own is None else own.stations
-                _machines[key] = runtime.Kernels(_loaded[key[1:]], signals, stations)
-    return _machines[key]
+            if key not in _loaded:
+                _loaded[key] = _addresses(*key)
+        machine = _machines[name, signals] = runtime.Kernels(_loaded[key], signals, stations)
+    return machine
 
 
 def _addresses(name: str, signals: bool) -> runtime.Addresses:
@@ -75,13 +74,7 @@ def _addresses(name: str, signals: bool) -> runtime.Addresses:
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
     from stickslip_kernels import exports
 
-    given = functions_of(name)
-    try:
-        functions = exports.c_functions(kernel_of(name), signals, (lambda: given) if given else None)
-    except Exception as error:  # of Numba, whose kinds have nothing in common
-        if not given:
-            raise
-        raise ValueError(f"law {name}: Numba cannot compile it: {error}") from None
+    functions = exports.c_functions(name, signals)
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
 

@@ -14,10 +14,7 @@ from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from time import perf_counter
-from types import MappingProxyType
-from typing import Any
 
-from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip_kernels import objects
 
 Object = tuple[list[str], bytes]
@@ -26,43 +23,26 @@ _OWN_FOLDER = "name a folder of your own by the environment variable NUMBA_CACHE
 _WITH_ITS_PARENT = (
     "import os, threading; threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start(); "
 )
-_TRY = (
-    "from pathlib import Path; from stickslip_kernels import runtime, objects\n"
-    "runtime.try_out(*objects.read(Path({path!r})), {signals})"
-)
 
 
-def kernel_of(law: str) -> str:
-    """The name of the kernels of a law."""
-    own = own_law(law)
-    return law if own is None else f"{PREFIX * law.startswith(PREFIX)}{own.kernel}"
-
-
-def functions_of(law: str) -> tuple[Any, ...]:
-    """What the compiler must be told of a law that people registered, its name and functions; nothing of others."""
-    own = own_law(law)
-    return () if own is None or own.functions is None else (own.kernel, *own.functions)
-
-
-def compile_apart(law: str, signals: bool) -> Object:
-    """The object with the kernels of a law: of the package, from the cache, or of another process, then put there.
+def compile_apart(name: str, signals: bool) -> Object:
+    """The object with the kernels of this name: of the package, from the cache, or of another process, then put there.
 
     Processes that begin at once each compile, and the last one's file stays, which is renamed whole. Warns, once the
     kernels are there, where they could not be kept. Raises RuntimeError with what the other process says if it fails.
     """
-    name = kernel_of(law)
     if brought := objects.shipped(name, signals):
         return brought
     if objects.CACHE_FOLDER is None:
-        made = _compile(law, signals)
+        made = _compile(name, signals)
         _warn_not_compiled_here(objects.NO_CACHE)
         return made
     path = objects.CACHE_FOLDER / objects.name_of(name, signals)
-    if found := _cached(path, signals):
-        return found
-    made = _compile(law, signals)
+    if cached := _cached(path):
+        return cached
+    made = _compile(name, signals)
     try:
-        objects.write(path, *made, tried=True)
+        objects.write(path, *made)
     except OSError as error:
         _warn_not_compiled_here(f"{path.parent}: {error.strerror}")
     return made
@@ -73,28 +53,20 @@ def _warn_not_compiled_here(why: str) -> None:
     warnings.warn(text, RuntimeWarning, stacklevel=6)
 
 
-def _cached(path: Path, signals: bool) -> Object | None:
-    """The object in a file, if it can be loaded: one that cannot might end this process, so another one tries."""
-    found = objects.read(path)
-    if found is None:
+def _cached(path: Path) -> Object | None:
+    """The object in a file, if it may be loaded; a warning says why one may not."""
+    cached = objects.read(path)
+    if cached is None:
         with suppress(OSError):
             why = objects.objection(path.lstat()) or "damaged"
             warnings.warn(f"{path}: {why}; the kernels are compiled again", RuntimeWarning, stacklevel=6)
-        return None
-    if objects.is_tried(path):
-        return found
-    if _python(_TRY.format(path=str(path), signals=signals)).returncode:
-        warnings.warn(f"{path}: cannot be loaded; the kernels are compiled again", RuntimeWarning, stacklevel=6)
-        return None
-    with suppress(OSError):
-        objects.write(path, *found, tried=True)
-    return found
+    return cached
 
 
-def _compile(law: str, signals: bool) -> Object:
-    name, began = kernel_of(law), perf_counter()
+def _compile(name: str, signals: bool) -> Object:
+    began = perf_counter()
     _log.info("Compiling the kernels for this machine, once ...")
-    made = _made(objects.name_of(name, signals), name, signals, {}, functions_of(law))
+    made = _made(objects.name_of(name, signals), name, signals, {})
     _log.info("Compiled the kernels in %.0f s.", perf_counter() - began)
     return made
 
@@ -108,19 +80,14 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     written = []
     for kind, law, signals in product(kinds, laws, (False, True)):
         name, target = objects.shipped_name(law, signals, kind), {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
-        objects.write(folder / name, *_made(name, law, signals, target), tried=True)
+        objects.write(folder / name, *_made(name, law, signals, target))
         written.append(folder / name)
     return written
 
 
-def _made(name: str, law: str, signals: bool, settings: Mapping[str, str], functions: tuple[Any, ...] = ()) -> Object:
+def _made(name: str, kernel: str, signals: bool, settings: Mapping[str, str]) -> Object:
     """An object of this name, from another process with these settings. Raises RuntimeError with what that says."""
-    outside = ""
-    if functions:
-        import cloudpickle  # type: ignore[import-untyped]  # takes functions along that no module of a file has
-
-        outside = f", lambda: __import__('pickle').loads({cloudpickle.dumps(functions)!r})"
-    arguments = f"{str(law)!r}, {signals}, {name!r}{outside}"
+    arguments = f"{kernel!r}, {signals}, {name!r}"
     done = _python(f"from stickslip_kernels.building import main; main({arguments})", settings)
     if made := objects.unpacked(name, done.stdout):
         return made
@@ -128,7 +95,7 @@ def _made(name: str, law: str, signals: bool, settings: Mapping[str, str], funct
     raise RuntimeError(f"no object {name} came of compiling the kernels\n{end.strip()[-2000:]}")
 
 
-def _python(script: str, settings: Mapping[str, str] = MappingProxyType({})) -> subprocess.CompletedProcess[bytes]:
+def _python(script: str, settings: Mapping[str, str]) -> subprocess.CompletedProcess[bytes]:
     """A script run by another process, with the modules of this one; if this one is killed, so that nobody waits for
     what it makes, its standard input ends, and it ends, too.
     """

@@ -15,8 +15,7 @@ from stickslip.engine.compiling import ship
 from stickslip.engine.options import Options, StopFlag
 from stickslip.engine.scales import to_kernel
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, OwnKernels, model_of
-from stickslip.vocabulary.own_laws import TABLE
+from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, TABLE, OwnKernels, model_of
 from stickslip_kernels import layout, objects
 from stickslip_kernels.allocate import NO_STOPS
 
@@ -28,11 +27,10 @@ def kernels_for(cells: Cells, options: Options) -> tuple[str, ...]:
     own = _own(options)
     if own is None:
         return (options.law,)
-    varied = {name: np.unique(values) for name, (_, values) in cells.along.items() if name in own.parameters}
-    given = (varied[name] if name in varied else cells.fixed[name] for name in own.parameters)
-    values = [set(np.ravel(np.nan_to_num(one)).tolist()) for one in given]
-    names = [name for value, name in own.by_value.items() if all(value in one for one in values)]
-    others = any(one - set(own.by_value) for one in values)
+    given = {name: cells.along[name][1] if name in cells.along else cells.fixed[name] for name in own.parameters}
+    values = [set(np.unique(np.nan_to_num(column)).tolist()) for column in given.values()]
+    names = [name for value, name in own.by_value.items() if all(value in column for column in values)]
+    others = any(column - set(own.by_value) for column in values)
     return (*names, own.otherwise or options.law) if others else tuple(names)
 
 

@@ -87,7 +87,7 @@ def _results_to_si(rows: Floats, by: Scales, start: Floats) -> Results:
     work, heat, damper = rows[layout.RIG_DRIVE_WORK], rows[layout.RIG_FRICTION_HEAT], rows[layout.RIG_DAMPER_HEAT]
     stored = 0.5 * (rows[layout.RIG_XI_END] ** 2 + rows[layout.RIG_ETA_END] ** 2)
     stored -= 0.5 * (start / by.length) ** 2
-    found = {
+    results = {
         "sticks_exact": rows[layout.RIG_STICKS],
         "slips_exact": rows[layout.RIG_SLIPS],
         "stick_time": rows[layout.RIG_STICK_TIME] * by.time,
@@ -100,8 +100,8 @@ def _results_to_si(rows: Floats, by: Scales, start: Floats) -> Results:
         "energy_error": (work - heat - damper - stored) / np.where(work == 0.0, np.nan, work),
     }
     status = rows[layout.RIG_STATUS]
-    found = {name: np.where(status == layout.HORIZON_REACHED, values, np.nan) for name, values in found.items()}
-    return {"status": status.astype(np.int8), "steps": rows[layout.RIG_STEPS], **found}
+    results = {name: np.where(status == layout.HORIZON_REACHED, values, np.nan) for name, values in results.items()}
+    return {"status": status.astype(np.int8), "steps": rows[layout.RIG_STEPS], **results}
 
 
 def _signals_to_si(rows: Floats, by: Scales, i: int) -> Results:

@@ -8,7 +8,7 @@ from math import inf, nan
 from ... import layout as at
 from ...jit import compiled
 from .laws import by_law, by_law_inline, inflection, last_weakening, shape, speed_of_shape_slope, weakening_slope
-from .outside import Scanned, bend_between, place
+from .table import Table, bend_between, place
 
 MOST_DOUBLINGS, HALVINGS = 60, 60
 FAR = 1e100  # speeds a4 from which on a curve goes on as it does at last
@@ -123,14 +123,14 @@ def line_slope(w_reversal, mu_reversal, mu_stop):
     return (mu_reversal - mu_stop) / w_reversal
 
 
-# --- the same for laws that are known by their stations ---------------------------------------------------------------
+# --- the same for a table ---------------------------------------------------------------------------------------------
 
 
 @compiled
 def lowest(law, cells, c, low, high):
     """The least friction coefficient of cell c between two slip speeds, and where; inf if it falls for ever."""
     a4, delta = cells[at.A4, c], cells[at.DELTA, c]
-    w, k = low, place(law.stations, at.STATION, low / a4) + 1
+    w, k = low, place(law.stations, low / a4) + 1
     least, where = coefficient(law, cells, c, w), w
     while w < high:
         end = min(a4 * law.stations[at.STATION, k], high) if k < at.STATIONS else high
@@ -148,18 +148,18 @@ def lowest(law, cells, c, low, high):
     return least, where
 
 
-@speed_of_minimum.of(Scanned)
+@speed_of_minimum.of(Table)
 def _speed_of_minimum(law, cells, c):
     """Where friction is least of all."""
     return lowest(law, cells, c, 0.0, inf)[1]
 
 
-@least_coefficient.of(Scanned)
+@least_coefficient.of(Table)
 def _least_coefficient(law, cells, c, low, high):
     return lowest(law, cells, c, low, high)[0]
 
 
-@steepest.of(Scanned)
+@steepest.of(Table)
 def _steepest(law, cells, c):
     """That of standstill: steps do not skip what follows."""
     return abs(coefficient_slope(law, cells, c, 0.0))
@@ -177,12 +177,12 @@ def end_of_rising(law, cells, c, inside, outside):
     return nan
 
 
-@stable_speeds.of(Scanned)
+@stable_speeds.of(Table)
 def _stable_speeds(law, cells, c):
     b, a4 = abs(cells[at.BELT, c]), cells[at.A4, c]
     if not cells[at.GAMMA, c] + coefficient_slope(law, cells, c, b) > 0.0:
         return b, b
-    first, low, high = place(law.stations, at.STATION, b / a4), 0.0, inf
+    first, low, high = place(law.stations, b / a4), 0.0, inf
     w, k = b, first
     while w > 0.0:
         station = a4 * law.stations[at.STATION, k] if k > 0 else 0.0

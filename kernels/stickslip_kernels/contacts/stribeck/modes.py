@@ -19,7 +19,7 @@ from ...jit import compiled
 from ...machine import DONE, RUNNING
 from ...observers.regime import Regime
 from ...roots import arrival
-from . import laws, stepping
+from . import laws, stepping, table
 from .equations import jerk_in_lane, slope_in_lane, state_at, weakening_in_lane
 from .friction import coefficient, speed_of_minimum
 from .hysteresis import fall
@@ -185,8 +185,7 @@ class StribeckContact(NamedTuple):
     code: int
 
 
-TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS, Regime
-PREFIX = ""
+TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS | table.LAWS, Regime
 
 
 def try_step(m):

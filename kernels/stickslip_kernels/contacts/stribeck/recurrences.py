@@ -12,9 +12,7 @@ coefficient of the one it keeps is found.
 from typing import Any, NamedTuple
 
 from ... import layout as at
-from ...intrinsics import select
 from ...jit import compiled
-from .straight import straight
 
 
 class Recurrence(NamedTuple):
@@ -131,65 +129,6 @@ def slope_of_square(n):
 
 
 GAUSSIAN = Recurrence(at.SERIES_FACTOR, at.SERIES_WEAK, nothing, gaussian_scale, slope_of_square, lambda n: weakening)
-
-# --- x = drop s(rate w), the coefficients of s' being known: x' = drop rate s'(rate w) w' ----------------------------
-
-PER_DROP = at.W_2  # a row of Runge-Kutta steps: 1/drop, or 0
-
-
-@compiled(inline=True)
-def begin_slope(s, i):
-    """1/drop; 0 where nothing weakens."""
-    s[PER_DROP + i] = select(s[at.DROP + i] == 0.0, 0.0, 1.0 / s[at.DROP + i])
-
-
-@compiled(inline=True)
-def slope_scale(s, i, per_m):
-    """drop rate/m."""
-    return s[at.DROP + i] * s[at.RATE + i] * per_m
-
-
-def row_up_to(n, row, factor):
-    """The function that gives coefficients 0 to n of a series, times row `factor` if there is one, as a tuple."""
-    here, before = row + n * at.WIDTH, row_up_to(n - 1, row, factor) if n > 0 else None
-
-    @compiled(inline=True)
-    def last(s, i):
-        return (s[here + i] * s[factor + i] if factor else s[here + i],)
-
-    @compiled(inline=True)
-    def all_of_them(s, i):
-        return before(s, i) + last(s, i)
-
-    return all_of_them if n > 0 else last
-
-
-def of_slope(slope_of_z, series):
-    """The recurrence of a shape with slope_of_z(z, delta), whose coefficient n along a motion is series(n, z, x, d,
-    delta), a function of Python (`straight.py`), given those of z and of the shape up to n, and of the slope up to
-    n - 1.
-    """
-
-    def next_slope(n):
-        if n == 0:
-
-            @compiled(inline=True)
-            def first(s, i, x_n, w_n):
-                return slope_of_z(s[at.RATE + i] * w_n, s[at.EXPONENT + i])
-
-            return first
-        z, x = row_up_to(n - 1, at.SERIES, at.RATE), row_up_to(n - 1, at.SERIES_WEAK, PER_DROP)
-        d, formula = row_up_to(n - 1, at.SERIES_FACTOR, 0), straight(series, n)
-
-        @compiled(inline=True)
-        def coefficient(s, i, x_n, w_n):
-            all_z, all_x = z(s, i) + (w_n * s[at.RATE + i],), x(s, i) + (x_n * s[PER_DROP + i],)
-            return formula(all_z, all_x, d(s, i), s[at.EXPONENT + i])
-
-        return coefficient
-
-    return Recurrence(at.SERIES_DW, at.SERIES_FACTOR, begin_slope, slope_scale, lambda n: slope, next_slope)
-
 
 # --- x = drop (1 - 3/2 rate w + 1/2 (rate w)^3): x' = 3/2 drop rate ((rate w)^2 - 1) w' -----------------------------
 

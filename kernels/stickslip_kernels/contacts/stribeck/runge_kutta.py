@@ -44,7 +44,7 @@ def stage_loop(n):
     b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
     """
     weights, node, row_w, row_dw = TSITOURAS_54.matrix[n], TSITOURAS_54.nodes[n], STAGE_W[n], STAGE_DW[n]
-    first, last = n == 1, n + 1 == len(STAGE_W)
+    first = n == 1
 
     @compiled
     def loop(law, s):
@@ -58,11 +58,10 @@ def stage_loop(n):
                     sum_w += weights[j] * s[STAGE_W[j] + i]
                     sum_dw += weights[j] * s[STAGE_DW[j] + i]
             mean_belt = s[at.B + i] + 0.5 * (node * h) * s[at.ALPHA + i]  # over the time up to the node
-            y = s[at.Y + i] + h * (node * mean_belt - sum_w)
-            w = s[at.W + i] + h * sum_dw
-            if last:
-                s[at.Y_NEW + i] = y
-            s[row_w + i], s[row_dw + i] = w, slope_in_lane(law, s, i, y, w)
+            s[at.Y_NEW + i] = s[at.Y + i] + h * (node * mean_belt - sum_w)  # of the last stage in the end
+            s[row_w + i] = s[at.W + i] + h * sum_dw
+        for i in range(at.WIDTH):  # a loop of its own: where the law looks up numbers, it is no vector code
+            s[row_dw + i] = slope_in_lane(law, s, i, s[at.Y_NEW + i], s[row_w + i])
 
     return loop
 
@@ -108,8 +107,14 @@ def control_step(law, s, rtol):
             error_y -= ERROR_WEIGHTS[j] * s[STAGE_W[j] + i]
             error_w += ERROR_WEIGHTS[j] * s[STAGE_DW[j] + i]
         s[at.ERROR_Y + i], s[at.ERROR_W + i] = h * error_y, h * error_w
+    for i in range(at.WIDTH):  # what the law tells
         b = s[at.B + i] + s[at.TAKEN + i] * s[at.ALPHA + i]
         s[at.JERK_NEW + i] = jerk_in_lane(law, s, i, s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], b)
+        rate, rise = s[at.RATE + i], s[at.RATE + i] * s[at.TAKEN + i]
+        unseen = passes_unseen(
+            law, rate * s[at.W + i], rate * s[at.W_NEW + i], rise * s[at.DW + i], rise * s[at.DW_NEW + i]
+        )
+        s[at.GOOD + i] = select(unseen, 0.0, 1.0)
     for i in range(at.WIDTH):
         floor = s[at.FLOOR + i]
         amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
@@ -120,10 +125,7 @@ def control_step(law, s, rtol):
         hides = may_hide(s, i, s[at.TAKEN + i], s[at.W_NEW + i], s[at.DW_NEW + i]) | (
             s[at.W_NEW + i] < -s[at.HIDES + i]
         )
-        rate, rise = s[at.RATE + i], s[at.RATE + i] * s[at.TAKEN + i]
-        hides = hides | passes_unseen(
-            law, rate * s[at.W + i], rate * s[at.W_NEW + i], rise * s[at.DW + i], rise * s[at.DW_NEW + i]
-        )
+        hides = hides | (s[at.GOOD + i] == 0.0)
         good = (error2 <= 1.0) & (not hides)
         s[at.GOOD + i] = select(good, 1.0, 0.0)
         s[at.STEP + i] = select(hides, min(0.5, factor) * s[at.TAKEN + i], factor * s[at.STEP + i])

@@ -2,7 +2,7 @@
 
 from . import runge_kutta, taylor
 from .laws import LAWS, RECURRENCES, by_law
-from .outside import Expanded, Scanned
+from .table import Table
 
 
 @by_law
@@ -29,7 +29,7 @@ def extreme_slope(law, s, i, h, at_end):
     raise NotImplementedError
 
 
-for _tag in (*map(type, LAWS.values()), Scanned, Expanded):
-    _stepper = taylor if _tag in {*RECURRENCES, Expanded} else runge_kutta
+for _tag in (*map(type, LAWS.values()), Table):
+    _stepper = taylor if _tag in RECURRENCES else runge_kutta
     for _function in (try_step, begin_stepping, restart, extreme_slope):
         _function.of(_tag)(getattr(_stepper, _function.__name__))

@@ -12,9 +12,11 @@ from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels
 from stickslip.vocabulary.models.own_law import (
     OWN_NAME,
     PREFIX,
+    TABLE,
     OnBristles,
     OwnLaw,
     coefficients_of,
+    kernel_of,
     law_remedy,
     note,
     own_law,
@@ -32,21 +34,18 @@ _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
-    "ROUNDING", "STRIBECK", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels", "OwnLaw", "Rule", "Slider",
-    "add_law", "coefficients_of", "law_of_contact", "law_remedy", "laws_with", "model_of", "model_with", "own_law",
-    "own_names",
+    "ROUNDING", "STRIBECK", "TABLE", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels", "OwnLaw", "Rule",
+    "Slider", "add_law", "coefficients_of", "kernel_of", "law_of_contact", "law_remedy", "laws_with", "model_of",
+    "model_with", "own_law", "own_names",
 ]  # fmt: skip
 
 
-def add_law(law: OwnLaw, with_exponent: bool) -> None:
-    """Let a law of one's own be one of the models of a friction curve. with_exponent : whether it has `delta`."""
+def add_law(law: OwnLaw) -> None:
+    """Let a law of one's own be one of the models of a friction curve."""
     rules = {STRIBECK: OF_ANY_SHAPE, LUGRE: ON_POSITIVE if law.positive else BRISTLES_ON_ANY}
     for model, name in ((STRIBECK, str(law)), (LUGRE, f"{PREFIX}{law}")):
         model.laws[name] = LAW_MESSAGES[name] = law.text
         model.rules[name] = rules[model]
-        model.of_laws["delta"] = tuple(one for one in model.of_laws["delta"] if one != name)
-        if with_exponent:
-            model.of_laws["delta"] += (name,)
         _OF_LAW[name] = model
     note(law)
 

@@ -78,8 +78,8 @@ def _slopes(law: str, cells: Values) -> Slopes:
     a1, a2, a3, a4 = (cells[name] for name in CURVE)
     load, speed = cells["normal_load"], np.abs(cells["belt_speed"])
     own = own_law(law)
-    of_z = own.weakening if own else partial(weakening, law.removeprefix(PREFIX))
-    shape, slope = of_z(speed / a4, cells["delta"])
+    z = speed / a4
+    shape, slope = own.weakening(z) if own else weakening(law.removeprefix(PREFIX), z, cells["delta"])
     fade = np.nan_to_num(speed / cells["contact_damping_speed"])
     damping = cells["contact_damping"] * np.exp(-np.square(fade))
     return lugre_slopes(

@@ -1,9 +1,9 @@
-"""Laws of friction of one's own: a name, which is all that others see of a law, with what computes it."""
+"""Laws of friction of one's own: a name, which is all that others see of a law, with the numbers of its shape."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,40 +12,35 @@ if TYPE_CHECKING:
     from stickslip.vocabulary.scales import Floats
 
 PREFIX = "lugre_"  # of the same law behind bristles
+TABLE = "table"  # name of the kernels of all laws of one's own
 OWN_NAME = "^[a-z][a-z0-9_]{0,39}$"
 
 
 class OwnLaw(str):
     """The name of a law, which goes wherever a law is named.
 
-    kernel : name of its kernels, which tells the contents. text : what it is, in words. stations : its numbers, as the
-    kernels have them, (STATION_ROWS, STATIONS). functions : shape and slope of (z, delta), and perhaps the recurrence
-    of the slope; None where numbers tell all.
-    coefficients : those of its curve that need not be given. fastest : slip speed (m/s) up to which it is known.
-    positive : whether the shape is above 0 at every slip speed.
+    text : what it is, in words. stations : its numbers, as the kernels have them, (STATION_ROWS, STATIONS).
+    coefficients : those of its curve that need not be given. reach : w/a4 up to which it is known. positive : whether
+    the shape is above 0 at every slip speed.
     """
 
-    __slots__ = ("coefficients", "fastest", "functions", "kernel", "positive", "stations", "text")
+    __slots__ = ("coefficients", "stations", "text")
 
-    kernel: str
     text: str
     stations: Floats
-    functions: tuple[Callable[..., float], ...] | None
     coefficients: Mapping[str, float]
-    fastest: float
+    reach: float
     positive: bool
 
-    def weakening(self, z: ArrayLike, delta: ArrayLike) -> tuple[Floats, Floats]:
+    def weakening(self, z: ArrayLike) -> tuple[Floats, Floats]:
         """The shape at z = w/a4, and its slope."""
         import numpy as np
+        from numpy.polynomial.polynomial import polyder, polyval
 
-        if self.functions is not None:
-            shape, slope = (np.vectorize(one, otypes=[float])(z, delta) for one in self.functions[:2])
-            return shape, slope
-        _, knot, *cubic = self.stations
-        k = np.searchsorted(knot[1:], z, side="right")
-        t, (c0, c1, c2, c3) = np.subtract(z, knot[k]), (row[k] for row in cubic)
-        return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + t * 3.0 * c3)
+        _, knot, _, _, *powers = self.stations
+        piece = np.searchsorted(knot[1:], z, side="right")
+        of_piece, t = np.array(powers)[:, piece], np.subtract(z, knot[piece])
+        return polyval(t, of_piece, tensor=False), polyval(t, polyder(of_piece), tensor=False)
 
 
 class OnBristles(str):
@@ -78,9 +73,16 @@ def own_law(name: str) -> OwnLaw | None:
     return _KNOWN.get(name.removeprefix(PREFIX))
 
 
+def kernel_of(name: str) -> str:
+    """The name of the kernels of a law."""
+    if own_law(name) is None:
+        return name
+    return f"{PREFIX}{TABLE}" if name.startswith(PREFIX) else TABLE
+
+
 def own_names() -> tuple[str, ...]:
     """Names of those that people gave a name."""
-    return tuple(name for name, law in _KNOWN.items() if law.functions is not None)
+    return tuple(name for name in _KNOWN if not name.startswith(TABLE))
 
 
 def law_remedy(law: object) -> str | None:

@@ -128,19 +128,6 @@ def coefficients(mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayL
 # --- rules ------------------------------------------------------------------------------------------------------------
 
 
-def rise_to_a_maximum(shape: str, cell: Values) -> Floats:
-    """Slope of the curve at standstill (s/m) where it rises first and then falls without end; elsewhere -1.
-
-    shape : name of a law. Such a curve has a maximum and no minimum at which the falling branch of `mu_stop` could end.
-    """
-    import numpy as np
-
-    a2, a3, a4 = (np.asarray(cell[name], np.float64) for name in ("a2", "a3", "a4"))
-    first = 1.5 if shape == "cubic" else np.where(np.greater(cell.get("delta", 1.0), 1.0), 0.0, 1.0)
-    falls_at_last = (a3 < 0.0) & ((a2 < 0.0) | (shape == "cubic"))
-    return np.where(falls_at_last, a2 - first * a3 / a4, -1.0)
-
-
 def _between_levels(start: tuple[str, ...], of_start: str) -> tuple[Rule, ...]:
     """The rules mu_stop <= mu_start <= mu_static, mu_start being the sum of the quantities `start`."""
 
@@ -161,14 +148,19 @@ def _between_levels(start: tuple[str, ...], of_start: str) -> tuple[Rule, ...]:
 
 
 def _minimum(shape: str) -> Rule:
-    """Hysteresis needs a curve that does not rise to a maximum and fall without end then."""
+    """Hysteresis needs a curve with a minimum, at which the falling branch of `mu_stop` could end: none that rises to a
+    maximum and falls without end then. The margin is minus the slope at standstill of such a curve.
+    """
 
     def margin(p: Values) -> Any:
         if isinstance(p["a3"], float) and (p["a3"] >= 0.0 or p["mu_stop"] != p["mu_stop"]):
             return inf
         import numpy as np
 
-        return np.where(np.isnan(p["mu_stop"]), np.nan, -rise_to_a_maximum(shape, p))
+        a2, a3, a4 = (np.asarray(p[name], np.float64) for name in ("a2", "a3", "a4"))
+        first = 1.5 if shape == "cubic" else np.where(np.greater(p.get("delta", 1.0), 1.0), 0.0, 1.0)
+        falls_at_last = (a3 < 0.0) & ((a2 < 0.0) | (shape == "cubic"))
+        return np.where(np.isnan(p["mu_stop"]), np.nan, np.where(falls_at_last, first * a3 / a4 - a2, 1.0))
 
     names = {"mu_stop": 1, "a2": 0, "a3": -1, "a4": -1} | ({"delta": -1} if shape == _WITH_EXPONENT else {})
     return Rule(

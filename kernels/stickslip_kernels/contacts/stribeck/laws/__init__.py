@@ -24,7 +24,7 @@ and, where they differ from the defaults below,
     bends()                                 whether it bends so much that w'' may vanish twice within a Taylor step; a
                                             constant
 
-Laws of which nothing is known but shape and slope are in `../outside.py`.
+The law of a table, whose shape is numbers of a run, is in `../table.py`.
 """
 
 from importlib import import_module
@@ -118,7 +118,7 @@ def has_kinks(law):
 
 @by_law_inline
 def with_stations(law, stations):
-    """The tag with the numbers of a law that comes from outside."""
+    """The tag with the numbers of a table."""
     return law
 
 
