@@ -5,6 +5,8 @@ import os
 import pytest
 from hypothesis import settings
 
+from helpers import day_kernels
+
 os.environ.setdefault("MPLBACKEND", "Agg")  # plots never open a window
 # The first example of a kernel loads compiled code: no deadline. What a run finds, the next one finds too, unless fresh
 # seeds are asked for (`make nightly`).
@@ -16,6 +18,18 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 def pytest_configure(config):
     """Cells at random have any friction coefficient; tests of what asks about it see the question."""
     config.addinivalue_line("filterwarnings", "ignore:mu_start = .* is more than:stickslip.errors.UnitWarning")
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist starts its workers
+def pytest_sessionstart(session):
+    """By day a few kernels are compiled before all tests, and no test may have others compiled."""
+    config = session.config
+    if "not slow" not in config.option.markexpr or config.option.collectonly:
+        return
+    if not hasattr(config, "workerinput"):
+        folder = config.rootpath / "build" / "kernels-of-tests"
+        day_kernels.prepare(folder, config.get_terminal_writer().line)
+    config.pluginmanager.register(day_kernels.Guard())
 
 
 @pytest.fixture(scope="session")

@@ -31,6 +31,7 @@ def edited(tmp_path):
     return package, run
 
 
+@pytest.mark.slow
 def test_the_second_run_finds_what_the_first_compiled(edited):
     _, run = edited
     assert run(PRINT_FRICTION) == ["2.0", "0"]
@@ -60,6 +61,7 @@ def test_an_edit_in_another_file_gives_new_numbers(edited):
     assert run(PRINT_FRICTION) == ["4.0", "0"]
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_means_no_cache_and_no_failure(edited, tmp_path):
     package, run = edited
     (tmp_path / "cache").write_text("a file where the folder should be")

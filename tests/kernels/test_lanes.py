@@ -48,7 +48,8 @@ def machine(law, s):
     return Machine(TAG, LAWS[law], STEADY_BELT, observer, s, cells, 1e-6, 1e6)
 
 
-@pytest.mark.parametrize("law", few(LAWS, ("stribeck", "gaussian")))
+@pytest.mark.slow  # 14 s of compiling; by day test_block.py and test_segments.py ask it of whole machines
+@pytest.mark.parametrize("law", LAWS)
 def test_every_lane_takes_the_step_it_would_take_alone(law):
     """The step of a lane does not depend on what the others do, nor on which lane it is."""
     random = np.random.default_rng(1)
@@ -135,7 +136,7 @@ def test_only_readers_of_one_series_are_scalar_where_contacts_have_memory(law):
 
 
 @pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", few(LAWS, 1))
 def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(law):
     """In what is shipped. A loop that calls or branches is none of these, so that their number tells."""
     found = widest()
