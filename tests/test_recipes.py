@@ -55,9 +55,19 @@ def copy(tmp_path):
     return Copy(tmp_path, ["sweep"])
 
 
-def test_a_new_unit_is_one_row(copy):
+def test_a_unit_a_metric_and_a_law_are_a_row_each(copy):
+    """And a conversion: how far the belt moves in a cycle."""
     copy.insert("sweep/stickslip/vocabulary/units.py", "\n_KINDS = {", '\n    "Pa": ("a pressure", "2 bar"),')
-    copy.run("""
+    row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
+    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
+    conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
+    copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
+    copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
+    copy.run(f"""
+import numpy as np
+import stickslip
+from stickslip.config.reader import make_config
+from stickslip.config.schema import json_schema
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 assert units.si_value("2 bar", "Pa") == 2e5 and units.expected("Pa") == "a pressure such as '2 bar' or a number in Pa"
@@ -65,6 +75,12 @@ try:
     units.si_value("1 mm", "Pa")
 except QuantityError as error:
     assert error.found == "length"
+found = stickslip.evaluate({CELL})
+assert found["belt_travel"].attrs["units"] == "m"
+np.testing.assert_allclose(found["belt_travel"], 0.1 * found["period"], rtol=1e-15)
+assert stickslip.run(make_config({CONFIG} | dict(axes=dict(damping=[0, 1]))))["belt_travel"].shape == (2,)
+assert make_config({CONFIG.replace("friction=dict(", "friction=dict(law='halving', ")}).friction.law == "halving"
+assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]["anyOf"][0]["enum"]
 """)
 
 
@@ -172,33 +188,6 @@ assert _ends(whole, model_of("stribeck"))["damping"] == _ends(half, model_of("st
 """)
 
 
-def test_a_new_metric_is_one_row_and_its_conversion(copy):
-    """How far the belt moves in a cycle."""
-    row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
-    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
-    conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
-    copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
-    copy.run(f"""
-import numpy as np
-import stickslip
-from stickslip.config.reader import make_config
-found = stickslip.evaluate({CELL})
-assert found["belt_travel"].attrs["units"] == "m"
-np.testing.assert_allclose(found["belt_travel"], 0.1 * found["period"], rtol=1e-15)
-assert stickslip.run(make_config({CONFIG} | dict(axes=dict(damping=[0, 1]))))["belt_travel"].shape == (2,)
-""")
-
-
-def test_a_new_law_is_named_and_read_by_one_row(copy):
-    copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
-    copy.run(f"""
-from stickslip.config.reader import make_config
-from stickslip.config.schema import json_schema
-assert make_config({CONFIG.replace("friction=dict(", "friction=dict(law='halving', ")}).friction.law == "halving"
-assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]["anyOf"][0]["enum"]
-""")
-
-
 TOY = '''
 """How fast cells of a configuration move at most, times a factor: a study as CONTRIBUTING says to add one."""
 
@@ -253,12 +242,17 @@ class PaceStudy(Study):
 '''
 
 
+STUDY_ROW = (
+    "STUDIES: dict[str, StudyEntry] = {",
+    '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),',
+)
+
+
 def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", TOY)
-    row = '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),'
-    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, StudyEntry] = {", row)
+    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
@@ -327,8 +321,7 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     copy = Copy(tmp_path, ["sweep", "kernels"])
     copy.write("sweep/stickslip/studies/pace.py", TOY.lstrip())
     copy.write("sweep/stickslip/plots/paces.py", PACES.lstrip())
-    row = '\n    "pace": Entry("pace:PaceStudy", "Find how fast cells move."),'
-    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, Entry] = {", row)
+    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
     copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')

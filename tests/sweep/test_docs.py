@@ -13,6 +13,7 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
+from helpers.nightly import few
 from helpers.pages import anchors, links
 from making.__main__ import PAGES as WRITTEN
 from making.contents import sections
@@ -82,6 +83,17 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+# Kernels that tests by day do not run: of other laws, of tables, of drives of contacts with memory.
+OTHER_KERNELS = re.compile(
+    r"rational|cubic|gaussian|stribeck_delta|rate_state_slip|register_law|\btable: |Table\(|rate_state(?s:.)*drive:"
+)
+
+
+def few_by_day(texts):
+    """Names of texts as cases: those with other kernels are slow."""
+    return few(texts, [name for name, text in texts.items() if not OTHER_KERNELS.search(text)])
+
+
 YAML = blocks("yaml")
 PYTHON = blocks("python")
 
@@ -107,7 +119,7 @@ def test_pages_have_blocks_to_try():
     assert {"tutorial", "own-curve", "own-record", "uses", "linear", "modes"} <= set(PLAYED)
 
 
-@pytest.mark.parametrize("name", YAML)
+@pytest.mark.parametrize("name", few_by_day(YAML))
 def test_every_configuration_of_the_docs_is_computed(here, name):
     # whether it is computed, and not how long that takes
     few = re.sub(r"\bdepth: \d+", "depth: 1", re.sub(r"\bnum: \d+", "num: 3", YAML[name]))
@@ -147,11 +159,7 @@ def test_some_pages_show_what_a_command_runs():
     assert {"memory.md", "attractors.md"} <= pages
 
 
-# Each of those that register a law compiles it for a minute.
-OWN_LAWS = [pytest.param(name, marks=pytest.mark.slow) for name in PYTHON if name.startswith("own-law")]
-
-
-@pytest.mark.parametrize("name", [*(name for name in PYTHON if not name.startswith("own-law")), *OWN_LAWS])
+@pytest.mark.parametrize("name", few_by_day(PYTHON))
 def test_every_python_block_of_the_docs_runs(here, name):
     """It must not raise; more is not claimed."""
     write_config(here, num=100, name="my.yaml")
@@ -195,7 +203,7 @@ def test_expressions_in_the_middle_of_a_text_work_on_every_map(in_memory_and_fro
         exec(compile(code, code, "exec"), {"stickslip": stickslip, "plots": stickslip.plots, "ds": ds})
 
 
-@pytest.mark.parametrize("page", PLAYED)
+@pytest.mark.parametrize("page", few(PLAYED, [page for page in PLAYED if page != "own-curve"]))
 def test_what_a_page_shows_is_what_comes_out(tmp_path, page):
     """Of commands and Python, but for times and rates; and pictures are made. `make reference` writes all again."""
     shown = PAGES[f"{page}.md"]

@@ -61,19 +61,6 @@ def test_a_step_of_the_speed_has_its_direct_effect_at_once_and_its_evolution_ove
         assert extreme - start == pytest.approx(A * np.log(after / before), rel=0.03)
 
 
-def test_static_friction_after_a_hold_grows_by_b_per_e_fold_of_its_time():
-    """Slide, hold, slide: reloaded on a stiff spring from a load far below."""
-    stiffness, belt, peaks, holds = 1000.0 * LOAD / DISTANCE, 1e-5, [], np.geomspace(1e2, 1e6, 5)
-    for hold in holds:
-        trace = stickslip.simulate(
-            duration=0.3 * DISTANCE / belt, samples=3001, law=LAWS[0], rtol=1e-9, mass=1e-6, stiffness=stiffness,
-            belt_speed=belt, displacement=0.3 * LOAD / stiffness, velocity=belt * (1.0 - 1e-9), contact_time=hold,
-            **CONTACT,
-        )  # fmt: skip
-        peaks.append(float(trace["friction_coefficient"].max()))
-    np.testing.assert_allclose(np.diff(peaks) / np.diff(np.log(holds)), B, rtol=0.02)
-
-
 SLIDING = CONTACT | {"mass": 1.0, "stiffness": 2e4, "damping": 2.0, "belt_speed": 1e-2}
 
 
