@@ -70,7 +70,7 @@ def test_harmonics_are_those_of_many_samples_of_the_acceleration(name):
     assert abs(found.mean) < 1e-7 * np.abs(many).max()
 
 
-@pytest.mark.parametrize("name", SUSTAINED)
+@pytest.mark.parametrize("name", common_first(SUSTAINED))
 def test_cycles_without_stick_are_told_by_their_status(name):
     law, cell = SUSTAINED[name]
     found = results_of(cell, Options(law, 1e-9))
@@ -99,7 +99,7 @@ def test_squares_of_the_harmonics_sum_to_the_mean_square(name):
         "damped",
         "peak of static friction",
         "ageing",
-        "gaussian",
+        pytest.param("gaussian", marks=pytest.mark.slow),
         pytest.param("rational", marks=pytest.mark.slow),
     ],
 )
