@@ -133,6 +133,7 @@ def test_a_belt_that_runs_off_from_under_the_specimen_drags_it_no_faster_than_fr
     assert found.signals[at.SIGNAL_FRICTION, 0] == pytest.approx(0.4, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("belt", "drop", "a4", "delta", "gamma"),
     [(0.181224, 0.46722, 0.00263443, 3.0, 0.0), (0.715893, 0.485567, 0.00098943, 2.0, 2.25)],

@@ -51,8 +51,9 @@ def bell():
     return stickslip.register_law("own_bell", own_shapes.bell, own_shapes.bell_slope, own_shapes.bell_recurrence)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("belt", [0.004, 0.1, 0.7])
-@pytest.mark.parametrize("law", [pytest.param("lorentzian", marks=pytest.mark.slow), "expanded"])
+@pytest.mark.parametrize("law", ["lorentzian", "expanded"])
 def test_the_motion_under_a_registered_law_is_that_of_scipy(law, belt, monkeypatch, request):
     lorentzian = request.getfixturevalue(law)
     monkeypatch.setitem(scipy_oscillator.SHAPES, lorentzian, lambda z, delta: 1.0 / (1.0 + z * z))
@@ -137,6 +138,7 @@ def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, stretched,
     assert first[0] == pytest.approx(first[1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_that_was_registered(expanded):
     z = np.array([0.3, 0.8, 2.0])
     critical = -np.array([0.1 + 0.2 / 0.05 * own_shapes.slope(one, 1.0) for one in z])
@@ -157,6 +159,7 @@ def test_only_a_law_that_depends_on_it_has_the_exponent(lorentzian, stretched):
         make_config({"system": UNIT | {"belt_speed": 0.1}, "friction": friction})
 
 
+@pytest.mark.slow
 def test_a_configuration_names_a_registered_law(expanded):
     text = ENTRY.replace("LAW", "own_expanded")
     found = stickslip.run(stickslip.config.reader.parse_config(text))
@@ -219,6 +222,7 @@ def test_a_law_without_a_slope_is_refused():
         stickslip.register_law("own_wrong", own_shapes.shape, None)
 
 
+@pytest.mark.slow
 def test_what_numba_cannot_compile_is_said():
     def shape(z, delta):
         return float(f"{math.exp(-z):.17g}")
@@ -292,6 +296,7 @@ def test_options_carry_functions_that_no_module_has():
     assert float(done.stdout) == float(stickslip.evaluate(cell, options=options)["period"][0])
 
 
+@pytest.mark.slow
 def test_an_installed_package_brings_a_law(expanded, tmp_path):
     """With its recurrence, of which the command line knows as well."""
     folder = tmp_path / "brought-1.0.dist-info"
