@@ -77,7 +77,7 @@ def test_points_fill_the_box_evenly_and_are_the_same_for_the_same_seed():
     [
         ({"mu_stop": 1.1}, "stribeck"),
         ({"a2": -0.01, "damping": 0.05}, "stribeck"),
-        ({"delta": 1.5}, "stribeck_delta"),
+        pytest.param({"delta": 1.5}, "stribeck_delta", marks=pytest.mark.slow),
     ],
 )
 def test_other_curves_are_sampled_and_say_so(more, law):
