@@ -9,8 +9,8 @@ from helpers import day_kernels
 
 os.environ.setdefault("MPLBACKEND", "Agg")  # plots never open a window
 # The first example of a kernel loads compiled code: no deadline. What a run finds, the next one finds too, unless fresh
-# seeds are asked for (`make nightly`).
-settings.register_profile("same", deadline=None, derandomize=True)
+# seeds are asked for, and twice as many examples (`make test-all`).
+settings.register_profile("same", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("fresh", deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
