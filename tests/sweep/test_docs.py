@@ -3,6 +3,7 @@
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -159,13 +160,21 @@ def test_some_pages_show_what_a_command_runs():
     assert {"memory.md", "attractors.md"} <= pages
 
 
+@pytest.fixture(scope="module")
+def of_a_reader(tmp_path_factory):
+    """Files that blocks of Python take for granted."""
+    folder = tmp_path_factory.mktemp("reader")
+    write_config(folder, num=100, name="my.yaml")
+    (folder / "my_rig.yaml").write_text(RIG)
+    (test,) = rig.RigTests(rig.load_rig(folder / "my_rig.yaml")).tests([0])
+    write_record(test.record, folder / "felt.csv")
+    return folder
+
+
 @pytest.mark.parametrize("name", few_by_day(PYTHON))
-def test_every_python_block_of_the_docs_runs(here, name):
+def test_every_python_block_of_the_docs_runs(here, of_a_reader, name):
     """It must not raise; more is not claimed."""
-    write_config(here, num=100, name="my.yaml")
-    (here / "my_rig.yaml").write_text(RIG)
-    (test,) = rig.RigTests(rig.load_rig("my_rig.yaml")).tests([0])
-    write_record(test.record, "felt.csv")
+    shutil.copytree(of_a_reader, here, dirs_exist_ok=True)
     inputs = {"sticks": [7, 30, 68, 100, 300], "acceleration_max": [1.0, 9.0, 74.0, 90.0, 200.0],
               "acceleration_integral": [0.5, 6.0, 24.0, 40.0, 90.0]}  # fmt: skip
     exec(compile(PYTHON[name], name, "exec"), {"stickslip": stickslip, "inputs": inputs, "rpn": [2, 4, 7, 8, 9]})

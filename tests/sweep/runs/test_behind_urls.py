@@ -8,6 +8,7 @@ import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
+from helpers.nightly import few
 from helpers.runs import FEW, opened, same, stop_early, with_axes
 from stickslip.cli import main
 from stickslip.errors import StoreError
@@ -18,7 +19,7 @@ pytest.importorskip("zarr")
 ROOT = "zarr.json"
 
 
-@pytest.fixture(params=["memory", "local"])
+@pytest.fixture(params=few(["memory", "local"], 1))
 def url(request, tmp_path, monkeypatch):
     """A URL of a service that keeps objects under any name, and of one with folders; the program runs in a folder."""
     here = tmp_path / "here"
