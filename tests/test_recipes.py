@@ -360,24 +360,6 @@ assert near[0] < 0 < near[1]
 
 
 @pytest.mark.slow
-def test_a_new_law_is_a_file_and_its_row(tmp_path):
-    """A law that has the shape of another moves as that one does."""
-    copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
-    text = (laws / "rational.py").read_text(encoding="utf-8").replace("Rational", "Halving")
-    (laws / "halving.py").write_text(re.sub(r"Halving\(\d+\)", "Halving(4)", text), encoding="utf-8")
-    copy.insert("kernels/stickslip_kernels/contacts/stribeck/laws/__init__.py", '"rational", "cubic"', ', "halving"')
-    copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
-    copy.run(f"""
-import numpy as np
-import stickslip
-old, new = (stickslip.evaluate({CELL}, law=law) for law in ("rational", "halving"))
-for name in old.data_vars:
-    np.testing.assert_array_equal(old[name], new[name])
-""")
-
-
-@pytest.mark.slow
 def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_model(tmp_path):
     """Dahl's, whose motion is held against SciPy."""
     copy = Copy(tmp_path, ["sweep", "kernels"])

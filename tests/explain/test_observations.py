@@ -76,9 +76,13 @@ def test_threads_shards_and_files_do_not_change_a_bit(tmp_path):
         np.testing.assert_array_equal(whole[name], collected[name], err_msg=str(name))
 
 
-def test_populations_that_are_not_computed_yet_are_left_out_and_said(tmp_path):
+def test_a_population_that_is_not_computed_yet_is_left_out(tmp_path):
     stickslip.run_shard(parse_config(TEXT), "1/2", tmp_path / "one")
     assert stickslip.collect(tmp_path / "one", tmp_path / "one.nc").sizes["draw"] == 60  # one of two populations
+
+
+@pytest.mark.slow
+def test_that_no_population_is_computed_yet_is_said(tmp_path):
     two_laws = parse_config(TEXT.replace("  a4: 20 mm/s\n", "  a4: 20 mm/s\n  laws: [stribeck, rational]\n"))
     stickslip.run_shard(two_laws, "1/4", tmp_path / "none")
     stickslip.collect(tmp_path / "none", tmp_path / "none.nc")  # of no repetition all laws

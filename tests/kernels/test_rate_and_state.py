@@ -216,26 +216,3 @@ def test_a_cell_is_the_same_in_any_company():
     mixed = run(np.ascontiguousarray(cells[:, order]), max_steps=1e4, law=LAWS["ageing"])
     np.testing.assert_array_equal(mixed, whole[:, order])
     np.testing.assert_array_equal(alone[:, 0], whole[:, 0])
-
-
-def test_the_border_of_small_motions_is_the_critical_stiffness():
-    """By halving, from the roots of the characteristic polynomial."""
-    p = draw(10_000, 7)
-    critical = memory.critical_stiffness(p["m"], slopes(p))
-    p = {name: values[critical > 0.0] for name, values in p.items()}
-    critical = critical[critical > 0.0]
-    assert critical.size > 3000
-    low, high = 0.5 * critical, 2.0 * critical
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        unstable = growth(p | {"k": middle}).growth > 0.0
-        low, high = np.where(unstable, middle, low), np.where(unstable, high, middle)
-    np.testing.assert_allclose(low, critical, rtol=1e-6)
-    np.testing.assert_allclose(
-        growth(p | {"k": critical}).frequency,
-        memory.critical_frequency(slopes(p)), rtol=1e-6,
-    )  # fmt: skip
-    stable = draw(3000, 8)
-    stable["a"] = stable["b"] + 1e-4
-    assert (memory.critical_stiffness(stable["m"], slopes(stable)) == 0.0).all()
-    assert (growth(stable).growth < 0.0).all()
