@@ -28,5 +28,6 @@ def answers(solve, rows, columns, *options):
         raise LookupError(f"the judge has not solved these cells yet: see {__file__}")
     solve(rows, out, *options)
     if mode == "write":
-        BOOK.write_text(json.dumps(book | {key: out.tolist()}, indent=0, sort_keys=True) + "\n")
+        lines = (f'"{key}": {json.dumps(rows)}' for key, rows in sorted((book | {key: out.tolist()}).items()))
+        BOOK.write_text("{\n" + ",\n".join(lines) + "\n}\n")
     return out
