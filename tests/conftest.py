@@ -36,8 +36,8 @@ def pytest_sessionstart(session):
 def kernels():
     """The article's kernels, in the cache: for tests of what should not compile while it is watched.
 
-    All others have kernels compiled when they first compute, as every run does: by another process (`warm_up`), since
-    tests compare bits with those of processes.
+    By day they are there (`day_kernels`). Else they are compiled by who first computes, as in every run by another
+    process (`warm_up`), since tests compare bits with those of processes.
     """
     from stickslip import engine
 

@@ -28,6 +28,7 @@ def answers(solve, rows, columns, *options):
         raise LookupError(f"the judge has not solved these cells yet: see {__file__}")
     solve(rows, out, *options)
     if mode == "write":
-        lines = (f'"{key}": {json.dumps(rows)}' for key, rows in sorted((book | {key: out.tolist()}).items()))
+        book[key] = out.tolist()
+        lines = (f'"{one}": {json.dumps(book[one])}' for one in sorted(book))
         BOOK.write_text("{\n" + ",\n".join(lines) + "\n}\n")
     return out
