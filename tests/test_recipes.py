@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow  # each in processes of its own; by day test_extensions.py has a study of another tree
 ROOT = Path(__file__).resolve().parents[1]
 CELL = "dict(mass=1.0, stiffness=2.0, normal_load=3.0, belt_speed=0.1, a1=1.0, a2=0.1, a3=0.3, a4=0.1)"
 CONFIG = (
@@ -84,7 +85,6 @@ assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]
 """)
 
 
-@pytest.mark.slow
 def test_a_new_parameter_is_one_row_and_its_conversion(copy):
     """The share of the load that the contact carries: half of it is half the load."""
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
@@ -151,7 +151,6 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 """)
 
 
-@pytest.mark.slow
 def test_an_added_mass_is_seen_wherever_the_mass_is_asked_for(copy):
     """Half of the mass as a parameter of its own is the mass."""
     row = '\n    Parameter("added_mass", "kg", "mass of the fixture", "system", default=0.0, at_least=0),'
@@ -315,7 +314,6 @@ def plot_pace(ds: xr.Dataset) -> Figure:
 '''
 
 
-@pytest.mark.slow
 def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     """A study, a plot and a parameter, in a copy with its tests: those that look at all rows and files."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
@@ -328,7 +326,6 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     copy.tests("tests/test_architecture.py", "tests/sweep/config")
 
 
-@pytest.mark.slow
 def test_the_law_of_the_page_is_added_as_the_page_says(tmp_path):
     """docs/own-law.md, followed word by word; its slip is held against SciPy."""
     page = (ROOT / "docs" / "own-law.md").read_text(encoding="utf-8").partition("## In a checkout")[2]
@@ -359,7 +356,6 @@ assert near[0] < 0 < near[1]
 """)
 
 
-@pytest.mark.slow
 def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_model(tmp_path):
     """Dahl's, whose motion is held against SciPy."""
     copy = Copy(tmp_path, ["sweep", "kernels"])

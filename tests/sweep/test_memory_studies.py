@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import stickslip
-from helpers.nightly import few
 from stickslip.config.options import options_of
 from stickslip.config.reader import parse_config
 from stickslip.config.studies import study_class
@@ -19,7 +18,7 @@ BRISTLES = {
 }  # fmt: skip
 CASES = [
     ("rate_state_ageing", PAIR, [1e-6, 1e-4], (1e2, 1e7)),
-    ("rate_state_slip", PAIR, [1e-5, 1e-3], (1e2, 1e7)),
+    pytest.param("rate_state_slip", PAIR, [1e-5, 1e-3], (1e2, 1e7), marks=pytest.mark.slow),
     ("stribeck", BRISTLES, [2e-3, 8e-3, 0.03], (1e2, 1e6)),
 ]
 BY_THEORY = METHODS.index("growth_rate")
@@ -28,7 +27,7 @@ QUIET, VIBRATING = (
 )
 
 
-@pytest.mark.parametrize(("law", "pair", "speeds", "ends"), few(CASES, [CASES[0], CASES[2]]))
+@pytest.mark.parametrize(("law", "pair", "speeds", "ends"), CASES)
 def test_steady_sliding_loses_its_stability_at_the_critical_stiffness(law, pair, speeds, ends):
     """The border is there to rounding, its width is what could not be decided about it, and says so."""
     cell = pair | {"belt_speed": speeds}
