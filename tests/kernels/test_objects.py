@@ -17,10 +17,6 @@ def test_what_is_written_is_read(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_nothing_is_read_where_nothing_is(tmp_path):
-    assert objects.read(tmp_path / "kernels.o") is None
-
-
 @pytest.mark.parametrize("where", [0, 31, 32, 40, -1])
 def test_a_flipped_bit_is_seen(tmp_path, where):
     path = tmp_path / "kernels.o"
