@@ -14,20 +14,28 @@ export PYTHONDONTWRITEBYTECODE =
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test coverage lint check nightly objects bench gallery reference docs clean
+.PHONY: help demo test test-all coverage lint check nightly objects bench gallery reference docs clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.installed  ## install into .venv and compute the first map
 	$(BIN)/stickslip run configs/quickstart.yaml
 
-test: $(VENV)/.installed-test  ## run the tests, a module on each processor; the slow ones too: make test ARGS="-m ''"
-	$(BIN)/python -m pytest -n auto --dist loadscope -m "not slow" $(ARGS)
+test: $(VENV)/.installed-test  ## run the tests by day, on all processors: minutes, with four kernels that are compiled first
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow" $(ARGS)
+
+SEED ?= $(shell date +%Y%j)
+CELLS ?= 1000
+FITS ?= 500
+test-all: $(VENV)/.installed-test  ## run all tests, slow ones and other laws too, with fresh seeds; random cells against a judge; fits
+	HYPOTHESIS_PROFILE=fresh STICKSLIP_SEED=$(SEED) $(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
+	$(BIN)/python tests/adversary.py --cells $(CELLS) --seed $(SEED)
+	PYTHONPATH=sweep:kernels $(BIN)/python tests/fit_coverage.py --fits $(FITS) --seed $(SEED)
 
 coverage: $(VENV)/.installed-test  ## which lines and branches of sweep/ the tests run, those in other processes included
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest -n auto --dist loadscope -m "not slow" $(ARGS)
+	$(BIN)/coverage run -m pytest -n auto --dist worksteal -m "not slow" $(ARGS)
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
@@ -38,11 +46,8 @@ lint: $(VENV)/.installed-test  ## lint, formatting and types
 
 check: lint test  ## what continuous integration runs
 
-SEED ?= $(shell date +%Y%j)
-nightly: $(VENV)/.installed-test  ## search on: all tests with fresh seeds, 10,000 random cells against a judge, 5,000 fits
-	HYPOTHESIS_PROFILE=fresh STICKSLIP_SEED=$(SEED) $(BIN)/python -m pytest -n auto --dist loadscope $(ARGS)
-	$(BIN)/python tests/adversary.py --cells 10000 --seed $(SEED)
-	PYTHONPATH=sweep:kernels $(BIN)/python tests/fit_coverage.py --fits 5000 --seed $(SEED)
+nightly:  ## test-all with 10,000 random cells and 5,000 fits
+	$(MAKE) test-all CELLS=10000 FITS=5000
 
 objects: $(VENV)/.installed  ## kernels for all processors of this kind, for a wheel to bring (five minutes); then build it
 	$(BIN)/python -c "from stickslip.engine.dispatch import ship_all; ship_all()"

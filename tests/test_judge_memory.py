@@ -9,6 +9,7 @@ import pytest
 from judge import memory, radau
 from judge.memory_motion import rates
 
+pytestmark = pytest.mark.slow  # by day what the judge said stands in data/judge.json
 DATA = Path(__file__).parent / "data"
 WITHIN = 3e-8  # as the judge computes by default; what it is used for is 100 tolerances of 1e-8
 COMMON = {"mass": "m", "stiffness": "k", "damping": "c", "belt_speed": "v_b"}

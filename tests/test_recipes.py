@@ -1,7 +1,6 @@
 """The recipes of CONTRIBUTING, followed in a copy of the tree: a row and a file, and all rooms know the new thing."""
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow  # each in processes of its own; by day test_extensions.py has a study of another tree
 ROOT = Path(__file__).resolve().parents[1]
 CELL = "dict(mass=1.0, stiffness=2.0, normal_load=3.0, belt_speed=0.1, a1=1.0, a2=0.1, a3=0.3, a4=0.1)"
 CONFIG = (
@@ -55,9 +55,19 @@ def copy(tmp_path):
     return Copy(tmp_path, ["sweep"])
 
 
-def test_a_new_unit_is_one_row(copy):
+def test_a_unit_a_metric_and_a_law_are_a_row_each(copy):
+    """And a conversion: how far the belt moves in a cycle."""
     copy.insert("sweep/stickslip/vocabulary/units.py", "\n_KINDS = {", '\n    "Pa": ("a pressure", "2 bar"),')
-    copy.run("""
+    row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
+    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
+    conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
+    copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
+    copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
+    copy.run(f"""
+import numpy as np
+import stickslip
+from stickslip.config.reader import make_config
+from stickslip.config.schema import json_schema
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 assert units.si_value("2 bar", "Pa") == 2e5 and units.expected("Pa") == "a pressure such as '2 bar' or a number in Pa"
@@ -65,10 +75,15 @@ try:
     units.si_value("1 mm", "Pa")
 except QuantityError as error:
     assert error.kind == "length"
+found = stickslip.evaluate({CELL})
+assert found["belt_travel"].attrs["units"] == "m"
+np.testing.assert_allclose(found["belt_travel"], 0.1 * found["period"], rtol=1e-15)
+assert stickslip.run(make_config({CONFIG} | dict(axes=dict(damping=[0, 1]))))["belt_travel"].shape == (2,)
+assert make_config({CONFIG.replace("friction=dict(", "friction=dict(law='halving', ")}).friction.law == "halving"
+assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]["anyOf"][0]["enum"]
 """)
 
 
-@pytest.mark.slow
 def test_a_new_parameter_is_one_row_and_its_conversion(copy):
     """The share of the load that the contact carries: half of it is half the load."""
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
@@ -135,7 +150,6 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 """)
 
 
-@pytest.mark.slow
 def test_an_added_mass_is_seen_wherever_the_mass_is_asked_for(copy):
     """Half of the mass as a parameter of its own is the mass."""
     row = '\n    Parameter("added_mass", "kg", "mass of the fixture", "system", default=0.0, at_least=0),'
@@ -169,33 +183,6 @@ assert one["regime"] == other["regime"] and time_span(one) == time_span(other)
 np.testing.assert_array_equal(sound.of(whole, 0.1, transient=True).acceleration,
                               sound.of(half, 0.1, transient=True).acceleration)
 assert _ends(whole, model_of("stribeck"))["damping"] == _ends(half, model_of("stribeck"))["damping"]
-""")
-
-
-def test_a_new_metric_is_one_row_and_its_conversion(copy):
-    """How far the belt moves in a cycle."""
-    row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
-    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
-    conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
-    copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
-    copy.run(f"""
-import numpy as np
-import stickslip
-from stickslip.config.reader import make_config
-found = stickslip.evaluate({CELL})
-assert found["belt_travel"].attrs["units"] == "m"
-np.testing.assert_allclose(found["belt_travel"], 0.1 * found["period"], rtol=1e-15)
-assert stickslip.run(make_config({CONFIG} | dict(axes=dict(damping=[0, 1]))))["belt_travel"].shape == (2,)
-""")
-
-
-def test_a_new_law_is_named_and_read_by_one_row(copy):
-    copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
-    copy.run(f"""
-from stickslip.config.reader import make_config
-from stickslip.config.schema import json_schema
-assert make_config({CONFIG.replace("friction=dict(", "friction=dict(law='halving', ")}).friction.law == "halving"
-assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]["anyOf"][0]["enum"]
 """)
 
 
@@ -253,12 +240,17 @@ class PaceStudy(Study):
 '''
 
 
+STUDY_ROW = (
+    "STUDIES: dict[str, StudyEntry] = {",
+    '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),',
+)
+
+
 def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", TOY)
-    row = '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),'
-    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, StudyEntry] = {", row)
+    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
@@ -321,14 +313,12 @@ def plot_pace(ds: xr.Dataset) -> Figure:
 '''
 
 
-@pytest.mark.slow
 def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     """A study, a plot and a parameter, in a copy with its tests: those that look at all rows and files."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
     copy.write("sweep/stickslip/studies/pace.py", TOY.lstrip())
     copy.write("sweep/stickslip/plots/paces.py", PACES.lstrip())
-    row = '\n    "pace": Entry("pace:PaceStudy", "Find how fast cells move."),'
-    copy.insert("sweep/stickslip/vocabulary/studies.py", "STUDIES: dict[str, Entry] = {", row)
+    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
     copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
@@ -366,25 +356,6 @@ assert near[0] < 0 < near[1]
 """)
 
 
-@pytest.mark.slow
-def test_a_new_law_is_a_file_and_its_row(tmp_path):
-    """A law that has the shape of another moves as that one does."""
-    copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
-    text = (laws / "rational.py").read_text(encoding="utf-8").replace("Rational", "Halving")
-    (laws / "halving.py").write_text(re.sub(r"Halving\(\d+\)", "Halving(4)", text), encoding="utf-8")
-    copy.insert("kernels/stickslip_kernels/contacts/stribeck/laws/__init__.py", '"rational", "cubic"', ', "halving"')
-    copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
-    copy.run(f"""
-import numpy as np
-import stickslip
-old, new = (stickslip.evaluate({CELL}, law=law) for law in ("rational", "halving"))
-for name in old.data_vars:
-    np.testing.assert_array_equal(old[name], new[name])
-""")
-
-
-@pytest.mark.slow
 def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_model(tmp_path):
     """Dahl's, whose motion is held against SciPy."""
     copy = Copy(tmp_path, ["sweep", "kernels"])

@@ -51,14 +51,9 @@ def faster(cell, times=1000.0):
     return {name: value * times ** to_be.get(name, 0) for name, value in cell.items()}
 
 
-def needs_other_kernels(law, cell):
-    """Return whether these are others than those of `stribeck` and `stribeck_delta`, which more tests need."""
-    return law not in ("stribeck", "stribeck_delta") or float(cell.get("delta", 1.0)) == 2.0
-
-
 def common_first(cases):
     """Names of cases; those slow whose kernels are compiled for them."""
-    return few(cases, [name for name, case in cases.items() if not needs_other_kernels(*case)])
+    return few(cases, [name for name, (law, _) in cases.items() if law == "stribeck"])
 
 
 OTHERS = pytest.mark.parametrize("others", few([False, True], 1))
@@ -68,7 +63,7 @@ def hard_cells(regime, others):
     """Law and cell of the rows of `hard.csv` that have a regime, with the row itself; of other kernels or of common."""
     with (Path(__file__).parents[1] / "data" / "hard.csv").open() as file:
         for row in csv.DictReader(file):
-            if row["regime"] == regime and others == needs_other_kernels(row["law"], row):
+            if row["regime"] == regime and others == (row["law"] != "stribeck"):
                 yield row["law"], {name: float(row[name]) for name in PARAMETERS_OF[STRIBECK]}, row
 
 

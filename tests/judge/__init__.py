@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from . import layout as at
+from .book import answers
 from .motion import judge_cells
 
 NAN = float("nan")
@@ -36,8 +37,7 @@ def judge(
     full = dict(zip(INPUTS, given, strict=True))
     rows = to_kernel(full, law)
     rows[:, at.BAND_SHARE], rows[:, at.CENTRE] = band, NAN
-    out = np.empty((len(rows), at.ANSWERS))
-    judge_cells(rows, out, rtol, share, most_steps)
+    out = answers(judge_cells, rows, at.ANSWERS, rtol, share, most_steps)
     time_to_settle_elsewhere(rows, out, rtol, share, most_steps)
     return to_si(out, full)
 
@@ -45,10 +45,11 @@ def judge(
 def time_to_settle_elsewhere(rows, out, rtol, share, most_steps):
     """A motion that settles on a line of friction is followed again, with its distance from there."""
     away = np.flatnonzero((out[:, at.REGIME] == at.SETTLES) & (out[:, at.XI_SETTLED] != out[:, at.XI_STEADY]))
-    again, answers = rows[away], np.empty((away.size, at.ANSWERS))
+    again = rows[away]
     again[:, at.CENTRE] = out[away, at.XI_SETTLED]
-    judge_cells(again, answers, rtol, share, most_steps)
-    out[away, at.SETTLING_TIME] = answers[:, at.SETTLING_TIME]
+    if away.size:
+        again = answers(judge_cells, again, at.ANSWERS, rtol, share, most_steps)
+        out[away, at.SETTLING_TIME] = again[:, at.SETTLING_TIME]
 
 
 def to_kernel(full, law) -> np.ndarray:

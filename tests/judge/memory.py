@@ -9,6 +9,7 @@ from math import inf, nan
 
 import numpy as np
 
+from .book import answers
 from .jit import compiled
 from .layout import A1, A2, A3, A4, BELT, DELTA, GAMMA, LAW, LAWS
 from .memory_motion import (
@@ -336,8 +337,12 @@ def answer_cycle(book, loops, of, p, out, whole):
 
 def judge_memory(rows, tolerance=1e-9, most_steps=100_000, band=BAND):
     """Answers (n, ANSWERS) of cells (n, ROWS) in kernel units, belts forwards; extremes of u over the load."""
-    rows = np.array(rows, np.float64)
-    out, book, j = np.full((len(rows), ANSWERS), nan), np.empty((MOST_LOOPS + 1, 9)), np.empty((STATES, STATES))
+    return answers(judge_memory_cells, np.array(rows, np.float64), ANSWERS, tolerance, most_steps, band)
+
+
+def judge_memory_cells(rows, out, tolerance, most_steps, band):
+    """The same into `out`."""
+    book, j = np.empty((MOST_LOOPS + 1, 9)), np.empty((STATES, STATES))
     for p, answer in zip(rows, out, strict=True):
         steady = np.zeros(STATES)
         p[SIGN] = 1.0
@@ -355,7 +360,6 @@ def judge_memory(rows, tolerance=1e-9, most_steps=100_000, band=BAND):
         if p[KIND] != BRISTLES:  # loads of the cell itself
             for row in (F_MAX, F_MIN, WHOLE_MAX, WHOLE_MIN):
                 answer[row] += p[A1]
-    return out
 
 
 def let_turn(rows, w):

@@ -5,10 +5,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import NAN, block_of, cell, run
+from helpers.nightly import few
 from stickslip_kernels import layout as at
 
 BAND_SHARE = 1e-4
-LAWS = ["stribeck", "stribeck_delta", "gaussian", "rational", "cubic"]
+LAWS = few(["stribeck", "stribeck_delta", "gaussian", "rational", "cubic"], 1)
 
 
 def draw(law, count, hysteretic=False):

@@ -92,6 +92,7 @@ LAW_CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", LAW_CASES.values(), ids=LAW_CASES)
 def test_motion_under_every_law_is_that_of_scipy(case):
     expected = Oscillator(horizon=HORIZON, **case)

@@ -1,5 +1,10 @@
 """Compiled kernels in files: nothing damaged, and nothing made for something else, is ever run."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from stickslip_kernels import objects, runtime
@@ -10,10 +15,6 @@ def test_what_is_written_is_read(tmp_path):
     objects.write(path, ["exp"], b"machine\ncode")
     assert objects.read(path) == (["exp"], b"machine\ncode")
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_nothing_is_read_where_nothing_is(tmp_path):
-    assert objects.read(tmp_path / "kernels.o") is None
 
 
 @pytest.mark.parametrize("where", [0, 31, 32, 40, -1])
@@ -52,3 +53,11 @@ def test_another_processor_or_compiler_has_objects_of_its_own(monkeypatch, modul
 def test_an_object_that_needs_what_this_process_lacks_is_not_loaded():
     with pytest.raises(runtime.UnknownSymbolError, match="no function of_another_world in this process"):
         runtime.load(["exp", "of_another_world"], b"", False)
+
+
+def test_importing_the_kernels_leaves_the_settings_of_numba_alone():
+    script = (
+        "import numba; a = numba.config.CACHE_DIR; import stickslip_kernels.block; assert a == numba.config.CACHE_DIR"
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path(objects.__file__).parents[1])}
+    subprocess.run([sys.executable, "-c", script], env=environment, check=True)

@@ -1,16 +1,15 @@
 """Rate-and-state friction where slip may rest or turn round: against the other form, and against its mirror image."""
 
 import numpy as np
-import pytest
 
 from helpers.kernel_runs import run
-from kernels.test_rate_and_state import LAWS, NAMES, columns, draw
+from kernels.test_rate_and_state import EVERY_LAW, LAWS, NAMES, columns, draw
 from stickslip_kernels import layout as at
 
 TURNED = (at.BELT, at.XI_START, at.ETA_START)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@EVERY_LAW
 def test_belts_that_run_backwards_give_the_mirror_image_to_the_bit(law):
     """By either form: a quarter of the cells start at rest on the belt."""
     cells = columns(draw(300, 9))
@@ -26,7 +25,7 @@ def test_belts_that_run_backwards_give_the_mirror_image_to_the_bit(law):
     np.testing.assert_array_equal(mirrored, there)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@EVERY_LAW
 def test_cells_from_rest_on_the_belt_come_to_the_cycles_of_the_logarithms(law):
     """Where friction stays above 20 a both forms are the same law; starts differ, with much inertia steps too."""
     p = draw(500, 14)
@@ -46,7 +45,7 @@ def test_cells_from_rest_on_the_belt_come_to_the_cycles_of_the_logarithms(law):
     np.testing.assert_allclose(from_rest[at.XI_SETTLED, both], found[at.XI_SETTLED, both], rtol=1e-12)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@EVERY_LAW
 def test_the_largest_acceleration_counts_that_at_rest_on_the_belt(law):
     """There nothing but the load acts, and only for a moment."""
     cells = columns(draw(300, 21), 10 ** np.random.default_rng(22).uniform(-3.0, 1.0, 300))
@@ -59,7 +58,7 @@ def test_the_largest_acceleration_counts_that_at_rest_on_the_belt(law):
     assert (found[at.ACCELERATION_MAX, whole] == load[whole]).any()  # often nothing later is as steep
 
 
-@pytest.mark.parametrize("law", LAWS)
+@EVERY_LAW
 def test_no_cell_fails_where_a_heavy_mass_shoots_past_the_belt(law):
     """Thrown a hundred belt speeds past it, so far that the spring pulls backwards harder than friction holds."""
     one = dict(zip(NAMES, (10.0, 1e3, 0.0, 0.0, 1e-2, 0.6, 1e-6, 0.01, 0.018, 1e-6), strict=True))

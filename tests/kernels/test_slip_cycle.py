@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from helpers.kernel_runs import block_of, cell, run
 from stickslip_kernels import layout as at
 
+pytestmark = pytest.mark.slow  # cycles of slip need the Gaussian law
 ATTRACTOR = (at.PERIOD, at.CYCLE_HEAT, at.CYCLE_XI_MAX, at.CYCLE_XI_MIN, at.CYCLE_SPEED_RANGE)
 WHOLE = (at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.ACCELERATION_MAX, at.RESTICK_MARGIN)
 

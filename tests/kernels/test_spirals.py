@@ -6,6 +6,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import NAN, block_of, cell, run
+from helpers.nightly import few
 from helpers.unstable_cycle import Cycle
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck.laws import LAWS, relaxation
@@ -50,7 +51,7 @@ def compare(law, count, seed):
     ]
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", few(LAWS, 1))
 def test_the_regime_alone_is_that_of_the_motion_followed_to_its_end(law):
     plain, hysteretic = compare(law, 1500, 1)
     assert plain[0] < 0.75 * plain[1]
@@ -101,6 +102,7 @@ def test_on_either_side_of_the_unstable_cycle():
     assert found[at.REGIME].tolist() == [at.DAMPED, at.STICK_SLIP]
 
 
+@pytest.mark.slow
 def test_a_slip_that_shrinks_about_steady_sliding_that_repels_is_sustained_at_once():
     """SciPy's loops shrink from outside and grow from inside, so slowly that no loop shows where they end."""
     belt, (a1, a2, a3, a4) = 3.3791907, (0.2428919, 0.0836061, 0.4298576, 4.3711071)

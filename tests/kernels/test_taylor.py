@@ -15,7 +15,7 @@ from stickslip_kernels.contacts.stribeck.resolvable import may_bend_twice
 
 RTOL = 1e-9
 WITH_SERIES = [name for name, tag in LAWS.items() if type(tag) in RECURRENCES]
-EVERY_LAW = pytest.mark.parametrize("law", few(WITH_SERIES, ("stribeck", "gaussian")))
+EVERY_LAW = pytest.mark.parametrize("law", few(WITH_SERIES, ["stribeck"]))
 SHAPES = {
     "stribeck": lambda z: mpmath.exp(-z),
     "rational": lambda z: 1 / (1 + z),
@@ -113,6 +113,7 @@ def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(
     assert s[at.GOOD] == 0.0 and s[at.STEP] == 2.0
 
 
+@pytest.mark.slow
 def test_a_step_across_a_gaussian_zone_that_neither_end_shows_is_refused():
     """Its series and the equations agree at both ends, twenty a4 above standstill and below."""
     s = lanes("gaussian", y=-2.0, w=0.02, rate=1e3)

@@ -125,6 +125,7 @@ def test_scatter_that_differs_along_the_speed_is_seen_and_weighed():
     assert (hits >= 17).all() and seen >= 17, (hits, seen)
 
 
+@pytest.mark.slow
 def test_the_growth_of_static_friction_is_covered_where_t0_lies_within_the_times():
     """With t0 taken as a tenth of the shortest time, beta was 39 % low, and its interval held it in 38 %."""
     t, hits = np.geomspace(1, 1000, 10), 0

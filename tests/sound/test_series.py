@@ -76,7 +76,7 @@ def test_harmonics_are_those_of_many_samples_of_the_acceleration(name):
         "damped",
         "peak of static friction",
         "ageing",
-        "gaussian",
+        pytest.param("gaussian", marks=pytest.mark.slow),
         pytest.param("rational", marks=pytest.mark.slow),
     ],
 )

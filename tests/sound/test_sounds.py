@@ -99,7 +99,7 @@ def test_every_hard_cell_has_a_sound_and_its_transient_the_peak_of_its_trajector
     """Started in slip, thrown at once, sticking for minutes first; of every law."""
     compared = 0
     for regime in ("stick_slip", "settles"):
-        for law, cell, row in list(hard_cells(regime, others))[:: 3 if regime == "settles" else 8]:
+        for law, cell, row in list(hard_cells(regime, others))[1 :: 3 if regime == "settles" else 8]:
             heard = sound.of(cell, 0.5, law=law, transient=True)
             assert np.isfinite(heard.acceleration).all() and heard.acceleration.size == 22_050, row
             heard.remarks()

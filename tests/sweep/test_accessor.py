@@ -139,7 +139,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("kind", few(KINDS, 5))
+@pytest.mark.parametrize("kind", few(KINDS, 2))
 def test_the_accessor_draws_what_the_command_draws(kind, tmp_path):
     ds = KINDS[kind]()
     writing.write(ds, tmp_path / "result.nc")

@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 import stickslip
 from helpers.configs import write_config
+from helpers.nightly import few
 from helpers.pages import anchors, links
 from making import reference
 from making.contents import sections
@@ -81,6 +82,17 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+# Kernels that tests by day do not run: of other laws, of tables, of drives of contacts with memory.
+OTHER_KERNELS = re.compile(
+    r"rational|cubic|gaussian|stribeck_delta|rate_state_slip|register_law|\btable: |Table\(|rate_state(?s:.)*drive:"
+)
+
+
+def few_by_day(texts):
+    """Names of texts as cases: those with other kernels are slow."""
+    return few(texts, [name for name, text in texts.items() if not OTHER_KERNELS.search(text)])
+
+
 YAML = blocks("yaml")
 PYTHON = blocks("python")
 
@@ -92,12 +104,13 @@ def test_pages_have_blocks_to_try():
     assert len(NOTEBOOKS) == 3
 
 
-@pytest.mark.parametrize("name", YAML)
+@pytest.mark.parametrize("name", few_by_day(YAML))
 def test_every_configuration_of_the_docs_is_computed(here, name):
     # whether it is computed, and not how long that takes
-    few = re.sub(r"\bdepth: \d+", "depth: 1", re.sub(r"\bnum: \d+", "num: 3", YAML[name]))
-    few = few.replace("explain:\n", "explain:\n  particles: 100\n")
-    (here / "my.yaml").write_text(few, encoding="utf-8")
+    text = YAML[name].replace("explain:\n", "explain:\n  particles: 100\n")
+    for key, least in {"num": 3, "depth": 1, "strokes": 2, "points": 9}.items():
+        text = re.sub(rf"\b{key}: \d+", f"{key}: {least}", text)
+    (here / "my.yaml").write_text(text, encoding="utf-8")
     keys = parse_yaml(YAML[name]).data
     if "system" not in keys:  # it says how measured records are read
         rig.load_settings(here / "my.yaml")
@@ -132,7 +145,7 @@ def test_some_pages_show_what_a_command_runs():
     assert {"memory.md", "attractors.md"} <= pages
 
 
-@pytest.mark.parametrize("name", PYTHON)
+@pytest.mark.parametrize("name", few_by_day(PYTHON))
 def test_every_python_block_of_the_docs_runs(here, name):
     """It must not raise; more is not claimed."""
     write_config(here, num=100, name="my.yaml")
@@ -144,8 +157,8 @@ def test_every_notebook_runs_on_a_small_grid(here, notebook):
     names = {}
     for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
         if cell["cell_type"] == "code":
-            few = re.sub(r"^(points|draws) = \d+", r"\1 = 9", "".join(cell["source"]), flags=re.MULTILINE)
-            exec(compile(few, notebook.name, "exec"), names)
+            text = re.sub(r"^(points|draws) = \d+", r"\1 = 9", "".join(cell["source"]), flags=re.MULTILINE)
+            exec(compile(text, notebook.name, "exec"), names)
     assert names["points"] == 9
 
 
@@ -181,7 +194,7 @@ def test_expressions_in_the_middle_of_a_text_work_on_every_map(in_memory_and_fro
         exec(compile(code, code, "exec"), {"stickslip": stickslip, "plots": stickslip.plots, "ds": ds})
 
 
-@pytest.mark.parametrize("page", PLAYED)
+@pytest.mark.parametrize("page", few(PLAYED, [page for page in PLAYED if page != "own-curve"]))
 def test_what_a_page_shows_is_what_comes_out(tmp_path, page):
     """Of commands and Python, but for times and rates; and pictures are made. `make reference` writes all again."""
     shown = PAGES[f"{page}.md"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.nightly import few
 from stickslip import sound
 from stickslip.config.reader import parse_config
 from stickslip.dataset.display import MapAxis
@@ -56,7 +57,7 @@ def test_what_a_result_says_of_its_configuration_is_read_again(contact):
     assert parse_config(config.to_yaml()) == config
 
 
-@pytest.mark.parametrize("contact", COMPUTED)
+@pytest.mark.parametrize("contact", few(COMPUTED, ["curve", *MEMORY]))
 def test_a_cell_picked_out_of_a_map_is_the_cell_of_that_map(contact, map_of):
     ds = map_of(contact)
     at = {"stiffness": float(ds["stiffness"][0]), "belt_speed": float(ds["belt_speed"][1])}
@@ -91,6 +92,7 @@ def test_no_line_of_theory_is_made_up_where_cells_alone_know_it(map_of):
     )
 
 
+@pytest.mark.slow
 def test_the_sound_of_bristles_is_that_of_their_motion_over_time():
     """Of the last second of a long one."""
     heard = sound.of(SQUEAL, 1.0)
@@ -104,7 +106,8 @@ def test_the_sound_of_bristles_is_that_of_their_motion_over_time():
     assert heard.peak == pytest.approx(np.abs(last).max(), rel=1e-3)
 
 
-@pytest.mark.parametrize("speed", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-6])
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [1e-4, 1e-6])
 def test_the_sound_of_rate_and_state_friction_begins_with_a_slip(speed):
     """Of periods of a second, and of half an hour, of which all but milliseconds is silence."""
     cell = PAIR | {"belt_speed": speed, "stiffness": 2e4 if speed == 1e-4 else 2e3}

@@ -42,6 +42,7 @@ def test_numbers_do_not_depend_on_threads_or_blocks(threads, block):
         np.testing.assert_array_equal(spread[name], values, err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_cell_does_not_depend_on_the_exponents_of_its_neighbours():
     """Exponents 1 and 2 have kernels of their own."""
     cells = mixed(120) | {"delta": np.resize([2.0, 1.5, 1.0, 2.0, 2.0000001], 120)}
@@ -56,6 +57,7 @@ def test_a_cell_does_not_depend_on_the_exponents_of_its_neighbours():
         np.testing.assert_array_equal(together[name][cells["delta"] == 1.0], values, err_msg=name)
 
 
+@pytest.mark.slow
 def test_kernels_of_an_exponent_continue_those_of_its_neighbours():
     cells = mixed(200)
     near, at_two = (

@@ -128,6 +128,7 @@ SLOW_GROWTH = {  # of 0.6 % a loop: the period was 12 times too long, as noise h
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_period_of_a_slip_cycle_is_that_of_one_loop():
     assert worst_cycle({name: np.array([value]) for name, value in SLOW_GROWTH.items()}, "cubic", 1) < 1e-5
 

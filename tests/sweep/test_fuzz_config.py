@@ -27,7 +27,7 @@ LONGEST = 5.0  # s of computing for one file; the usual is a hundredth
 MOST_MEMORY = 600  # MB that a session of reading may grow by: a grid of 1e15 cells is refused, not allocated
 
 fuzz = settings(
-    max_examples=EXAMPLES or 150,
+    max_examples=EXAMPLES or 60,
     deadline=None,
     database=None,
     suppress_health_check=list(HealthCheck),

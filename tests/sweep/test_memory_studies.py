@@ -16,7 +16,7 @@ BRISTLES = {
 }  # fmt: skip
 CASES = [
     ("rate_state_ageing", PAIR, [1e-6, 1e-4], (1e2, 1e7)),
-    ("rate_state_slip", PAIR, [1e-5, 1e-3], (1e2, 1e7)),
+    pytest.param("rate_state_slip", PAIR, [1e-5, 1e-3], (1e2, 1e7), marks=pytest.mark.slow),
     ("stribeck", BRISTLES, [2e-3, 8e-3, 0.03], (1e2, 1e6)),
 ]
 BY_THEORY = METHODS.index("growth_rate")
@@ -44,6 +44,7 @@ def test_steady_sliding_loses_its_stability_at_the_critical_stiffness(law, pair,
         assert by_theory == (law != "rate_state_ageing" or line == 0)
 
 
+@pytest.mark.slow
 def test_a_margin_ends_where_linear_theory_says():
     cell = PAIR | {"belt_speed": 1e-3, "stiffness": 1e5}
     ds = stickslip.margins(cell, ["stiffness"], into=["damped"], joint=False, law="rate_state_slip")
@@ -142,6 +143,7 @@ def test_contours_lie_where_borders_do():
     np.testing.assert_allclose(ds["stiffness"].values, 88116, rtol=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("spacing", "middle"), [("log", 2e4 * 5**0.5), ("linear", 6e4)])
 def test_a_ramp_has_the_spacing_of_its_axis(spacing, middle):
     """Vibration ends by the critical stiffness, 88 N/mm."""

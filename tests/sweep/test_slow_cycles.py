@@ -25,7 +25,7 @@ CLOSES = {  # two loops, of which a deviation keeps 0.94
 @pytest.mark.parametrize(
     ("cell", "law", "contact", "loops"),
     [
-        pytest.param(GROWS, "rate_state_slip", RateAndState, 20, id="grows"),
+        pytest.param(GROWS, "rate_state_slip", RateAndState, 20, id="grows", marks=pytest.mark.slow),
         pytest.param(CLOSES, "stribeck", Bristles, 200, id="closes", marks=pytest.mark.slow),
     ],
 )
@@ -73,6 +73,7 @@ def worst_period(cells, which):
     return max(off)
 
 
+@pytest.mark.slow
 def test_cells_with_much_inertia_have_the_period_of_one_loop():
     cells = slow_cells(41, 120)
     ds = stickslip.evaluate(cells, law="rate_state_slip")

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip
 from helpers.adversary_cells import draw
+from helpers.nightly import few
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
@@ -62,6 +63,7 @@ def breakaway(cell, law):
     return mu(0.0) - cell.get("damping", 0.0) * cell["belt_speed"], 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", CREEP.values(), ids=CREEP)
 def test_stiff_creep_settles_in_few_steps_when_radau_says(cell):
     mu, b = friction(cell, "cubic"), cell["belt_speed"]
@@ -77,6 +79,7 @@ def test_stiff_creep_settles_in_few_steps_when_radau_says(cell):
     assert found["settling_time"] == pytest.approx(slip(cell, "cubic", start, enters).t[-1], rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 @pytest.mark.parametrize("cell", RELAXATION.values(), ids=RELAXATION)
 def test_relaxation_cycles_have_the_period_of_radau(cell, rtol):
@@ -109,6 +112,7 @@ def test_a_cycle_that_has_converged_when_first_looked_at_is_pushed_off_and_come_
     assert found["period"] == pytest.approx(again.t[-1], rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", [
     {"damping": 13.4, "a1": 0.662, "a2": 1.24, "a3": 0.00591, "a4": 0.00305, "displacement": -0.697, "velocity": 0.559},
     {"damping": 3.0, "a1": 0.5, "a2": 0.0, "a3": 0.01, "a4": 0.1, "displacement": 2.0},
@@ -135,8 +139,9 @@ SLOW = {  # law, budget, cell
 }
 
 
-@pytest.mark.parametrize(("law", "budget", "cell"), SLOW.values(), ids=SLOW)
-def test_what_takes_too_many_loops_ends_as_it_does_when_followed(law, budget, cell):
+@pytest.mark.parametrize("case", few(SLOW, ["decays", "slips both ways"]))
+def test_what_takes_too_many_loops_ends_as_it_does_when_followed(case):
+    law, budget, cell = SLOW[case]
     followed, found = evaluate(cell, law, 1e-9, max_steps=3_000_000), evaluate(cell, law, max_steps=budget)
     assert followed["steps"] > 2 * budget
     assert found["steps"] <= budget
@@ -145,9 +150,7 @@ def test_what_takes_too_many_loops_ends_as_it_does_when_followed(law, budget, ce
     assert np.isnan(found["settling_time"])
 
 
-@pytest.mark.parametrize(
-    "law", ["stribeck", pytest.param("stribeck_delta", marks=pytest.mark.slow), "rational", "cubic"]
-)
+@pytest.mark.parametrize("law", few(["stribeck", "stribeck_delta", "rational", "cubic"], 1))
 def test_of_cells_drawn_over_decades_few_are_unresolved(law):
     _, cells = draw("wide", 1500, np.random.default_rng(25))
     if law == "cubic":

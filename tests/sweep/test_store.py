@@ -241,7 +241,7 @@ MAKERS = {"plane": plane, "labelled": labelled, "cells": cells, "borders": borde
 MISTAKEN = re.compile(r"should define valid units for l|does not include geometry dimension 'node'")
 
 
-@pytest.mark.parametrize("kind", few(MAKERS, 5))
+@pytest.mark.parametrize("kind", few(MAKERS, 2))
 def test_files_pass_the_cf_checker_without_a_single_remark(kind, cf_checker, tmp_path, monkeypatch):
     def no_network(*arguments):
         raise AssertionError("the checker wanted the network")

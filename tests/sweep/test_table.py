@@ -61,6 +61,7 @@ def ends(cell, law, horizon, rtol):
     return np.array([float(found[name][0]) for name in ("displacement_end", "velocity_end", "sticks")])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::stickslip.errors.ExtrapolationWarning")
 @pytest.mark.parametrize(
     ("points", "monotone", "stiffness", "belt"),
@@ -97,6 +98,7 @@ def test_friction_and_its_slope_are_those_of_the_spline(points, monotone):
     np.testing.assert_allclose(ratio, 0.15 + 0.5 * np.where(inside, spline(w, 1), 0.0), atol=1e-11)
 
 
+@pytest.mark.slow
 def test_a_dense_table_of_a_curve_is_that_curve_to_the_error_of_the_spline():
     w = np.concatenate([[0.0], np.geomspace(1e-3, 2.0, 149)])
     mu = 1.0 + 0.1 * w + 0.3 * np.exp(-w / 0.1)
@@ -128,6 +130,7 @@ def test_a_narrow_spike_is_not_stepped_over(belt, x, w, monkeypatch):
     assert abs(without[0] - found[0]) > 1e-4  # it matters
 
 
+@pytest.mark.slow
 def test_hysteresis_on_a_table_begins_at_its_least_friction():
     horizon = 60.0
     exact = OnCurve(0.05, horizon, mu_stop=0.33, friction=curve_of(DRY, monotone=False))
@@ -137,6 +140,7 @@ def test_hysteresis_on_a_table_begins_at_its_least_friction():
     assert (x, v) == pytest.approx((exact.xi, exact.eta), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_of_the_spline():
     law, spline, belts = stickslip.Table(*DRY), CubicSpline(*DRY), np.array([0.002, 0.007, 0.02, 0.05])
     critical, steady = -spline(belts, 1), spline(belts) * (1.0 + 1e-6)
@@ -146,6 +150,7 @@ def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_of_the_spli
     assert set(regimes[1].values) == {REGIMES.index("damped")}
 
 
+@pytest.mark.slow
 def test_a3_scales_a_table_and_a4_stretches_it():
     law, belts = stickslip.Table(*DRY), np.array([0.01, 0.05, 0.3])
     twice = stickslip.evaluate(UNIT | {"belt_speed": belts, "a3": 0.82}, law=law)
@@ -215,6 +220,7 @@ def test_wrong_tables_in_a_configuration_are_refused(tmp_path, friction, message
         load_config(tmp_path / "felt.yaml")
 
 
+@pytest.mark.slow
 def test_a_configuration_keeps_the_points_and_another_process_knows_them(tmp_path):
     (tmp_path / "felt.csv").write_text(FELT, encoding="utf-8")
     (tmp_path / "felt.yaml").write_text(YAML, encoding="utf-8")
@@ -241,6 +247,7 @@ def test_a_configuration_keeps_the_points_and_another_process_knows_them(tmp_pat
     subprocess.run([sys.executable, "-c", script, tmp_path / "felt.nc", tmp_path / "cells.nc"], check=True)
 
 
+@pytest.mark.slow
 def test_a_table_in_a_configuration_from_python_is_the_law_itself():
     law = stickslip.Table(*THREE, monotone=True)
     data = {"system": UNIT | {"belt_speed": 0.05}, "friction": {"law": law}, "axes": {"damping": [0.0, 0.1]}}

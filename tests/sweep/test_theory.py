@@ -345,6 +345,7 @@ def test_pure_slip_amplitude_is_that_of_an_integration():
     assert amplitudes(0.40, 0.1, expected, 900) == pytest.approx([expected] * 2, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_regimes_of_the_cubic_law_change_at_the_thresholds():
     """Stick-slip, sustained pure slip, steady sliding: for weak friction within 0.2 and 1 % of where harmonic balance
     has them, and at load 1 at the tabulated exact border, 0.395789."""

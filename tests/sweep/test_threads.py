@@ -117,6 +117,7 @@ sys.exit(os.waitpid(child, 0)[1])
 """
 
 
+@pytest.mark.slow
 @posix
 def test_a_process_forked_while_a_thread_writes_writes_too(tmp_path):
     """The locks of h5py and ours are taken in one order by all, `os.fork` included."""

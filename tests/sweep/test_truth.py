@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import stickslip
+from helpers.nightly import few
 from stickslip.config.reader import as_config
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.flags import REGIMES, STATUSES
@@ -43,8 +44,8 @@ def test_hysteresis_does_not_end_where_a3_falls_below_zero():
     ("law", "curve"),
     [
         ("stribeck", {"a2": -0.05, "a3": -0.3, "a4": 0.1}),
-        ("rational", {"a2": -0.05, "a3": -0.3, "a4": 0.1}),
-        ("cubic", {"a2": 0.1, "a3": -0.3, "a4": 1.0}),
+        pytest.param("rational", {"a2": -0.05, "a3": -0.3, "a4": 0.1}, marks=pytest.mark.slow),
+        pytest.param("cubic", {"a2": 0.1, "a3": -0.3, "a4": 1.0}, marks=pytest.mark.slow),
     ],
 )
 def test_hysteresis_of_a_curve_that_rises_and_falls_without_end_is_refused(law, curve):
@@ -65,6 +66,7 @@ def test_hysteresis_of_a_curve_that_rises_and_falls_without_end_is_refused(law, 
         as_config(sections)
 
 
+@pytest.mark.slow
 def test_an_inner_minimum_ends_the_falling_branch():
     """Gaussian strengthening on a line that falls: a minimum, then a maximum, then a fall without end."""
     curve = {"a1": 1.0, "a2": -0.05, "a3": -0.3, "a4": 0.1, "delta": 2.0}
@@ -81,7 +83,11 @@ def test_an_inner_minimum_ends_the_falling_branch():
 @pytest.mark.parametrize(
     ("law", "cell"),
     [
-        ("cubic", {"belt_speed": 0.8, "damping": 0.3, "a1": 0.05, "a2": -0.2, "a3": 0.5, "a4": 1.0}),
+        pytest.param(
+            "cubic",
+            {"belt_speed": 0.8, "damping": 0.3, "a1": 0.05, "a2": -0.2, "a3": 0.5, "a4": 1.0},
+            marks=pytest.mark.slow,
+        ),
         ("stribeck", {"belt_speed": 0.05, "a1": 0.5, "a2": -0.05, "a3": 0.3, "a4": 0.1, "velocity": -11.0}),
         ("stribeck", {"belt_speed": 0.05, "a1": 0.5, "a2": -0.05, "a3": 0.3, "a4": 0.1, "velocity": -14.0}),
     ],
@@ -95,6 +101,10 @@ def test_speeds_that_are_not_visited_do_not_count():
     """The same curves, negative only beyond what the motion reaches, or below it: it starts at w = 2."""
     cell = {"belt_speed": 0.05, "a1": 0.5, "a2": -0.05, "a3": 0.3, "a4": 0.1, "velocity": -5.0}
     assert evaluate(**cell)["regime"] == "stick_slip"
+
+
+@pytest.mark.slow
+def test_speeds_below_those_that_are_visited_do_not_count():
     above = {"belt_speed": 2.0, "damping": 3.0, "a1": 0.05, "a2": -0.2, "a3": 0.5, "a4": 1.0, "displacement": 1.0}
     assert evaluate("cubic", velocity=0.0, **above)["regime"] == "creep"
 
@@ -178,7 +188,7 @@ def test_beside_an_exact_border_the_verdict_is_right_at_the_default_tolerance(na
     assert [REGIMES[code] for code in ds["regime"].values] == ["stick_slip"] * 3 + ["damped"] * 3
 
 
-@pytest.mark.parametrize("law", ["stribeck", "cubic", "rational"])
+@pytest.mark.parametrize("law", few(["stribeck", "cubic", "rational"], 1))
 @pytest.mark.parametrize(("belt_speed", "a1"), [(0.002, 0.6), (0.00615, 0.4), (0.1, 1.0)])
 def test_ringing_without_any_drag_is_no_stick_slip_however_closely_it_is_looked_at(law, belt_speed, a1):
     """It grazes standstill in every loop: what sticks there in a tighter run is rounding."""
@@ -217,6 +227,7 @@ def test_friction_that_is_the_same_at_any_speed_never_sticks_again_without_a_dam
     assert early_stop is False or (ds["regime"] == REGIMES.index("sustained")).all()
 
 
+@pytest.mark.slow
 def test_the_largest_acceleration_between_two_turns_of_it_within_a_step_counts():
     cell = {"belt_speed": 0.16, "a1": 0.1, "a2": 3e-4, "a3": 2e-3, "a4": 0.151, "displacement": -2.0, "velocity": -0.22}
     assert evaluate("cubic", **cell)["acceleration_max"] == pytest.approx(2.1115438470893, rel=1e-9)

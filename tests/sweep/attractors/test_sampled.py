@@ -66,7 +66,7 @@ def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle(
     [
         ({"mu_stop": 1.1}, "stribeck"),
         ({"a2": -0.01, "damping": 0.05}, "stribeck"),
-        ({"delta": 1.5}, "stribeck_delta"),
+        pytest.param({"delta": 1.5}, "stribeck_delta", marks=pytest.mark.slow),
     ],
 )
 def test_other_curves_are_sampled_and_say_so(more, law):

@@ -10,6 +10,7 @@ import pytest
 
 import stickslip
 from helpers.configs import write_config
+from helpers.nightly import few
 from helpers.runs import block_files, same, stop_early
 from stickslip.errors import StoreError
 from stickslip.runs.workdir import block_store
@@ -185,7 +186,7 @@ def broken(data, how):
             "foreign": b"\x89PNG" + data}[how]  # fmt: skip
 
 
-@pytest.mark.parametrize("how", ["flipped", "cut", "empty", "foreign"])
+@pytest.mark.parametrize("how", few(["flipped", "cut", "empty", "foreign"], 1))
 def test_a_damaged_block_is_said_and_computed_again(config, output, whole, computed, how):
     stickslip.run(config, output, keep_parts=True).close()
     output.unlink()
