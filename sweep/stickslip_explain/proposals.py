@@ -80,8 +80,11 @@ def proposals(
     shared = section.shared | {name: float(value) for name, value in at.items()}
     given = {*shared, *(axis.name for axis in over)}
     if differ := [name for name in conditions_of(config) if name not in given]:
-        given_at = " ".join(f"--at {name}=VALUE" for name in differ)
-        raise ArgumentError("over", f"{listed(differ, 'and')} differ between observations: give {given_at}, or an axis")
+        axes = (
+            f"--over {' '.join([*(axis.name for axis in over), *differ])}, or " if len(over) + len(differ) < 3 else ""
+        )
+        text = f"{listed(differ, 'and')} {'differs' if len(differ) == 1 else 'differ'} between observations: give "
+        raise ArgumentError("over", text + axes + " ".join(f"--at {name}=VALUE" for name in differ))
     grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
     measured = dict(_scatter(section) if scatter is None else scatter)
     chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)

@@ -154,9 +154,9 @@ def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(
     shown = call("status", config).stdout
     assert "1 failed, of 3" in shown and "failed    block 1: ZeroDivisionError: in block 1" in shown
     assert "What happened in block 1:\nTraceback" in shown and "in failing" in shown
-    assert call("collect", config, "--retry-failed").exit_code == 1
+    assert call("retry-failed", config).exit_code == 1
     broken.clear()
-    done = call("collect", config, "--retry-failed")
+    done = call("retry-failed", config)
     assert done.exit_code == 0 and "3,400 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
 
 

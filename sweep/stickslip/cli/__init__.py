@@ -24,7 +24,7 @@ SECTIONS = {  # of the help: each command with its file, a new one is an entry h
     "studies": {
         key: "studies" for key, entry in STUDIES.items() if entry.command and entry.place.startswith("stickslip.")
     },
-    "long runs": {"status": "stores", "collect": "stores"},
+    "long runs": {"status": "stores", "collect": "stores", "retry-failed": "stores"},
 }
 
 

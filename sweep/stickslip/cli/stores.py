@@ -1,4 +1,4 @@
-"""`collect` and `status`: runs in parts."""
+"""`collect`, `status` and `retry-failed`: runs in parts."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.exits import JSON, fields, incomplete, print_json, reports_errors
 from stickslip.cli.outputs import Outputs, save_table, show_file
-from stickslip.cli.run import execute, outcome_answer, report_result, study_answer
+from stickslip.cli.run import execute, report_result, study_answer
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.files.locations import Location
     from stickslip.runs.collecting import Status
-    from stickslip.runs.session import Request
 
 
 def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
@@ -29,15 +28,13 @@ def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
     epilog="""\b
 Examples:
   stickslip collect my.yaml
-  stickslip collect map.nc.parts -o so_far.nc
-  stickslip collect my.yaml --retry-failed"""
+  stickslip collect map.nc.parts -o so_far.nc"""
 )
 @STORE
 @params.OUTPUT
-@click.option("--retry-failed", "retry", is_flag=True, help="Compute blocks that failed again; write if all are there.")
 @JSON
 @reports_errors
-def collect(config_or_store: str, output: Location | None, retry: bool) -> dict[str, Any]:
+def collect(config_or_store: str, output: Location | None) -> dict[str, Any]:
     """Write the map from the blocks that are finished.
 
     Shards are merged; cells of blocks that are missing are "not computed", and those blocks can still be computed
@@ -48,10 +45,7 @@ def collect(config_or_store: str, output: Location | None, retry: bool) -> dict[
     from stickslip.runs.session import request_for
 
     request = request_for(config_or_store, output, None, params.settings())
-    request = replace(request, notice=screen.notice)
-    if retry:
-        return _retried(request)
-    collected = collecting.collect(request)
+    collected = collecting.collect(replace(request, notice=screen.notice))
     study = collected.study
     if collected.up_to_date:
         screen.row(study.name, f"{collected.output} is complete already, and there is no store beside it")
@@ -75,18 +69,26 @@ def collect(config_or_store: str, output: Location | None, retry: bool) -> dict[
     return answer
 
 
-def _retried(request: Request) -> dict[str, Any]:
-    """Compute the blocks that failed again, and write the map if nothing is missing then."""
+@click.command("retry-failed")
+@STORE
+@params.OUTPUT
+@reports_errors
+def retry_failed(config_or_store: str, output: Location | None) -> None:
+    """Retry the blocks that failed.
+
+    The map is written if nothing is missing then. Names a configuration, or the folder of a store.
+    """
     from stickslip.runs import session
+    from stickslip.runs.session import request_for
     from stickslip.runs.work import study_of
 
+    request = replace(request_for(config_or_store, output, None, params.settings()), notice=screen.notice)
     study = study_of(request.config)
     outcome, seconds = execute(session.retry_failed, request, study)
-    if outcome.output is None:
+    if outcome.output is not None:
+        report_result(outcome, seconds, request, Outputs())
+    else:
         screen.row("blocks", f"{outcome.computed:,} {study.counted} computed into {outcome.where}")
-        return outcome_answer(request, study, outcome, seconds)
-    answer = report_result(outcome, seconds, request, Outputs())
-    return outcome_answer(request, study, outcome, seconds) | answer
 
 
 @click.command()

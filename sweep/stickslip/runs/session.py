@@ -313,7 +313,7 @@ class _Session:
             count = f"{len(failed):,} block{'s' * (len(failed) > 1)} ({store.cells(failed):,} {study.counted}) failed"
             raise self._incomplete(
                 f"{store.where}: {count}, the first, number {first.block}, with {first.message}\n"
-                "hint: stickslip status shows what happened, stickslip collect --retry-failed computes them again, and "
+                "hint: stickslip status shows what happened, stickslip retry-failed computes them again, and "
                 f"stickslip collect writes a {study.name} without them"
             )
 
