@@ -124,7 +124,9 @@ def test_what_differs_between_observations_is_an_axis_or_has_a_value(kernels):
     found = stickslip.explain(observed, prior, particles=20, repetitions=2, progress=False)
     how = {"draws": 10, "points": 3, "progress": False}
     speeds = {"belt_speed": (0.005, 0.3)}
-    with pytest.raises(ValueError, match="normal_load differ between observations: give --at normal_load=VALUE"):
+    with pytest.raises(
+        ValueError, match="normal_load differs between observations: give --over belt_speed normal_load"
+    ):
         stickslip.next_measurement(found, speeds, **how)
     with pytest.raises(ValueError, match="at: got mass, expected what observations name: normal_load"):
         stickslip.next_measurement(found, speeds, at={"mass": 1.0}, **how)
