@@ -3,8 +3,8 @@
 A record is a dataset over `time` (s): the force on the specimen and its acceleration, the motion of the drive where it
 is known, and the conditions of the test as coordinates. `quantities.FEATURES` declares each feature.
 
-What simulates rigs is loaded when first used, so that records are read without the compiler. The matrix of a configuration
-of a rig is computed by `stickslip.run`, which has the name run_matrix here too.
+What simulates rigs is loaded when first used, so that records are read without the compiler. The matrix of a rig's
+configuration is computed by `stickslip.run`, which has the name run_matrix here too.
 """
 
 from importlib import import_module
