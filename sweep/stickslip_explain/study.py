@@ -78,7 +78,7 @@ class ExplainStudy(Study):
         """The conditions of the first observation; the others must name them as well."""
         observed = raw.get("observed") if isinstance(raw, dict) else None
         first = observed[0] if isinstance(observed, list) and observed else None
-        yield from (("observed", 0, name) for name in first or () if name in QUANTITIES and isinstance(first, dict))
+        yield from (("observed", 0, name) for name in (first if isinstance(first, dict) else ()) if name in QUANTITIES)
 
     @classmethod
     def conditions(cls, section: Explain) -> Mapping[str, float]:

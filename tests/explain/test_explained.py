@@ -123,6 +123,7 @@ def test_the_law_that_data_come_from_is_found_and_predictions_differ_where_laws_
     assert inside[0] < 0.02 < inside[1]
 
 
+@pytest.mark.slow
 def test_two_laws_that_explain_the_same_disagree_where_nobody_looked():
     """One regime seen: both laws explain it; fast belts end stick-slip by one of them earlier than by the other."""
     prior = {"mass": 0.1, "stiffness": 5e3, "a1": 0.2, "a2": 0.01, "a3": 0.2, "a4": lognormal(0.02, 1.1)}

@@ -92,6 +92,7 @@ def test_a_pixel_is_the_cell_that_a_click_computes(source):
         assert np.isclose(float(known["spring_force_max"][0]), force.values[i, j] * force.unit.size, rtol=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore::stickslip.errors.UnitWarning")
 def test_the_settings_of_a_cell_give_that_cell_to_the_last_bit(source):
     view = first_view(source)
     slider = next(slider for slider in sliders_of(source, view.plane) if slider.name == "mass")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 OBJECTS = (("stribeck", False), ("stribeck", True), ("lugre_stribeck", False), ("rate_state_ageing", False),
-           ("table", False))  # fmt: skip
+           ("table", False), ("table", True))  # fmt: skip
 
 
 def prepare(folder, say):

@@ -64,8 +64,8 @@ def test_borders_are_drawn_over_the_map_of_a_file_or_a_coarse_one(here):
 
 
 def test_inspect_says_what_a_file_holds(here):
-    said("border", "pair.yaml", "--along", "belt_speed", "--scan", "8", "--tolerance", "1e-4", "-o", "b.nc")
-    said("contours", "pair.yaml", "--points", "8", "--tolerance", "1e-3", "-o", "c.nc")
+    said("border", "pair.yaml", "--along", "belt_speed", "--set", "border.scan=8", "-o", "b.nc")
+    said("contours", "pair.yaml", "--set", "contours.points=8", "--set", "contours.tolerance=1e-3", "-o", "c.nc")
     assert "borders  4 on 4 of 4 lines" in said("inspect", "b.nc") and "lines    1, 0" in said("inspect", "c.nc")
     writing.write(stickslip.margins("pair.yaml", ("belt_speed",), joint=False, tolerance=1e-3), "m.nc")
     assert re.search(r"^belt_speed +\d+ of 32 +x", said("inspect", "m.nc"), re.MULTILINE)

@@ -16,7 +16,7 @@ friction: {{a1: 0.2, a2: 0, a3: 0.2, a4: 0.1{friction}}}
 axes: {{damping: [0, 1]{axes}}}
 {more}
 """
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "comparison.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "model.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_a_configuration_that_asks_for_it_is_told(key, word):
     with pytest.raises(ConfigError) as refused:
         parse_config(YAML.format(**{"system": SYSTEM, "friction": "", "axes": "", "more": ""} | key))
     hints = [problem.hint or "" for problem in refused.value.problems]
-    assert any(word in hint and "stickslip help comparison" in hint for hint in hints), hints
+    assert any(word in hint and "stickslip help speed" in hint for hint in hints), hints
 
 
 def test_the_page_says_every_sentence():

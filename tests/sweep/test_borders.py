@@ -297,7 +297,7 @@ def test_a_border_at_zero_is_found_to_a_share_of_the_range():
     ("change", "message"),
     [
         ({"along": "belt_sped"}, "along: got 'belt_sped'"),
-        ({"between": (np.nan, 1.0)}, "between: got (nan, 1.0), expected a finite number in m/s"),
+        ({"between": (np.nan, 1.0)}, "between: got [nan, 1.0], expected a finite number in m/s"),
         ({"along": "mu_stop", "between": (0.5, 2.0)}, "mu_stop[0]: got 2, expected at most mu_start"),
         ({"along": "damping", "between": None}, "between: missing; cells need a range of damping"),
         ({"scan": 1}, "scan: got 1, expected a whole number from 2 to"),

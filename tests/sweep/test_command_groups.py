@@ -187,11 +187,6 @@ def test_commands_and_options_are_completed():
     assert "rig" in completed([], "r")
     assert completed(["rig"]) == ["run", "features", "calibrate"]
     assert "--plot" in completed(["run"], "--p")
-    assert "quickstart" in completed(["init", "--from"], "qu")
-    assert "spring_force_max" in completed(["plot", "map.nc", "--variable"], "spring")
-    assert "belt_speed" in completed(["border", "my.yaml", "--along"], "be")
-    assert "stick_slip" in completed(["inspect", "map.nc", "--regime"], "st")
-    assert "glossary" in completed(["help"], "gl")
 
 
 def test_without_colour_nothing_is_bold():

@@ -208,8 +208,8 @@ def test_wrong_rows_of_a_file_are_named_by_their_line(tmp_path, rows, line):
         ("{table: {file: felt.csv, smooth: true}}", "unknown key"),
         ("{table: {file: felt.csv, monotone: 3}}", "expected true or false"),
         ("{table: {speed: [0, 1], mu: [1, 0]}}", "above 0"),
-        ("{table: {speed: [0, x], mu: [1, 1]}}", "speed: got 'x', expected a speed"),
-        ("{table: {speed: 0, mu: [1, 1]}}", "speed: got 0, expected a list"),
+        ("{table: {speed: [0, x], mu: [1, 1]}}", r"speed\[1\]: got 'x', expected a speed"),
+        ("{table: {speed: 0, mu: [1, 1]}}", "expected two lists alike"),
         ("{table: none.csv}", "none.csv"),
     ],
 )

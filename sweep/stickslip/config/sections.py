@@ -145,7 +145,7 @@ def choice(
 
 def one_of(words: Collection[str], what: str = "") -> Read:
     """One of some words."""
-    return Read(lambda value: value if value in words else choice(value, words, what), {"enum": list(words)})
+    return Read(lambda value: value if value in [*words] else choice(value, words, what), {"enum": list(words)})
 
 
 def list_of(

@@ -63,10 +63,10 @@ def test_a_section_asks_run_for_the_same(band, tmp_path):
 @pytest.mark.parametrize(
     ("box", "message"),
     [
-        ({"displacement": (2, 0), "velocity": (0, 1)}, r"displacement: got \(2, 0\), .* swap the ends"),
-        ({"displacement": (0, np.inf), "velocity": (0, 1)}, r"displacement: got \(0, inf\), expected a finite number"),
+        ({"displacement": (2, 0), "velocity": (0, 1)}, r"displacement: got \[2, 0\], .* swap the ends"),
+        ({"displacement": (0, np.inf), "velocity": (0, 1)}, r"displacement: got \[0, inf\], expected a finite number"),
         ({"displacement": (0, 1)}, "velocity: missing, expected velocities of the box"),
-        ({"displacement": (0, 1), "velocty": (0, 1)}, "velocty: unknown, .*did you mean velocity"),
+        ({"displacement": (0, 1), "velocty": (0, 1)}, "velocty: unknown key, .*did you mean velocity"),
         (None, "box: missing"),
         (3, "box: got 3"),
     ],

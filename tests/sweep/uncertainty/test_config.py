@@ -69,7 +69,7 @@ BAD = [
     (text(BOTH, "indices: true", "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
      "5:12: uncertain.indices: got true, expected false"),
     (text(BOTH, "covariance: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
-     "5:3: uncertain.covariance: got a covariance, expected the std"),
+     "5:3: uncertain.covariance: unknown key, expected quantities, correlation"),
     (text(SPEED, "draws: 1000"), "5:10: uncertain.draws: got 1000, expected a power of two"),
     (text(SPEED, "metrics: [perriod]"), "5:13: uncertain.metrics[0]: got 'perriod', expected a result"),
     (text(SPEED, "draws: 67108864", "scramblings: 512"), "5:10: uncertain.draws: got 1.03e+11 cells"),
