@@ -30,7 +30,6 @@ FLOORS = (
     ("how far a computation is", {"progress"}),
     ("what is shown", {"plots"}),
     ("what is looked for, and how it is shown", {"studies"}),  # a study names its own plot
-    ("pages", {"pages"}),
     ("what is kept", {"runs"}),
     ("the Python calls", {"api"}),
     ("what datasets can do", {"accessor"}),

@@ -16,10 +16,10 @@ from bokeh.models import Column, ColumnDataSource, Select
 from bokeh.resources import INLINE
 from numpy.typing import NDArray
 
-from stickslip import pages
 from stickslip._version import __version__
 from stickslip.config.model import Axis, Range
 from stickslip.engine import stop_flag
+from stickslip.plots import pages
 from stickslip.vocabulary.display_units import spoken
 from stickslip_explore import maps, page
 from stickslip_explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command

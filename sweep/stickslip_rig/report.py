@@ -6,9 +6,9 @@ from itertools import islice
 import numpy as np
 import xarray as xr
 
-from stickslip import pages
 from stickslip.config.model import Config
-from stickslip.pages import Cell, Column, Section
+from stickslip.plots import pages
+from stickslip.plots.pages import Cell, Column, Section
 from stickslip_rig.plots import LIGHTS, plot_matrix, plot_records
 from stickslip_rig.risk import RPN_NAME
 from stickslip_rig.sections import sections_of

@@ -8,11 +8,11 @@ import pytest
 
 import stickslip
 from helpers.maps import axis, make_map, plane
-from stickslip import pages
 from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
-from stickslip.pages.result import Picture, pictures_of, result_page
+from stickslip.plots import pages
 from stickslip.plots.fixed_values import fixed_values
+from stickslip.plots.pages.result import Picture, pictures_of, result_page
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'

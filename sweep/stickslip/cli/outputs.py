@@ -251,10 +251,11 @@ def plot_limits(config: Config) -> str | None:
 
 def save_page(ds: xr.Dataset, target: Path, picture: PictureOptions = PLAIN) -> None:
     """Write the page of a result: its plots, what was held fixed, what the words mean, how exact it is."""
-    from stickslip import pages, plots
+    from stickslip import plots
     from stickslip.config.studies import result_class
     from stickslip.errors import PlotError
-    from stickslip.pages import result
+    from stickslip.plots import pages
+    from stickslip.plots.pages import result
 
     if plots.is_over_map(ds):
         try:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from stickslip import pages
-from stickslip.pages import Section
+from stickslip.plots import pages
+from stickslip.plots.pages import Section
 from stickslip.vocabulary.models import FORMULA
 from stickslip_materials.compare.table import RankTable
 from stickslip_materials.plots import plot_materials

@@ -117,7 +117,7 @@ class _Outputs(Outputs):
         if self.sound is not None:
             sounds.save_sounds(self.sound, self._heard())
         if self.report is not None:
-            from stickslip.pages import write_page
+            from stickslip.plots.pages import write_page
             from stickslip_rig.report import report
 
             records = self._records(drawn or range(min(size, _MOST_TRACES)))

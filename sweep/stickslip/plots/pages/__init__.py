@@ -21,7 +21,7 @@ from stickslip.plots.palette import VERMILLION
 _DOTS = 200  # per inch
 _MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset
 _TEMPLATE = Environment(
-    loader=PackageLoader("stickslip", "pages"), autoescape=True, trim_blocks=True, keep_trailing_newline=True
+    loader=PackageLoader("stickslip", "plots/pages"), autoescape=True, trim_blocks=True, keep_trailing_newline=True
 ).get_template("page.html")
 
 

@@ -9,13 +9,12 @@ from typing import NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stickslip import pages
 from stickslip.config.studies import Regime, Study, Table, result_class
 from stickslip.config.yaml import section_in
 from stickslip.dataset.display import MapAxis
 from stickslip.dataset.summary import BAD_REGIMES, Share, flag_counts, summary, survey
 from stickslip.errors import PlotError
-from stickslip.plots import plot_map, plot_result, subject
+from stickslip.plots import pages, plot_map, plot_result, subject
 from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
