@@ -259,7 +259,8 @@ class Likelihood:
         free = replace(self, parts=np.eye(self.parts.shape[1]), bounded=0)
         u = self.best[0]
         deviance = np.array([self.deviance(u, float(s)) for s in slopes])
-        odds = np.exp(-0.5 * (deviance - deviance.min()))
+        least = deviance.min()  # -inf where all points lie on a curve
+        odds = np.exp(-0.5 * (deviance - least)) if math.isfinite(least) else 1.0 * (deviance == least)
         counts = random.multinomial(count, odds / odds.sum())
         drawn = [free._drawn(float(s), n, random, among) for s, n in zip(slopes, counts, strict=True) if n]
         values, scale = (np.concatenate(parts) for parts in zip(*drawn, strict=True))
