@@ -1,4 +1,4 @@
-"""How often the intervals of `fit` hold the truth: fits of made-up points over decades (docs/accuracy.md).
+"""How often the intervals of `fit` hold the truth: fits of made-up points over decades (docs/materials.md).
 
     python tests/fit_coverage.py --fits 5000 --seed 1
 
