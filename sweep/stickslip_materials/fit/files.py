@@ -19,7 +19,7 @@ from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.fitting import fit_curve, fit_repeats
-from stickslip_materials.fit.points import Columns, kind_of, only, read_materials
+from stickslip_materials.fit.points import Columns, only, read_materials
 from stickslip_materials.fit.roles import Wanted
 
 Fit = TypeVar("Fit", CurveFit, AgeingFit)
@@ -105,7 +105,7 @@ def fit_materials(
     errors: list[ConfigError] = []
     for file, path in zip(names_of(materials), materials, strict=True):
         try:
-            read = read_materials(path, columns or kind_of(path, wanted), wanted)
+            read = read_materials(path, columns, wanted)
         except ConfigError as error:
             errors.append(error)
         else:
