@@ -90,21 +90,9 @@ def read_materials(
 ) -> dict[str, Columns]:
     """The points of every material of a CSV or .xlsx file, by name; the name of a single unnamed one is empty.
 
-    Parameters
-    ----------
-    path : of the file; of a workbook all sheets with such headings are read
-    columns : CURVE_COLUMNS or AGEING_COLUMNS, None takes what the file has; that of sigma may be missing
-    wanted : which columns to take, and in which units, where the headings do not say
-
-    Returns
-    -------
-    dict of Columns
-        In SI, row by row.
-
-    Raises
-    ------
-    ConfigError
-        With everything that is wrong, by line and column.
+    columns : CURVE_COLUMNS or AGEING_COLUMNS, None takes what the file has; sigma may be missing. wanted : which
+    columns to take, and in which units, where the headings do not say. Of a workbook all sheets with such headings are
+    read. Raises ConfigError with everything that is wrong, by line and column.
     """
     path, wanted = Path(path), wanted or Wanted()
     if columns is None:
@@ -142,115 +130,96 @@ def _tables(path: Path, columns: Sequence[Parameter], over: tuple[str, ...], wan
 
 def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted) -> dict[str, Columns]:
     """The points of every material of one table."""
-    table = headed.table
-    points_table = PointsTable(headed, columns, wanted)
-    materials = _Reader(points_table).materials()
-    for role in points_table.frictions:
+    table = PointsTable(headed, columns, wanted)
+    materials, along = _read(table), table.along
+    for role in table.frictions:
         own = [float(points[MU].max()) for name, points in materials.items() if role.label in ("", name)]
         headed.check_friction(role.position, max(own, default=0.0) if role.load is None else 0.0)
     if columns is AGEING_COLUMNS and not wanted.time:
-        _check_waiting(points_table, materials)
-    if not points_table.along.unit:
-        _check_units_above(points_table)
-    used = {role.position for role in points_table.roles} | {points_table.group}
-    used |= {role.load.position for role in points_table.frictions if isinstance(role.load, Role)}
+        _check_waiting(table, materials)
+    if not along.unit:
+        _check_units_above(table)
     if len(materials) == 1:
-        _check_conditions(points_table, used, *materials.values())
-    notes = points_table.notes
-    if table.left_out:
-        summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in table.left_out], "and")
-        notes = [*notes, f"left out, since they are no measurements: {summaries}"]
-    along = points_table.along
+        _check_conditions(table, *materials.values())
+    if left_out := headed.table.left_out:
+        summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in left_out], "and")
+        table.notes.append(f"left out, since they are no measurements: {summaries}")
+    unused = [i for i in range(len(headed.headings)) if i not in (*table.used, table.group)]
+    above = [line[0].place.line for line in headed.table.above]
     for name, points in materials.items():
-        own_roles = [role for role in points_table.roles if role.label in ("", name) or points_table.group is not None]
-        points.notes, points.assumed = tuple(notes), () if along.unit else (along.row,)
+        own_roles = [role for role in table.roles if role.label in ("", name) or table.group is not None]
+        points.notes, points.assumed = tuple(table.notes), () if along.unit else (along.row,)
         points.units = {along.name: along.unit} if along.unit else {}
         points.read = {role.name: headed.headings[role.position].text for role in own_roles}
-        points.ignored = tuple(head.text for i, head in enumerate(headed.headings) if i not in used and head.text)
-        points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
+        points.ignored = tuple(headed.headings[i].text for i in unused if headed.headings[i].text)
+        points.above = (above[0], above[-1]) if above else None
         if "speed" in points:
-            _direct(points, points_table)
+            _direct(points, table)
     return _branches_joined(materials)
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
 
 
-class _Reader:
-    """Reads the numbers of the columns that have a role, and collects what is wrong with them."""
+def _read(table: PointsTable) -> dict[str, Columns]:
+    """The points by material. Raises ConfigError with everything that is wrong."""
+    import pandas as pd
 
-    def __init__(self, table: PointsTable) -> None:
-        self._table, self._problems = table, list[Problem]()
-        used = [role.position for role in table.roles]
-        self._comma = tables.has_decimal_commas(table.headed.table, table.texts.tolist(), used)
+    whole = table.headed.table
+    problems = [tables.wrong_count(whole, row) for row in table.rows if len(row) != len(whole.heading)]
+    comma = tables.has_decimal_commas(whole, table.texts.tolist(), table.used)
 
-    def materials(self) -> dict[str, Columns]:
-        """The points by material. Raises ConfigError with everything that is wrong."""
-        table = self._table
-        wrong = [tables.wrong_count(table.headed.table, row) for row in table.rows
-                 if len(row) != len(table.headed.headings)]  # fmt: skip
-        self._problems = wrong
-        groups = np.full(len(table.complete), "", object) if table.group is None else table.texts[:, table.group]
-        groups = np.array([whole[1] if (whole := WHOLE.fullmatch(text)) else text for text in groups], object)
-        # of a wide table, whose materials need not be measured at the same speeds
-        rows = [~table.gaps[:, role.position] | (not role.label) for role in table.frictions]
-        along = self._values(table.along, np.any(rows, axis=0))
-        sigmas = {role.label: role for role in table.deviations}
-        lines = np.array([row[0].place.line for row in table.complete])
-        found: dict[str, list[tuple[NDArray[np.int64], dict[str, NDArray[np.float64]]]]] = {}
-        for role, inside in zip(table.frictions, rows, strict=True):
-            values = {table.along.name: along, MU: self._values(role, inside)}
-            if role.label in sigmas:
-                values["sigma"] = self._values(sigmas[role.label], inside)
-            for group in dict.fromkeys(groups[inside]):
-                at = np.flatnonzero(inside & (groups == group))
-                part = {name: column[at] for name, column in values.items()}
-                found.setdefault(" ".join(filter(None, (group, role.label))), []).append((at, part))
-        if self._problems:
-            problems = sorted(self._problems, key=lambda problem: problem.place or ())
-            raise ConfigError(table.headed.table.name, problems[: tables.MOST_PROBLEMS])
-        materials = {}
-        for name, parts in found.items():
-            at = np.concatenate([at for at, _ in parts])
-            order = np.argsort(at, kind="stable")
-            materials[name] = Columns({key: np.concatenate([part[key] for _, part in parts])[order]
-                                       for key in parts[0][1]})  # fmt: skip
-            materials[name].lines = tuple(lines[at[order]].tolist())
-        return materials
-
-    def _values(self, role: Role, inside: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """The numbers of some rows in SI, NaN in others; what is wrong with them becomes problems."""
-        column = [row[role.position] for row in self._table.complete]
-        are_thousands = layout.thousands([cell.text for cell in column], self._comma)
-        values = np.full(len(column), np.nan)
+    def values(role: Role, inside: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """The numbers of some rows in SI, NaN in others."""
+        column = [row[role.position] for row in table.complete]
+        are_thousands = layout.thousands([cell.text for cell in column], comma)
+        read = np.full(len(column), np.nan)
         for k in np.flatnonzero(inside):
-            text = column[k].text
+            text, place = column[k]
             try:
-                if are_thousands:
-                    raise QuantityError("a number without separators of thousands", f"write {text!r} as '1234.5'")
-                values[k] = _number(text, role.unit, role.row, self._comma)
+                read[k] = _number(text, role.unit, role.row, comma, are_thousands)
             except QuantityError as error:
                 got = f"got {text!r}, expected" if text else "empty, expected"
-                problem = Problem((role.name,), f"{got} {error.expected}", column[k].place, error.hint)
-                self._problems.append(problem)
-        if role.load is not None:
-            values /= self._values(role.load, inside) if isinstance(role.load, Role) else role.load
-        return values
+                problems.append(Problem((role.name,), f"{got} {error.expected}", place, error.hint))
+        load = role.load
+        return read if load is None else read / (values(load, inside) if isinstance(load, Role) else load)
+
+    groups = [""] * len(table.complete) if table.group is None else [row[table.group].text for row in table.complete]
+    groups = [match[1] if (match := WHOLE.fullmatch(group)) else group for group in groups]
+    # materials of a wide table need not be measured at the same speeds
+    rows = [~table.gaps[:, role.position] | (not role.label) for role in table.frictions]
+    along, parts = values(table.along, np.any(rows, axis=0)), []
+    for role, inside in zip(table.frictions, rows, strict=True):
+        own = {
+            deviation.name: values(deviation, inside) for deviation in table.deviations if deviation.label == role.label
+        }
+        names = [" ".join(filter(None, (group, role.label))) for group in groups]
+        parts.append(pd.DataFrame({"": names, table.along.name: along, MU: values(role, inside), **own})[inside])
+    if problems:
+        problems = sorted(problems, key=lambda problem: problem.place or ())
+        raise ConfigError(whole.name, problems[: tables.MOST_PROBLEMS])
+    materials = {}
+    for name, part in pd.concat(parts).sort_index(kind="stable").groupby("", sort=False):
+        numbers = part.drop(columns="").dropna(axis=1)
+        materials[str(name)] = Columns({str(key): numbers[key].to_numpy() for key in numbers})
+        materials[str(name)].lines = tuple(table.complete[i][0].place.line for i in part.index)
+    return materials
 
 
-def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
+def _number(text: str, unit: str, column: Parameter, comma: bool, are_thousands: bool) -> float:
     """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
-    plain_text = text.replace(",", ".") if comma else text
-    mixed = layout.mixed_marks(text, comma) or None
-    if not layout.NUMBER.fullmatch(plain_text) or mixed:
+    if are_thousands:
+        raise QuantityError("a number without separators of thousands", f"write {text!r} as '1234.5'")
+    pointed, mixed = text.replace(",", ".") if comma else text, layout.mixed_marks(text, comma) or None
+    if not layout.NUMBER.fullmatch(pointed) or mixed:
         hint = "leave out points that were not measured" if text.lower() in GAPS else mixed
         if layout.DECIMAL_COMMA.fullmatch(text):
             hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
         raise QuantityError("a number", hint)
     if unit == "%":
-        value = float(Decimal(plain_text) / 100)
+        value = float(Decimal(pointed) / 100)
     else:
-        value = units.si_value(f"{plain_text} {unit}" if unit else float(plain_text), column.units)
+        value = units.si_value(f"{pointed} {unit}" if unit else float(pointed), column.units)
     if not column.allows(value):
         raise QuantityError(column.expected)
     if value and not _SMALLEST <= value <= _LARGEST:
@@ -315,9 +284,7 @@ def _check_waiting(table: PointsTable, materials: dict[str, Columns]) -> None:
         steps = np.diff(points["time"])
         usual = np.median(steps) if steps.size >= _RECORD else 0.0
         if points["time"].min() <= 0 or (usual > 0 and np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7):
-            hint = (
-                "`stickslip points RECORD --plan PLAN` averages a record; call times at rest 'hold time [s]'"
-            )
+            hint = "`stickslip points RECORD --plan PLAN` averages a record; call times at rest 'hold time [s]'"
             raise table.headed.refused(table.along.position, "hold times; this looks like a record over time", hint)
 
 
@@ -330,14 +297,14 @@ def _check_units_above(table: PointsTable) -> None:
         raise ConfigError.of(table.headed.table.name, message, hint, place=cell.place)
 
 
-def _check_conditions(table: PointsTable, used: set[int | None], points: Columns) -> None:
+def _check_conditions(table: PointsTable, points: Columns) -> None:
     """Raises ConfigError where a column that is not used tells parts of very different friction at one speed."""
     along, mu = (points[name] for name in (*points,)[:2])
     for i, head in enumerate(table.headed.headings if mu.size == len(table.texts) else ()):  # no gaps
         texts = table.texts[:, i]
         values = list(dict.fromkeys(texts))
         is_course = head.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(head.name))
-        if i in used or is_course or not 1 < len(values) <= mu.size / 3:
+        if i in (*table.used, table.group) or is_course or not 1 < len(values) <= mu.size / 3:
             continue
         order = np.argsort(along, kind="stable")
         x, y, parts = along[order], mu[order], texts[order]

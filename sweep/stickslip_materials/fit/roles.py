@@ -104,6 +104,12 @@ class PointsTable:
         """Of all columns that are used."""
         return [self.along, *self.frictions, *self.deviations]
 
+    @property
+    def used(self) -> list[int]:
+        """The positions of these columns, and of loads."""
+        loads = [role.load.position for role in self.frictions if isinstance(role.load, Role)]
+        return [role.position for role in self.roles] + loads
+
     def _of_kind(self, columns: Sequence[int], *kinds: str, labelled: bool) -> list[int]:
         heads = self.headed.headings
         return [i for i in columns if heads[i].kind in kinds and bool(heads[i].label) is labelled]
