@@ -2,25 +2,23 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
-from click.testing import CliRunner
 
-from stickslip.cli import main
+from helpers.commands import call
+from helpers.tables import materials, points, write
+from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
-from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, Wanted, fit_materials, read_materials, read_points
+from stickslip_materials.fit import AGEING_COLUMNS, CURVE_COLUMNS, fit_materials, read_materials, read_points
 from stickslip_materials.fit.files import names_of
 
 
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
-
-
-def write(folder, text, encoding="utf-8", name="points.csv"):
-    path = folder / name
-    path.write_bytes(text.encode(encoding))
-    return path
+def table(*columns):
+    """Lines of numbers, and the same with decimal commas."""
+    return "".join(";".join(row) + "\n" for row in zip(*columns, strict=True))
 
 
 def test_a_wide_table_is_a_fit_for_each_material_with_gaps_where_it_was_not_measured(tmp_path):
