@@ -40,9 +40,8 @@ from stickslip_materials.compare.system import (
     speeds_of,
     system_of,
 )  # fmt: skip
-from stickslip_materials.doubts import question_of_fit
 from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
-from stickslip_materials.fit.files import NO_CURVE
+from stickslip_materials.fit.files import NO_CURVE, question_of_fit
 
 Floats = NDArray[np.float64]
 Points = tuple[ArrayLike, ArrayLike] | CurveFit

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.models import BREAKAWAY
+from stickslip.vocabulary.parameter import SPEED, Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
@@ -186,6 +188,17 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
         raise ConfigError.of(f"same {pattern!r}", str(error)) from None
     name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"
     return _cautious(MaterialFit(name, group[0].path, whole, curve, repeats=tuple(group)))
+
+
+def question_of_fit(breakaway: float, points: Columns) -> str | None:
+    """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
+    fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
+    if fastest > SPEED["speed" in points.units]:
+        return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
+    if most > DOUBTED_FRICTION:
+        return friction_question(most, "measured friction")
+    follows = " It follows from the fit, not from a point."
+    return f"{friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > DOUBTED_FRICTION else None
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
