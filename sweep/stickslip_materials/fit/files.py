@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.parameter import SPEED, Parameter
@@ -45,6 +44,10 @@ class MaterialFit:
     def parts(self) -> tuple[MaterialFit, ...]:
         """The repeats, or the material itself."""
         return self.repeats or (self,)
+
+    def coefficients(self) -> dict[str, float]:
+        """Of the curve; none of ageing."""
+        return self.curve.coefficients() if self.curve else {}
 
 
 def fit_file(path: str | Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
@@ -192,6 +195,8 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
 
 def question_of_fit(breakaway: float, points: Columns) -> str | None:
     """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
+    from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question  # pydantic takes its time
+
     fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
     if fastest > SPEED["speed" in points.units]:
         return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
