@@ -16,7 +16,7 @@ from stickslip.vocabulary.column_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest
 from stickslip_materials.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
-from stickslip_materials.fit.headings import Heading, heading
+from stickslip_materials.fit.headings import heading
 from stickslip_materials.fit.words import PERCENT, PURE, plain
 
 MU, SIGMA = "mu", "sigma"
@@ -110,10 +110,6 @@ class PointsTable:
         loads = [role.load.position for role in self.frictions if isinstance(role.load, Role)]
         return [role.position for role in self.roles] + loads
 
-    def _of_kind(self, columns: Sequence[int], *kinds: str, labelled: bool) -> list[int]:
-        heads = self.headed.headings
-        return [i for i in columns if heads[i].kind in kinds and bool(heads[i].label) is labelled]
-
     def _is_count(self, i: int) -> bool:
         """True for a column of whole numbers only, as no friction has."""
         return all(map(WHOLE.fullmatch, self.texts[~self.gaps[:, i], i]))
@@ -141,49 +137,39 @@ class PointsTable:
             raise self.headed.refused(i, error.expected, error.hint) from None
 
     def _frictions(self, others: list[int], over: str, has_along: bool) -> list[Role]:
-        """The columns of friction: those named, else those of friction, else all that may be."""
+        """The columns of friction: those named, else the one of friction as such, else all that may be a material."""
+        heads = self.headed.headings
         if self._wanted.friction:
             chosen = [self.headed.pick(MU, word) or 0 for word in self._wanted.friction]
-            kinds = [self.headed.headings[i].kind for i in chosen]
-            return [self._friction(i, len(chosen) > 1 or kind in ("", "other"))
-                    for i, kind in zip(chosen, kinds, strict=True)]  # fmt: skip
-        if single := self._unlabelled(others, over):
-            return [self._friction(single[0], False)]
+            return [self._friction(i, len(chosen) > 1 or heads[i].kind in ("", "other")) for i in chosen]
+        fitting, other = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
+        bare = [i for i in others if heads[i].kind in (MU, fitting) and not heads[i].label]
+        unfit = [i for i in others if heads[i].kind == other and not heads[i].label]
+        if len(bare) > 1:
+            raise self.headed.refused(bare[1], "one column of friction", _NAME_ONE)
+        if unfit and not bare:
+            raise self.headed.refused(unfit[0], f"{fitting} friction over {over}", _NAME_ONE)
+        if bare:
+            self.notes += [f"{heads[i].text!r} is {other} friction and not used" for i in unfit]
+            return [self._friction(bare[0], False)]
         others = [i for i in others if np.isfinite(self.numbers[:, i]).any()]
-        named = self._of_kind(others, MU, "kinetic" if over == "speed" else "static", labelled=True)
-        forces = [i for i in others if self.headed.headings[i].kind == "friction_force"]
-        if not named and forces:
+        named = [i for i in others if heads[i].kind in (MU, fitting)]
+        forces = [i for i in others if heads[i].kind == "friction_force"]
+        if forces and not named:
             return [self._friction(i, len(forces) > 1) for i in forces]
-        materials = sorted([*named, *self._unknown(others, bool(named))]) if has_along else []
-        self._check_repeats(materials)
-        return [self._friction(i, True) for i in materials]
-
-    def _unlabelled(self, others: list[int], over: str) -> list[int]:
-        """The column of friction as such, of which a table has one; none where it has materials."""
-        first, second = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
-        bare, fitting, other = (self._of_kind(others, kind, labelled=False) for kind in (MU, first, second))
-        chosen = [*bare, *fitting]
-        if len(chosen) > 1:
-            raise self.headed.refused(chosen[1], "one column of friction", _NAME_ONE)
-        if not chosen and other:
-            raise self.headed.refused(other[0], f"{first} friction over {over}", _NAME_ONE)
-        self.notes += [f"{self.headed.headings[i].text!r} is {second} friction and not used" for i in other]
-        return chosen
-
-    def _unknown(self, others: list[int], are_named: bool) -> list[int]:
-        """The columns of numbers that might be the friction of a material called so.
-
-        are_named : whether others are friction by their names; what is too large beside them is something else.
-        """
-
-        def may_be(i: int, head: Heading) -> bool:
-            is_known = head.kind not in ("", "material") or head.unit not in PURE or self._is_count(i)
-            are_numbers = not head.kind or bool((self.gaps[:, i] | np.isfinite(self.numbers[:, i])).all())
-            return not is_known and are_numbers and not (are_named and self._largest(i) > MOST_FRICTION)
-
-        unknown = {i: plain(self.headed.headings[i].name) for i in others if may_be(i, self.headed.headings[i])}
+        unknown = {i: plain(heads[i].name) for i in others if has_along and self._may_be_material(i)}
         spreads = {start + name for name in unknown.values() for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
-        return [i for i, name in unknown.items() if name not in spreads]  # s_A beside A
+        materials = [i for i in others if i in named or i in unknown and unknown[i] not in spreads]  # s_A beside A
+        if named:  # what is too large beside them is something else
+            materials = [i for i in materials if i in named or self._largest(i) <= MOST_FRICTION]
+        self._check_repeats(materials)
+        return [self._friction(i, True) for i in materials if has_along]
+
+    def _may_be_material(self, i: int) -> bool:
+        """True for numbers that might be the friction of a material called so."""
+        head, are_numbers = self.headed.headings[i], self.gaps[:, i] | np.isfinite(self.numbers[:, i])
+        is_known = head.kind not in ("", "material") or head.unit not in PURE or self._is_count(i)
+        return not is_known and (not head.kind or bool(are_numbers.all()))
 
     def _check_repeats(self, materials: list[int]) -> None:
         """Note columns of one heading, which are repeats. Raises ConfigError where they are not alike."""
@@ -237,7 +223,7 @@ class PointsTable:
         """The columns of standard deviations that belong to one of friction."""
         sigmas = [i for i, head in enumerate(self.headed.headings) if head.kind == SIGMA]
         sigmas = [i for i in sigmas if np.isfinite(self.numbers[:, i]).any()]
-        bare, deviations = self._of_kind(sigmas, SIGMA, labelled=False), []
+        bare, deviations = [i for i in sigmas if not self.headed.headings[i].label], []
         if len(self.frictions) == 1 and not self.frictions[0].label and len(bare) > 1:
             raise self.headed.refused(bare[1], "it once", "remove one of the two")
         for role in self.frictions:
