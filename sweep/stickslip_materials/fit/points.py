@@ -249,8 +249,8 @@ def _direct(points: Columns, table: PointsTable) -> None:
             points.update({name: values[order] for name, values in points.items()})
             points.lines = tuple(points.lines[k] for k in order)
             points.notes += (f"points are in the order of {text!r}",)
-    if "direction" not in points and (way := course(points["speed"])) is not None:
-        points["direction"] = way
+    if "direction" not in points and (turned := course(points["speed"])) is not None:
+        points["direction"] = turned
 
 
 def _branches_joined(materials: dict[str, Columns]) -> dict[str, Columns]:
