@@ -243,7 +243,7 @@ def _direct(points: Columns, table: PointsTable) -> None:
         if kind == "direction" and (way := directions(table.texts[at, i].tolist(), points["speed"])).any():
             points[kind], points.read[kind] = way, text
             points.ignored = tuple(other for other in points.ignored if other != text)
-        elif kind == "time" and np.unique(time).size == time.size and (np.diff(time) < 0).any():
+        elif kind == "time" and np.isfinite(time).all() and len({*time}) == time.size and (np.diff(time) < 0).any():
             order = np.argsort(time)
             at = at[order]
             points.update({name: values[order] for name, values in points.items()})
