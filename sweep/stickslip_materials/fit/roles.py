@@ -69,7 +69,7 @@ class PointsTable:
     """
 
     def __init__(self, headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted) -> None:
-        self.headed, self._wanted, self.notes = headed, wanted, list[str]()
+        self.headed, self.heads, self._wanted, self.notes = headed, headed.headings, wanted, list[str]()
         self._known = {column.name: column for column in columns}
         self.rows, width = list(cells(headed.table)), len(headed.headings)
         self.complete = [row for row in self.rows if len(row) == width]
@@ -90,13 +90,14 @@ class PointsTable:
 
     def _check_record(self) -> None:
         """Raises ConfigError for samples over time at steps of a speed: which are points, the steps tell."""
-        heads = self.headed.headings
-        speed = next((i for kind in ("speed", "rotation") for i, head in enumerate(heads) if head.kind == kind), None)
-        if speed is None or not any(head.kind == "time" for head in heads):
+        speed = next(
+            (i for kind in ("speed", "rotation") for i, head in enumerate(self.heads) if head.kind == kind), None
+        )
+        if speed is None or not any(head.kind == "time" for head in self.heads):
             return
         steps = 1 + int(np.sum(self.texts[1:, speed] != self.texts[:-1, speed]))
         if len(self.texts) >= _MOST_SAMPLES * steps:
-            message = f"this is a record with {steps} steps of {heads[speed].text!r}, expected a point of each"
+            message = f"this is a record with {steps} steps of {self.heads[speed].text!r}, expected a point of each"
             raise self.headed.error(message, "stickslip points RECORD -o points.csv averages them")
 
     @property
@@ -110,9 +111,16 @@ class PointsTable:
         loads = [role.load.position for role in self.frictions if isinstance(role.load, Role)]
         return [role.position for role in self.roles] + loads
 
+    def _present(self, i: int) -> list[str]:
+        """The texts of a column, gaps left out."""
+        return list(self.texts[~self.gaps[:, i], i])
+
     def _is_count(self, i: int) -> bool:
         """True for a column of whole numbers only, as no friction has."""
-        return all(map(WHOLE.fullmatch, self.texts[~self.gaps[:, i], i]))
+        return all(map(WHOLE.fullmatch, self._present(i)))
+
+    def _are_numbers(self, i: int) -> bool:
+        return all(map(is_number, self._present(i)))
 
     def _largest(self, i: int) -> float:
         return float(np.abs(self.numbers[:, i]).max(initial=0.0, where=~np.isnan(self.numbers[:, i])))
@@ -124,7 +132,7 @@ class PointsTable:
         word, given = self._wanted.speed if row.name == "speed" else self._wanted.time, self._wanted.unit
         if (i := self.headed.pick(row.name, word)) is None:
             return None
-        head = self.headed.headings[i]
+        head = self.heads[i]
         unit = head.unit or ("".join(re.findall(r"[(\[].*[)\]]", head.text)) if word else "")
         if word and given and not is_column_unit(unit, row.units):
             unit = ""
@@ -138,26 +146,25 @@ class PointsTable:
 
     def _frictions(self, others: list[int], over: str, has_along: bool) -> list[Role]:
         """The columns of friction: those named, else the one of friction as such, else all that may be a material."""
-        heads = self.headed.headings
         if self._wanted.friction:
             chosen = [self.headed.pick(MU, word) or 0 for word in self._wanted.friction]
-            return [self._friction(i, len(chosen) > 1 or heads[i].kind in ("", "other")) for i in chosen]
+            return [self._friction(i, len(chosen) > 1 or self.heads[i].kind in ("", "other")) for i in chosen]
         fitting, other = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
-        bare = [i for i in others if heads[i].kind in (MU, fitting) and not heads[i].label]
-        unfit = [i for i in others if heads[i].kind == other and not heads[i].label]
+        bare = [i for i in others if self.heads[i].kind in (MU, fitting) and not self.heads[i].label]
+        unfit = [i for i in others if self.heads[i].kind == other and not self.heads[i].label]
         if len(bare) > 1:
             raise self.headed.refused(bare[1], "one column of friction", _NAME_ONE)
         if unfit and not bare:
             raise self.headed.refused(unfit[0], f"{fitting} friction over {over}", _NAME_ONE)
         if bare:
-            self.notes += [f"{heads[i].text!r} is {other} friction and not used" for i in unfit]
+            self.notes += [f"{self.heads[i].text!r} is {other} friction and not used" for i in unfit]
             return [self._friction(bare[0], False)]
         others = [i for i in others if np.isfinite(self.numbers[:, i]).any()]
-        named = [i for i in others if heads[i].kind in (MU, fitting)]
-        forces = [i for i in others if heads[i].kind == "friction_force"]
+        named = [i for i in others if self.heads[i].kind in (MU, fitting)]
+        forces = [i for i in others if self.heads[i].kind == "friction_force"]
         if forces and not named:
             return [self._friction(i, len(forces) > 1) for i in forces]
-        unknown = {i: plain(heads[i].name) for i in others if has_along and self._may_be_material(i)}
+        unknown = {i: plain(self.heads[i].name) for i in others if has_along and self._may_be_material(i)}
         spreads = {start + name for name in unknown.values() for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
         materials = [i for i in others if i in named or i in unknown and unknown[i] not in spreads]  # s_A beside A
         if named:  # what is too large beside them is something else
@@ -167,15 +174,15 @@ class PointsTable:
 
     def _may_be_material(self, i: int) -> bool:
         """True for numbers that might be the friction of a material called so."""
-        head, are_numbers = self.headed.headings[i], self.gaps[:, i] | np.isfinite(self.numbers[:, i])
+        head = self.heads[i]
         is_known = head.kind not in ("", "material") or head.unit not in PURE or self._is_count(i)
-        return not is_known and (not head.kind or bool(are_numbers.all()))
+        return not is_known and (not head.kind or self._are_numbers(i))
 
     def _check_repeats(self, materials: list[int]) -> None:
         """Note columns of one heading, which are repeats. Raises ConfigError where they are not alike."""
         by_name: dict[str, list[int]] = {}
         for i in materials:
-            by_name.setdefault(self.headed.headings[i].text, []).append(i)
+            by_name.setdefault(self.heads[i].text, []).append(i)
         for name, alike in by_name.items():
             largest = sorted(map(self._largest, alike))
             if largest[-1] > _ALIKE * largest[0]:
@@ -185,7 +192,7 @@ class PointsTable:
                 self.notes.append(f"the {len(alike)} columns called {name!r} are repeats")
 
     def _friction(self, i: int, is_material: bool) -> Role:
-        head, label = self.headed.headings[i], self.headed.headings[i].text if is_material else ""
+        head, label = self.heads[i], self.heads[i].text if is_material else ""
         if head.is_force() or head.unit and head.kind in ("", "other") and is_column_unit(head.unit, "N"):
             return Role(i, MU, _FORCE, self._newtons(i), label, self._load(i))
         if head.unit in PURE or plain(head.unit) in PERCENT:
@@ -196,7 +203,7 @@ class PointsTable:
         """What a column of friction forces is divided by."""
         load: Role | float
         if (i := self.headed.pick("load")) is not None:
-            load, shown = Role(i, MU, _LOAD, self._newtons(i)), repr(self.headed.headings[i].text)
+            load, shown = Role(i, MU, _LOAD, self._newtons(i)), repr(self.heads[i].text)
         elif (above := load_above(self.headed.table)) is not None:
             load, shown = above[0], f"{above[0]:g} N (line {above[1]})"
         elif self._wanted.load is not None:
@@ -206,11 +213,11 @@ class PointsTable:
             hint = "give the load: a column 'Load [N]', a line 'Load;15;N' above the heading, or --load '15 N'"
             expected = "a friction coefficient, or a load to divide this force by"
             raise self.headed.refused(force, expected, hint)
-        self.notes.append(f"{self.headed.headings[force].text!r} is divided by {shown}")
+        self.notes.append(f"{self.heads[force].text!r} is divided by {shown}")
         return load
 
     def _newtons(self, i: int) -> str:
-        unit = self.headed.headings[i].unit
+        unit = self.heads[i].unit
         try:
             return column_unit(unit, "N")
         except QuantityError as error:
@@ -221,38 +228,35 @@ class PointsTable:
 
     def _deviations(self) -> list[Role]:
         """The columns of standard deviations that belong to one of friction."""
-        sigmas = [i for i, head in enumerate(self.headed.headings) if head.kind == SIGMA]
+        sigmas = [i for i, head in enumerate(self.heads) if head.kind == SIGMA]
         sigmas = [i for i in sigmas if np.isfinite(self.numbers[:, i]).any()]
-        bare, deviations = [i for i in sigmas if not self.headed.headings[i].label], []
+        bare, deviations = [i for i in sigmas if not self.heads[i].label], []
         if len(self.frictions) == 1 and not self.frictions[0].label and len(bare) > 1:
             raise self.headed.refused(bare[1], "it once", "remove one of the two")
         for role in self.frictions:
-            head = self.headed.headings[role.position]
+            head = self.heads[role.position]
             names = {*map(plain, (head.name, head.text, head.label, heading(head.name).label))} - {""}
-            own = [i for i in sigmas if plain(self.headed.headings[i].label) in names] if role.label else bare
+            own = [i for i in sigmas if plain(self.heads[i].label) in names] if role.label else bare
             if len(own) != 1 or role.load is not None:
                 continue
-            sigma, present = self.headed.headings[own[0]], ~self.gaps[:, role.position]
-            if ("%" if plain(sigma.unit) in PERCENT else "" if sigma.unit in PURE else sigma.unit) != role.unit:
-                continue
-            if not role.label or (self.numbers[present, own[0]] > 0).all():
+            sigma, values = self.heads[own[0]], self.numbers[~self.gaps[:, role.position], own[0]]
+            unit = "%" if plain(sigma.unit) in PERCENT else "" if sigma.unit in PURE else sigma.unit
+            if unit == role.unit and (not role.label or (values > 0).all()):
                 deviations.append(replace(role, position=own[0], name=SIGMA, row=self._known[SIGMA]))
-                if role.label:
-                    self.notes.append(f"{sigma.text!r} is the standard deviation of {role.label!r}")
+                self.notes += [f"{sigma.text!r} is the standard deviation of {role.label!r}"] if role.label else []
         return deviations
 
     def _group(self) -> int | None:
-        """The column that tells materials apart row by row."""
-        heads = self.headed.headings
-        columns = [i for i, head in enumerate(heads) if head.kind == "material" and not head.unit and head.text]
-        named = [i for i in columns if not (self.gaps[:, i] | np.isfinite(self.numbers[:, i])).all()]
-        present = {i: self.texts[~self.gaps[:, i], i].tolist() for i in columns}
-        group = named or [i for i in columns if self._is_count(i) and len({*present[i]}) < len(present[i])]
+        """The column that tells materials apart row by row: by name, or by numbers that come again."""
+        columns = [i for i, head in enumerate(self.heads) if head.kind == "material" and not head.unit and head.text]
+        named = [i for i in columns if not self._are_numbers(i)]
+        counted = [i for i in columns if self._is_count(i) and len({*self._present(i)}) < len(self._present(i))]
+        group = named or counted
         return group[0] if len(group) == 1 else None
 
     def _lacking(self, missing: list[Parameter], others: list[int]) -> ConfigError:
         """An error about columns that are not there, with the heading that was perhaps meant."""
-        heads = {i: head for i in others if (head := self.headed.headings[i]).label or head.kind not in self._known}
+        heads = {i: head for i in others if (head := self.heads[i]).label or head.kind not in self._known}
         for i, head in heads.items():
             if near := nearest(head.name, self._known):
                 return self.headed.refused(i, f"{listed([*self._known])}, with the unit in brackets",
