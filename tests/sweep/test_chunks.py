@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from helpers.maps import plane
 from stickslip.files import filters, netcdf, reading, writing
+from stickslip.files.chunks import NOBODY_WROTE
 from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
-from stickslip.files.seal import NOBODY_WROTE
 
 TYPES = ("i1", "i4", "f8")
 

@@ -6,8 +6,7 @@ import pytest
 
 from helpers.maps import axis, make_grid, make_map, make_results, plane
 from stickslip.dataset import provenance as made_by
-from stickslip.dataset.build import map_dataset, trace_dataset
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import map_dataset, provenance, trace_dataset
 from stickslip.vocabulary.flags import FLAGS, MODES, REGIMES, STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES

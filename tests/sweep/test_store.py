@@ -15,8 +15,7 @@ import stickslip
 from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.nightly import few
 from stickslip.config.reader import parse_config
-from stickslip.dataset.build import trace_dataset
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import provenance, trace_dataset
 from stickslip.errors import StoreError
 from stickslip.files import reading, targets, writing
 from stickslip.vocabulary.results import TRACE_VARIABLES

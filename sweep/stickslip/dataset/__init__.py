@@ -7,6 +7,6 @@ summary     regimes of a map, cells that need attention
 export      tables for other programs
 """
 
-from stickslip.files.lazy_duck_arrays import wait_for_imports
+from stickslip.files.reading import wait_for_imports
 
 wait_for_imports()

@@ -5,14 +5,22 @@ Only this package knows the kernels. `scales.py` converts, `cells.py` has blocks
 knows what is in the cache.
 """
 
-from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, compute, compute_range, solve
+from stickslip.engine.cells import (
+    blank_results,
+    blocks,
+    bytes_per_cell,
+    compute,
+    compute_range,
+    in_order,
+    processors,
+    solve,
+    spread,
+    stop_flag,
+)
 from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
-from stickslip.engine.dispatch import friction_at_belt_speed, kernels_for
+from stickslip.engine.dispatch import by_theory, friction_at_belt_speed, kernels_for, to_kernel, to_si
 from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
-from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
-from stickslip.engine.scales import by_theory, to_kernel, to_si
-from stickslip.engine.threads import in_order, processors, spread, stop_flag
-from stickslip.engine.traces import flows, sampled, trajectory
+from stickslip.engine.traces import RigRuns, Sampling, compute_rigs, flows, sampled, trajectory
 from stickslip.errors import NotReachedError
 from stickslip.vocabulary.scales import Scales
 

@@ -27,8 +27,18 @@ import numpy as np
 from numpy.typing import NDArray
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
-from stickslip.files.filters import Filter, filtered, packing_of
-from stickslip.files.seal import GROUP, SEAL, TABLE, Contents, chunks_in, content_of, marks_of
+from stickslip.files.chunks import (
+    GROUP,
+    SEAL,
+    TABLE,
+    Contents,
+    Filter,
+    chunks_in,
+    content_of,
+    filtered,
+    marks_of,
+    packing_of,
+)
 
 Packed = Any  # bytes, or an array or view of them
 Origin = tuple[int, ...]

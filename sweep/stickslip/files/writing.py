@@ -12,33 +12,52 @@ hold numbers.
 
 Every chunk carries a checksum, and a seal covers the rest, and where chunks belong (`seal.py`). `reading.py` is the
 other half.
+
+Zarr stores by zarr-python: values into arrays that xarray has declared, then what the root says of them.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
+from collections import deque
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import fsspec
 import numpy as np
 import xarray as xr
+import zarr
 from numpy.typing import NDArray
 from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
+from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec
 
 from stickslip.errors import StoreError
-from stickslip.files.filters import NETCDF, packed
-from stickslip.files.locations import UNCACHED, Check, Location, Url, explained, location
+from stickslip.files.chunks import (
+    GROUP,
+    NETCDF,
+    NOBODY_WROTE,
+    SEAL,
+    TABLE,
+    Contents,
+    chunks_in,
+    content_of,
+    marks_of,
+    packed,
+    sealed,
+)
+from stickslip.files.locations import ROOT, UNCACHED, Check, Location, Url, explained, location
 from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.reading import open, require_zarr
-from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, chunks_in, marks_of, sealed
 from stickslip.files.targets import begin_store, check_url, replaced
 
 if TYPE_CHECKING:
-    from stickslip.files.zarr_chunks import ZarrChunks
+    from stickslip.files.writing import ZarrChunks
 
 __all__ = ["StoreError", "open", "write"]
 
@@ -130,7 +149,7 @@ def _new_zarr(
     """Do as `to_zarr` does, and leave out what is in chunks. names : of all variables, in their order."""
     from xarray.backends import ZarrStore
 
-    from stickslip.files.zarr_chunks import ZarrChunks
+    from stickslip.files.writing import ZarrChunks
 
     # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
     # Chunks of dask need not be those of the store: `_fill` cuts them.
@@ -230,7 +249,7 @@ def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding
 
 def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
     """Fill values, chunks, and compression with a checksum over what it made."""
-    from stickslip.files.zarr_chunks import compressors
+    from stickslip.files.writing import compressors
 
     encoding: Encoding = {str(name): {} for name in ds.variables} | _fill_values(ds)
     for name, options in encoding.items():
@@ -251,3 +270,86 @@ def _chunks(shape: tuple[int, ...], given: tuple[int, ...] | None = None, larger
         below = max(1, prod(shape[i + 1 :]))  # a dimension may be empty: borders of lines that have none
         chunks.append(max(1, min(length, larger * _CHUNK_VALUES // below)))
     return tuple(chunks)
+
+
+# --- zarr_chunks ------------------------------------------------------------------------------------------------------
+
+
+_LEVEL = 3  # of zstd: 5 takes nearly three times as long, for stores that are 7 % smaller
+
+
+class ZarrChunks:
+    """A Zarr store in which all but its chunks is written, open for these. A context manager.
+
+    names : of the arrays, in the order in which libraries are to list them. Only at the end the root lists them:
+    before that, nobody takes it for a store. threads : that compress and write, all processors if None; few chunks wait
+    for them.
+    """
+
+    def __init__(self, store: Path | Url, names: Sequence[str], threads: int | None = None) -> None:
+        self._options = UNCACHED if isinstance(store, Url) else None
+        self._store, self._names = str(store), names
+        self._contents: Contents = {}
+        self._threads = threads or os.cpu_count() or 1
+        self._pool, self._waiting = ThreadPoolExecutor(self._threads), deque[Future[None]]()
+        with zarr.config.set({"array.write_empty_chunks": True}):  # a chunk that is not there got lost
+            self._group: Any = zarr.open_group(self._store, mode="r+", storage_options=self._options)
+            self._arrays: dict[str, Any] = {name: self._group[name] for name in names}
+
+    def __enter__(self) -> ZarrChunks:
+        return self
+
+    def __exit__(self, _kind: Any, error: BaseException | None, _trace: Any) -> None:
+        try:
+            while self._waiting and not error:
+                self._waiting.popleft().result()
+        finally:
+            self._pool.shutdown(cancel_futures=True)
+        if not error:
+            self._mark()
+            self._consolidate()
+
+    def chunks(self, name: str) -> tuple[int, ...]:
+        """The lengths of the chunks of a variable."""
+        lengths: tuple[int, ...] = self._arrays[name].chunks
+        return lengths
+
+    def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
+        """Values of whole chunks, the first at index `start` of the variable."""
+        self._waiting.append(self._pool.submit(self._write, name, values, np.asarray(start or (0,) * values.ndim)))
+        if len(self._waiting) > 2 * self._threads:
+            self._waiting.popleft().result()
+
+    def _write(self, name: str, values: NDArray[Any], begin: NDArray[np.intp]) -> None:
+        array = self._arrays[name]
+        array[tuple(map(slice, begin, begin + values.shape))] = values
+        first = begin // array.chunks
+        for number, part in chunks_in(values.shape, array.chunks):
+            self._contents[name, tuple(map(int, first + number))] = content_of(values[part])
+
+    def _mark(self) -> None:
+        """Add the table that binds chunks to their places."""
+        numbers = {name: a for name, a in self._arrays.items() if a.ndim and a.dtype.kind in "fiu"}
+        marks = marks_of(self._group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in numbers.items()})
+        table = marks.noted(self._contents)
+        self._group.create_group(GROUP).create_array(TABLE, data=table, chunks=table.shape, dimension_names=("chunk",))
+
+    def _consolidate(self) -> None:
+        """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
+
+        By hand, because zarr warns in turn that its third format knows no such thing (`must_understand` says that), and
+        lists arrays at random.
+        """
+        files = fsspec.get_mapper(self._store, **(self._options or {}))
+        root = json.loads(files[ROOT])
+        arrays = {name: json.loads(files[f"{name}/{ROOT}"]) for name in self._names}
+        root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
+        files[ROOT] = json.dumps(root, indent=2).encode()
+
+
+def compressors(dtype: np.dtype[Any]) -> tuple[Any, ...]:
+    """The codecs of an array, with a checksum over what they made."""
+    if dtype.kind not in "fiu":
+        return ZstdCodec(), Crc32cCodec()
+    shuffle: Any = "shuffle" if dtype.itemsize > 1 else "bitshuffle"
+    return BloscCodec(cname="zstd", clevel=_LEVEL, typesize=dtype.itemsize, shuffle=shuffle), Crc32cCodec()

@@ -16,8 +16,7 @@ from stickslip.dataset.build import map_template
 from stickslip.engine import Options, Results, bytes_per_cell, columns, compute, processors, warm_up
 from stickslip.files import writing
 from stickslip.files.locations import location
-from stickslip.runs.blocks import Blocks
-from stickslip.runs.work import Work
+from stickslip.runs.work import Blocks, Work
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUSES
 

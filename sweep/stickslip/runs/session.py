@@ -15,15 +15,13 @@ from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Folder, Location, Url, folder_at, location
 from stickslip.files.targets import check_target
-from stickslip.runs import existing_output
-from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.blocks import Shard
+from stickslip.runs import block_store
+from stickslip.runs.block_store import BlockStore
+from stickslip.runs.formats import fingerprint
+from stickslip.runs.lock import Lock, Notice, hold_lock
+from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.threads import Tally, compute_blocks
-from stickslip.runs.work import Work
-from stickslip.runs.workdir import block_store
-from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.lock import Lock, Notice, hold_lock
-from stickslip.runs.workdir.manifest import fingerprint
+from stickslip.runs.work import Shard, Work
 
 OnError = Literal["continue", "stop"]
 Choice = Callable[[BlockStore, set[int]], set[int]]
@@ -152,7 +150,8 @@ def run(request: Request) -> Outcome:
     if request.output is not None:
         check_target(request.output, "result")
     if not request.fresh:
-        block_store.check_before(folder, Work(request.config), request.shard is not None)
+        if (there := block_store.found_at(folder)) is not None:  # before anybody's lock is touched
+            block_store.check_same(there, Work(request.config), request.shard is not None)
     with _machines(request) as machines:
         return _locked(request, folder, _missing, machines, request.fresh)
 
@@ -169,7 +168,7 @@ def retry_failed(request: Request) -> Outcome:
 
 def _finished(request: Request) -> Outcome | None:
     """The outcome of a run whose result is there and whole; None for others."""
-    with existing_output.opened(request.output, request.config, False) as old:
+    with existing_output(request.output, request.config, False) as old:
         whole = old is not None and old.complete
         return Outcome(old.cells, output=request.output, up_to_date=True) if old and whole else None
 
@@ -180,11 +179,11 @@ def _machines(request: Request) -> Iterator[Machines]:
     if request.cluster is None:
         yield compute_blocks, None
         return
-    from stickslip.runs.dask import connecting, dispatch
+    from stickslip.runs import cluster as clusters
 
     threads = request.config.execution.threads
-    with connecting.connected(request.cluster, threads, request.notice) as cluster:
-        yield partial(dispatch.compute_blocks, cluster), str(cluster)
+    with clusters.connected(request.cluster, threads, request.notice) as cluster:
+        yield partial(clusters.compute_blocks, cluster), str(cluster)
 
 
 def _missing(store: BlockStore, own: set[int]) -> set[int]:
@@ -207,7 +206,7 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
     """
     stop = stop_flag()
     with hold_lock(folder, request.shard, lambda: stop.fill(1), request.notice) as lock:
-        with existing_output.opened(request.output, request.config, anew) as old:
+        with existing_output(request.output, request.config, anew) as old:
             work = Work(request.config, old.known, grid=old.grid) if old else Work(request.config)
             packing, shards = work.packing(request.output), request.shard.count if request.shard else 0
             store = block_store.prepare(folder, work, request.fresh, request.notice, packing, shards)

@@ -12,7 +12,7 @@ from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.locations import Url
-from stickslip.files.zarr_chunks import ZarrChunks
+from stickslip.files.writing import ZarrChunks
 
 ROOT = "zarr.json"
 

@@ -12,7 +12,7 @@ import stickslip
 from helpers.runs import block_files, same
 from stickslip.errors import StoreError
 from stickslip.files import targets
-from stickslip.runs.workdir import lock
+from stickslip.runs import lock
 
 
 def holding(output, **changes):

@@ -13,7 +13,7 @@ from helpers.configs import write_config
 from helpers.nightly import few
 from helpers.runs import block_files, same, stop_early
 from stickslip.errors import StoreError
-from stickslip.runs.workdir import block_store
+from stickslip.runs import block_store
 
 SIDE = 30  # cells along an axis; two rows are a block
 

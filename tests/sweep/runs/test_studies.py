@@ -9,7 +9,7 @@ import stickslip
 from helpers.runs import block_files, opened, same, stop_early
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, IncompleteError, StoreError
-from stickslip.runs import blocks
+from stickslip.runs import work
 
 PAIR = """
 system: {mass: 1, normal_load: 1}
@@ -22,7 +22,7 @@ SEARCH = "border: {along: belt_speed, between: [0.01, 5 m/s], tolerance: 1e-6, s
 
 @pytest.fixture
 def config(tmp_path, monkeypatch):
-    monkeypatch.setattr(blocks, "_FEWEST", 8)  # lines a block: 4
+    monkeypatch.setattr(work, "_FEWEST", 8)  # lines a block: 4
     path = tmp_path / "border.yaml"
     path.write_text(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1") + SEARCH)
     return path

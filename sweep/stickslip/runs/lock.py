@@ -22,7 +22,7 @@ from datetime import datetime
 from stickslip.errors import StoreError, printable
 from stickslip.files.locations import Folder
 from stickslip.files.targets import host, is_alive, space
-from stickslip.runs.blocks import Shard
+from stickslip.runs.work import Shard
 
 PREFIX = "lock"
 WHOLE = "lock.json"

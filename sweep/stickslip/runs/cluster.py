@@ -1,38 +1,55 @@
-"""A scheduler found, and its workers held against this process before anything is sent to them."""
+"""Blocks of a run computed by the workers of a Dask cluster, which run `worker.py`.
+
+A scheduler is found, and its workers are held against this process before anything is sent to them; then a bounded
+number of blocks is in flight. Nothing is kept on the cluster. A worker that sees the store writes its blocks there;
+from others they are sent back here.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import json
 import logging
+import pickle
 import signal
 import threading
-from collections import Counter
-from collections.abc import Callable, Iterator
+import uuid
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
 
 import dask.config
 
 from stickslip.config.sections import LOCAL
-from stickslip.engine import processor, processors
-from stickslip.errors import ClusterError, Interrupted, reason
-from stickslip.runs.dask.worker import describe, loaded, unlike, versions
-from stickslip.runs.workdir.lock import Notice
+from stickslip.engine import Progress, StopFlag, processor, processors
+from stickslip.errors import ClusterError, DamagedBlockError, Interrupted, UnlikeWorkerError, reason
+from stickslip.files.locations import TEMPORARY
+from stickslip.runs.block_store import BlockStore
+from stickslip.runs.lock import Notice
+from stickslip.runs.threads import Tally
+from stickslip.runs.work import Work
+from stickslip.runs.worker import Job, compute_block, describe, loaded, unlike, versions
+from stickslip.vocabulary.own_laws import pickled_law
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 PATIENCE = 10.0  # s, for a scheduler to answer
 _STARTING = 60.0  # s, for processes to start on a busy machine
 _SILENT = logging.CRITICAL + 1
 _TALKATIVE = ("distributed", "tornado", "asyncio")  # loggers
 _NAMED = 3  # workers named in a message
+_PER_THREAD = 3  # blocks in flight for each thread of a worker: one is computed, the others are ready
+_FEWEST = 4  # in flight at least, so that workers that join find some
+_RETRIES = 2  # of a block whose computing raised something; it may have been the machine
+_ALONE = 16  # blocks that are tried once more alone after workers died over them
+_LOOK, _COUNT, _LONELY, _SETTLE = 0.2, 2.0, 5.0, 60.0  # s: at the keyboard, workers; without workers; for slow folders
 _LEAN = {  # of workers on this machine, which have one kind of task and no dashboard
     # At 64 KiB, as Dask has it, all arrays of all blocks are mapped anew: a quarter of a worker's time.
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
@@ -51,10 +68,6 @@ class Cluster:
     client: Client
     where: str
     notice: Notice
-
-    def threads(self) -> int:
-        """The number of blocks that its workers compute at once, now. Raises ClusterError if the scheduler is gone."""
-        return sum(self.ask(self.client.nthreads).values())
 
     def ask(self, question: Callable[[], Any]) -> Any:
         """The answer of the scheduler. Raises ClusterError if it is gone."""
@@ -77,7 +90,6 @@ def connected(cluster: Any, threads: int | None, notice: Notice) -> Iterator[Clu
     """The cluster a run is to be computed on, quiet, its workers of the same versions as this process.
 
     cluster : address of a scheduler, its file, `local` for so many processes on this machine; or a client.
-
     Raises ClusterError: the scheduler does not answer, a worker is of another version, `distributed` is missing.
     """
     with ExitStack() as stack:
@@ -152,7 +164,7 @@ def _local_cluster(threads: int | None) -> Any:
 
     count = threads or processors()
     own = dask.config.get("distributed.worker.preload", None) or []
-    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.dask.worker"]
+    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.worker"]
     # Ctrl-C is ignored for a second or two: here, since half of a cluster cannot be closed, and in what starts.
     is_main = threading.current_thread() is threading.main_thread()  # signals are set there and nowhere else
     before = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
@@ -228,3 +240,163 @@ def _check_alike(cluster: Cluster) -> None:
     if kinds := Counter(kind for worker in workers.values() if (kind := worker["processor"]) != processor()):
         counts = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
         cluster.notice(f"workers on another processor than this one ({processor()}): {counts}; last digits may differ")
+
+
+# --- blocks in flight -------------------------------------------------------------------------------------------------
+
+
+def compute_blocks(
+    cluster: Cluster, store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: StopFlag, *,
+    stop_on_error: bool, progress: Progress | None,
+) -> None:  # fmt: skip
+    """As `threads.compute_blocks`, on a cluster; raises ClusterError if that is lost."""
+    # A name in the store by which workers know it; being temporary it is swept away should we be killed.
+    token = f".dask-{uuid.uuid4().hex}{TEMPORARY}"
+    job = Job(
+        configuration=work.config.to_yaml(), blocks=astuple(work.blocks), packing=store.packing,
+        place=store.folder.absolute, token=token, versions=versions(), law=pickled_law(work.config.friction.law),
+        grid=b"" if work.grid is None else pickle.dumps(work.grid),
+    )  # fmt: skip
+    flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
+    store.folder.write(token, b"")
+    try:
+        flight.send_all(sorted(numbers))
+        flight.try_alone()
+    finally:
+        flight.cancel()
+        store.folder.remove(token)
+    # Blocks that other machines wrote may be listed here later: network file systems take their time.
+    written, end = set(numbers).difference(tally.failed), monotonic() + _SETTLE
+    while not stop[0] and not written <= store.finished() and monotonic() < end:
+        sleep(1.0)
+
+
+@dataclass
+class _Flight:
+    """The blocks in flight. Nothing of a block is held here or on the cluster once it has arrived."""
+
+    cluster: Cluster
+    store: BlockStore
+    work: Work
+    job: Job
+    tally: Tally
+    stop: StopFlag
+    stop_on_error: bool
+    progress: Progress | None
+
+    def __post_init__(self) -> None:
+        self._finished_before = self.store.cells(self.store.finished())
+        self._run = f"stickslip-{uuid.uuid4().hex}"  # no other run's block has the name of one of ours
+        self._under_way: dict[str, tuple[int, Future]] = {}
+        self._arrived: SimpleQueue[Future] = SimpleQueue()
+        self._suspects: list[int] = []
+        self._alone = self._has_warned = False
+        self._threads, self._counted, self._had_workers = 0, -_COUNT, monotonic()
+
+    def send_all(self, numbers: Collection[int]) -> None:
+        """Send these blocks and wait for them; those over which workers died are set aside, unless tried alone."""
+        waiting = deque(numbers)
+        while (waiting or self._under_way) and not self.stop[0]:
+            for _ in range(min(self._room() - len(self._under_way), len(waiting))):
+                self._send(waiting.popleft())
+            self._receive_all()
+            if self.progress:
+                self.progress(self._finished_before + self.tally.cells, self.work.size)
+
+    def try_alone(self) -> None:
+        """Compute the blocks set aside once more, one after the other: most merely ran beside the one that kills.
+
+        If there are very many the workers are at fault, and these blocks are recorded as failed at once.
+        """
+        suspects, self._suspects = self._suspects, []
+        self._alone = True
+        for number in suspects[:_ALONE]:
+            self.send_all([number])
+        for number in suspects[_ALONE:]:
+            self._fail(number, RuntimeError("workers were killed while they computed this block or others with it"))
+
+    def cancel(self) -> None:
+        """Cancel what is in flight. Workers finish their current block."""
+        for _, future in self._under_way.values():
+            future.release()  # the scheduler forgets what is not referenced
+        self._under_way.clear()
+
+    def _room(self) -> int:
+        """The number of blocks that may be in flight: it follows the workers as they come and go."""
+        now = monotonic()
+        if now - self._counted > _COUNT:
+            self._threads, self._counted = sum(self.cluster.ask(self.cluster.client.nthreads).values()), now
+            if self._threads:
+                self._had_workers = now
+            elif now - self._had_workers > _LONELY:
+                self.cluster.notice(f"{self.cluster.where}: no workers there; waiting for some to join")
+                self._had_workers = float("inf")  # said once, until some come
+        return max(_PER_THREAD * self._threads, _FEWEST)
+
+    def _send(self, number: int) -> None:
+        known = self.work.known_cells(number)
+        if known is not None and known[0].all():
+            block = self.work.compute(number)
+            self.store.save(number, block)
+            return self._count(number, block.reused)
+        key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
+        future = self.cluster.client.submit(compute_block, self.job, number, key=key, retries=_RETRIES, pure=False)
+        self._under_way[key] = number, future
+        future.add_done_callback(self._arrived.put)
+
+    def _receive_all(self) -> None:
+        """Wait a moment for blocks to come in, and see to all that did."""
+        try:
+            future = self._arrived.get(timeout=_LOOK)
+            while True:
+                self._handle(future)
+                future = self._arrived.get_nowait()
+        except Empty:
+            return
+
+    def _handle(self, future: Future) -> None:
+        number = self._under_way[future.key][0]
+        if future.status in ("pending", "lost"):  # its worker died at the last moment; it is computed again
+            future.add_done_callback(self._arrived.put)
+            return
+        if future.status == "finished":
+            self._receive(number, future)
+        elif future.status == "error":
+            self._handle_error(number, future)
+        else:
+            raise self.cluster.lost()
+        del self._under_way[future.key]
+
+    def _receive(self, number: int, future: Future) -> None:
+        """A block was computed: it is written already, or its bytes are fetched and written here."""
+        data = None if future.type is type(None) else self.cluster.ask(future.result)
+        if data is not None:
+            if not self._has_warned:
+                self._has_warned = True
+                self.cluster.notice(f"workers do not write to {self.store.where}: blocks are sent here to be written")
+            try:
+                self.store.put(number, data, self.work)
+            except DamagedBlockError as error:
+                return self._fail(number, error)
+        self._count(number, 0)
+
+    def _count(self, number: int, reused: int) -> None:
+        self.tally.finish(len(self.store.blocks.cells(number)), reused)
+
+    def _handle_error(self, number: int, future: Future) -> None:
+        from distributed import KilledWorker
+
+        error = self.cluster.ask(future.exception)
+        if isinstance(error, UnlikeWorkerError):
+            raise ClusterError(f"{self.cluster.where}: {error}\nhint: install the same versions there")
+        if isinstance(error, KilledWorker):
+            if not (self._alone or self.stop_on_error):
+                return self._suspects.append(number)
+            error = RuntimeError(
+                f"{error.allowed_failures + 1} workers were killed while they computed this block, the last at "
+                f"{error.last_worker.address}: too little memory, or the operating system or a job scheduler ended them"
+            )
+        self._fail(number, error)
+
+    def _fail(self, number: int, error: Exception) -> None:
+        self.tally.fail(self.store, number, error, self.stop_on_error)
