@@ -1,31 +1,30 @@
-"""The filters of our netCDF files: Fletcher-32, shuffle and deflate, which the HDF5 library runs one chunk at a time.
+"""A chunk of a file: packed, by threads, and known again by its digest, wherever it is.
 
-Here they run in as many threads as one likes, since none of them holds Python's global lock for long: whoever computes
+Filters. Our netCDF files have Fletcher-32, shuffle and deflate, which the HDF5 library runs one chunk at a time. Here
+they run in as many threads as one likes, since none of them holds Python's global lock for long: whoever computes
 values packs them by the thread that has them. ISA-L's deflate takes a tenth of the time of zlib's, and gives ordinary
-deflated data.
+deflated data. Specification: HDF5 File Format, Filter Pipeline Message; H5checksum.c and H5Zshuffle.c for what it
+leaves open.
 
-Specification: HDF5 File Format, Filter Pipeline Message; H5checksum.c and H5Zshuffle.c for what it leaves open.
-
-A checksum over what the checksums of chunks do not cover.
-
-Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single numbers are
-stored without. The seal is a digest over those, kept in a global attribute: a flipped bit in the configuration or in
-the mass of all cells is found when the file is opened. History, title and the like may be edited freely.
-
-A checksum says that a chunk is whole, not that it is where it belongs. So a table of the file, in a group of its own,
-holds a mark of every chunk: a digest of its values, of their variable and place, and of the seal, which covers the
-configuration and the version that computed it.
-
-What no checksum can detect is a chunk that is not there, because its place in the file's table of chunks was damaged:
-it reads as fill values. So these differ from all values that are written.
+The seal. Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single
+numbers are stored without. The seal is a digest over those, kept in a global attribute: a flipped bit in the
+configuration or in the mass of all cells is found when the file is opened. History, title and the like may be edited
+freely. A checksum says that a chunk is whole, not that it is where it belongs. So a table of the file, in a group of
+its own, holds a mark of every chunk: a digest of its values, of their variable and place, and of the seal, which covers
+the configuration and the version that computed it. What no checksum can detect is a chunk that is not there, because
+its place in the file's table of chunks was damaged: it reads as fill values. So these differ from all values that are
+written.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -36,12 +35,22 @@ from stickslip.files.locations import SEAL as SEAL
 
 Bytes = NDArray[np.uint8]
 Filter = tuple[int, tuple[int, ...]]  # number and parameters, as declared in the file
-
 PLAIN, NETCDF = PACKINGS = ("plain", "netcdf")  # values of a chunk as they are, or after the filters
 _DEFLATE, _SHUFFLE, _FLETCHER32 = 1, 2, 3  # numbers of filters
 _NO_SHUFFLE = (_SHUFFLE, (1,))  # of single bytes: it does nothing
 _LEVEL = 2  # of 0 to 3: as fast as 1, two percent smaller; 3 takes twice as long and gains nothing
 _ROW = 512  # words; a chunk has about as many rows
+
+MARKED = "chunk_marks"  # global attribute of files that have the table of marks, which says where it is
+GROUP, TABLE = "seal", "chunk_marks"
+NOBODY_WROTE = np.array(0x7FF8_0000_0571_C511, np.uint64).view(np.float64)[()]  # a NaN no computation ends with
+_NETCDF_FILL = {"i1": -127, "i4": -2147483647, "f8": 9.969209968386869e36}  # where a variable has no fill value
+_SEALED_ATTRIBUTES = ("units", "axis_spacing", "flag_values", "flag_meanings")
+Shapes = tuple[tuple[int, ...], tuple[int, ...]]  # of a variable: its shape, that of its chunks
+Contents = dict[tuple[str, tuple[int, ...]], bytes]  # what identifies chunks (`content_of`), by variable and number
+
+
+# --- filters ----------------------------------------------------------------------------------------------------------
 
 
 def packing_of(pipeline: Sequence[Filter], dtype: np.dtype[Any]) -> str | None:
@@ -66,7 +75,7 @@ def unpacked(data: memoryview, packing: str, dtype: np.dtype[Any]) -> NDArray[An
     if packing not in PACKINGS:
         raise ValueError(f"a packing {packing!r}")
     raw = np.frombuffer(data, np.uint8)
-    return (unfiltered(raw, _filters(dtype)) if packing == NETCDF else raw).view(dtype)
+    return (_unfiltered(raw, _filters(dtype)) if packing == NETCDF else raw).view(dtype)
 
 
 def filtered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
@@ -86,7 +95,7 @@ def filtered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
     return data
 
 
-def unfiltered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
+def _unfiltered(data: Bytes, pipeline: Sequence[Filter]) -> Bytes:
     """The bytes that `filtered` was given. Raises ValueError for what it cannot have made."""
     for number, parameters in reversed(pipeline):
         if number == _DEFLATE:
@@ -141,16 +150,7 @@ def _reduced(total: int) -> int:
     return (value & 0xFF) << 8 | value >> 8
 
 
-# --- seal -------------------------------------------------------------------------------------------------------------
-
-
-MARKED = "chunk_marks"  # global attribute of files that have the table of marks, which says where it is
-GROUP, TABLE = "seal", "chunk_marks"
-NOBODY_WROTE = np.array(0x7FF8_0000_0571_C511, np.uint64).view(np.float64)[()]  # a NaN no computation ends with
-_NETCDF_FILL = {"i1": -127, "i4": -2147483647, "f8": 9.969209968386869e36}  # where a variable has no fill value
-_SEALED_ATTRIBUTES = ("units", "axis_spacing", "flag_values", "flag_meanings")
-Layout = tuple[tuple[int, ...], tuple[int, ...]]  # of a variable: its shape, that of its chunks
-Contents = dict[tuple[str, tuple[int, ...]], bytes]  # what identifies chunks (`content_of`), by variable and number
+# --- the seal ---------------------------------------------------------------------------------------------------------
 
 
 def sealed(ds: xr.Dataset) -> xr.Dataset:
@@ -188,6 +188,16 @@ class Marks:
     places: Mapping[str, NDArray[np.intp]]
     table: NDArray[np.uint64]
 
+    @classmethod
+    def of(cls, seal: str, shapes: Mapping[str, Shapes], table: NDArray[np.uint64] | None = None) -> Self:
+        """Those of the variables of these shapes and chunks; without a table, an empty one."""
+        places, first = dict[str, NDArray[np.intp]](), 0
+        for name in sorted(shapes):
+            counts = [-(-length // chunk) for length, chunk in zip(*shapes[name], strict=True)]
+            places[name] = np.arange(first, first + prod(counts)).reshape(counts)
+            first += prod(counts)
+        return cls(seal, places, np.zeros(max(first, 1), np.uint64) if table is None else table)
+
     def noted(self, contents: Contents) -> NDArray[np.uint64]:
         """The table, with the marks of chunks put in."""
         for (name, number), content in contents.items():
@@ -202,16 +212,6 @@ class Marks:
     def _mark(self, name: str, number: tuple[int, ...], content: bytes) -> np.uint64:
         digest = hashlib.sha256(_text(self.seal, name, *number) + content).digest()
         return np.uint64(int.from_bytes(digest[:8], "little"))
-
-
-def marks_of(seal: str, layouts: Mapping[str, Layout], table: NDArray[np.uint64] | None = None) -> Marks:
-    """The marks of the variables of these shapes and chunks; without a table, an empty one."""
-    places, first = dict[str, NDArray[np.intp]](), 0
-    for name in sorted(layouts):
-        counts = [-(-length // chunk) for length, chunk in zip(*layouts[name], strict=True)]
-        places[name] = np.arange(first, first + prod(counts)).reshape(counts)
-        first += prod(counts)
-    return Marks(seal, places, np.zeros(max(first, 1), np.uint64) if table is None else table)
 
 
 def chunks_in(
@@ -247,3 +247,48 @@ def _text(*parts: Any) -> bytes:
     """The parts as bytes, each with its length before it, so that no two lists of parts look alike."""
     encoded = [str(part).encode("utf-8", "surrogatepass") for part in parts]
     return b"".join(len(part).to_bytes(8, "little") + part for part in encoded)
+
+
+# --- written by threads -----------------------------------------------------------------------------------------------
+
+
+class ChunkFile:
+    """A file in which all but its chunks is written, open for these. A context manager.
+
+    threads : that pack chunks, all processors if None; few chunks wait for them. Whoever gives chunks has them put into
+    the file in their order (`_store`): equal files for any number of threads.
+    """
+
+    def __init__(self, threads: int | None) -> None:
+        self._threads = threads or os.cpu_count() or 1
+        self._pool, self._waiting = ThreadPoolExecutor(self._threads), deque[Future[Any]]()
+        self._contents: Contents = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, _kind: Any, error: BaseException | None, _trace: Any) -> None:
+        try:
+            while self._waiting and not error:
+                self._store(self._waiting.popleft().result())
+            if not error:
+                self._complete()
+        finally:
+            self._pool.shutdown(cancel_futures=True)
+            self._close()
+
+    def _submit(self, make: Callable[..., tuple[Any, ...]], *arguments: Any) -> None:
+        self._waiting.append(self._pool.submit(make, *arguments))
+        if len(self._waiting) > 2 * self._threads:
+            self._store(self._waiting.popleft().result())
+
+    def _store(self, made: tuple[Any, ...]) -> None:
+        """Take what `make` has given, in the order in which that was submitted."""
+        raise NotImplementedError
+
+    def _complete(self) -> None:
+        """Say in the file that all is there."""
+        raise NotImplementedError
+
+    def _close(self) -> None:
+        """Let go of the file, whatever happened."""

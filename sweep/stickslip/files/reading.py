@@ -1,15 +1,8 @@
-"""xarray without the libraries of arrays that nobody has imported.
-
-Of every variable xarray asks whether it holds an array of dask or pint, and imports both to know: 0.4 s of every
-command, as much as all the rest of `stickslip inspect` (measured). But no array is one of a library that nobody has
-imported. So what xarray keeps of each library (`xarray.namedarray.pycompat`, private; seen in 2026.9) says so, and so
-does its question for collections of dask.
-
-Result files into lazy datasets; damaged ones are refused.
+"""Result files into lazy datasets; damaged ones are refused.
 
 Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
-(`seal.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
+(`chunks.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
 
 Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); Zarr needs none.
 """
@@ -29,66 +22,9 @@ from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexed
 from xarray.namedarray import pycompat, utils
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.chunks import (
-    GROUP,
-    MARKED,
-    SEAL,
-    TABLE,
-    Marks,
-    chunks_in,
-    digest,
-    has_bare_values,
-    is_unwritten,
-    marks_of,
-)
-from stickslip.files.locations import UNCACHED, Url, location
+from stickslip.files.chunks import GROUP, MARKED, SEAL, TABLE, Marks, chunks_in, digest, has_bare_values, is_unwritten
+from stickslip.files.locations import RESULTS, UNCACHED, Url, location, neighbours, wrong_file_type
 from stickslip.files.netcdf import NETCDF_LOCK
-from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
-
-_CLASSES = {"dask": ("dask.array", "Array"), "pint": ("pint", "Quantity")}
-
-
-class _LazyModule:
-    """A `pycompat.DuckArrayModule` of a library that may never be imported."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    @property
-    def type(self) -> tuple[type[Any], ...]:
-        """The class of its arrays, in a tuple; an empty one before the library is imported."""
-        module, name = _CLASSES[self._name]
-        kind = getattr(sys.modules.get(module), name, None)
-        return () if kind is None else (kind,)
-
-    def __getattr__(self, name: str) -> Any:
-        """Everything else as xarray has it, for which it imports the library."""
-        return getattr(pycompat.DuckArrayModule(self._name), name)  # type: ignore[arg-type]
-
-
-def wait_for_imports() -> None:
-    """Have xarray wait for others to import these libraries; where it has become another one, it goes on as before."""
-    known = getattr(pycompat, "_cached_duck_array_modules", None)
-    if isinstance(known, dict) and hasattr(pycompat, "DuckArrayModule"):
-        for name in _CLASSES:
-            known.setdefault(name, _LazyModule(name))
-    ask = getattr(utils, "is_dask_collection", None)
-    if ask is None or hasattr(ask, "asks_less"):
-        return
-
-    def is_dask_collection(x: object) -> Any:
-        # Imported, and whole: another thread may be importing dask, which a second import would upset.
-        spec = getattr(sys.modules.get("dask"), "__spec__", None)
-        return spec is not None and not getattr(spec, "_initializing", False) and ask(x)
-
-    is_dask_collection.asks_less = True  # type: ignore[attr-defined]
-    utils.is_dask_collection = is_dask_collection  # type: ignore[assignment]
-
-
-# --- reading ----------------------------------------------------------------------------------------------------------
-
-
-wait_for_imports()
 
 _REMEDY = "hint: copy it again, or compute it again"
 _ELSEWHERE = "is not what was written there: it belongs to another place, variable or file"
@@ -141,7 +77,7 @@ def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
     """The marks of the chunks; None where the seal has been removed on purpose."""
     if MARKED not in ds.attrs or SEAL not in ds.attrs:
         return None
-    layouts = {
+    shapes = {
         str(name): (variable.shape, _chunk_lengths(variable))
         for name, variable in ds.variables.items()
         if variable.ndim and variable.dtype.kind in "fiu"
@@ -151,7 +87,7 @@ def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
             table = group[TABLE].values
     except (OSError, KeyError):  # no such group, or nothing in it
         table = np.zeros(0, np.uint64)
-    return marks_of(ds.attrs[SEAL], layouts, table)
+    return Marks.of(ds.attrs[SEAL], shapes, table)
 
 
 def _objection(ds: xr.Dataset, marks: Marks | None) -> str | None:
@@ -371,3 +307,53 @@ def require_zarr(path: str | os.PathLike[str]) -> None:
             f"{path}: Zarr stores need the optional package zarr\n"
             "hint: pip install 'stickslip[zarr]', or give the file a name that ends in .nc"
         ) from error
+
+
+# --- xarray without the libraries of arrays that nobody has imported --------------------------------------------------
+
+_CLASSES = {"dask": ("dask.array", "Array"), "pint": ("pint", "Quantity")}
+
+
+class _LazyModule:
+    """A `pycompat.DuckArrayModule` of a library that may never be imported."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    @property
+    def type(self) -> tuple[type[Any], ...]:
+        """The class of its arrays, in a tuple; an empty one before the library is imported."""
+        module, name = _CLASSES[self._name]
+        kind = getattr(sys.modules.get(module), name, None)
+        return () if kind is None else (kind,)
+
+    def __getattr__(self, name: str) -> Any:
+        """Everything else as xarray has it, for which it imports the library."""
+        return getattr(pycompat.DuckArrayModule(self._name), name)  # type: ignore[arg-type]
+
+
+def _wait_for_imports() -> None:
+    """Have xarray wait for others to import dask and pint; where it has become another one, it goes on as before.
+
+    Of every variable it asks whether it holds an array of these, and imports both to know: 0.4 s of every command, as
+    much as all the rest of `stickslip inspect` (measured). But no array is one of a library that nobody has imported.
+    So what it keeps of each library (`xarray.namedarray.pycompat`, private; seen in 2026.9) says so, and so does its
+    question for collections of dask.
+    """
+    known = getattr(pycompat, "_cached_duck_array_modules", None)
+    if isinstance(known, dict) and hasattr(pycompat, "DuckArrayModule"):
+        for name in _CLASSES:
+            known.setdefault(name, _LazyModule(name))
+    ask = getattr(utils, "is_dask_collection", None)
+    if ask is None:
+        return
+
+    def is_dask_collection(x: object) -> Any:
+        # Imported, and whole: another thread may be importing dask, which a second import would upset.
+        spec = getattr(sys.modules.get("dask"), "__spec__", None)
+        return spec is not None and not getattr(spec, "_initializing", False) and ask(x)
+
+    utils.is_dask_collection = is_dask_collection  # type: ignore[assignment]
+
+
+_wait_for_imports()

@@ -18,7 +18,8 @@ from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
 from stickslip.files.chunks import PLAIN
-from stickslip.files.locations import TEMPORARY, Folder, Location
+from stickslip.files.locations import Location
+from stickslip.files.targets import TEMPORARY, Folder
 from stickslip.runs.formats import (
     FORMAT,
     MANIFEST,

@@ -29,7 +29,7 @@ import dask.config
 from stickslip.config.sections import LOCAL
 from stickslip.engine import Progress, StopFlag, processor, processors
 from stickslip.errors import ClusterError, DamagedBlockError, Interrupted, UnlikeWorkerError, reason
-from stickslip.files.locations import TEMPORARY
+from stickslip.files.targets import TEMPORARY
 from stickslip.runs.block_store import BlockStore
 from stickslip.runs.lock import Notice
 from stickslip.runs.threads import Tally

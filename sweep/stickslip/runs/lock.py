@@ -20,8 +20,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from stickslip.errors import StoreError, printable
-from stickslip.files.locations import Folder
-from stickslip.files.targets import host, is_alive, space
+from stickslip.files.targets import Folder, host, is_alive, space
 from stickslip.runs.work import Shard
 
 PREFIX = "lock"

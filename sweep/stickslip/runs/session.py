@@ -13,8 +13,8 @@ from stickslip.config.sections import ADDRESS, HERE, is_address
 from stickslip.config.yaml import Setting
 from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
-from stickslip.files.locations import Folder, Location, Url, folder_at, location
-from stickslip.files.targets import check_target
+from stickslip.files.locations import Location, Url, location
+from stickslip.files.targets import Folder, check_target, folder_at
 from stickslip.runs import block_store
 from stickslip.runs.block_store import BlockStore
 from stickslip.runs.formats import fingerprint

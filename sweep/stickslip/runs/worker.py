@@ -96,7 +96,7 @@ def compute_block(job: Job, number: int) -> bytes | None:
 
 def _computed(job: Job, number: int) -> bytes | None:
     from stickslip import engine
-    from stickslip.files.locations import folder_at
+    from stickslip.files.targets import folder_at
     from stickslip.runs.block_store import BlockStore
 
     work, manifest = _loaded(job["configuration"], job["blocks"], job["law"], job["grid"])

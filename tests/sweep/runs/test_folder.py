@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from stickslip.files.locations import Folder
+from stickslip.files.targets import Folder
 
 
 @pytest.fixture(params=["links", "no links"])
