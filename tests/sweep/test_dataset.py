@@ -103,22 +103,16 @@ def checkout(tmp_path, monkeypatch):
     return tmp_path, git("rev-parse", "HEAD")
 
 
-def test_source_names_the_commit_and_whether_files_differ_from_it(checkout):
+def test_source_names_the_commit_and_whether_files_differ_from_it_and_needs_no_git(checkout, monkeypatch):
     root, commit = checkout
     assert provenance("", title="")["source"].endswith(f"git {commit}")
     (root / "sweep/stickslip/dataset/build.py").write_text("edited")
     made_by._revision.cache_clear()
     assert made_by.git_revision() == f"{commit}-dirty"
-
-
-def test_provenance_needs_no_git(checkout, monkeypatch):
+    made_by._revision.cache_clear()
     monkeypatch.setenv("PATH", "")
-    assert made_by.git_revision() is None
-    assert "git" not in provenance("", title="")["source"]
-
-
-def test_an_installed_package_does_not_report_the_repository_around_it(checkout, monkeypatch):
-    root, _ = checkout
-    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset/build.py"
+    assert made_by.git_revision() is None and "git" not in provenance("", title="")["source"]
+    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset/build.py"  # of a package that is installed
+    monkeypatch.undo()
     monkeypatch.setattr(made_by, "__file__", str(inside))
     assert made_by.git_revision() is None

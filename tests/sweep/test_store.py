@@ -144,6 +144,17 @@ def test_unknown_kinds_of_file_are_refused(name, tmp_path):
         writing.write(plane(), tmp_path / name)
 
 
+@pytest.mark.parametrize(("make", "message"), [
+    (lambda path: None, "no such file"),
+    (lambda path: path.write_text("not a dataset"), "cannot be read as netCDF"),
+    (lambda path: xr.Dataset({"wind": ("x", [1.0])}).to_netcdf(path), "not written by stickslip"),
+], ids=["nothing", "text", "of others"])  # fmt: skip
+def test_what_is_no_result_is_not_opened(tmp_path, make, message):
+    make(tmp_path / "map.nc")
+    with pytest.raises(StoreError, match=f"map.nc: {message}"):
+        reading.open(tmp_path / "map.nc")
+
+
 def test_a_folder_that_is_no_zarr_store_is_left_alone(tmp_path):
     (tmp_path / "map.zarr").mkdir()
     (tmp_path / "map.zarr" / "precious.txt").write_text("")
@@ -158,23 +169,6 @@ def test_without_zarr_the_message_says_how_to_get_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "zarr", None)
     with pytest.raises(StoreError, match=r"stickslip\[zarr\]"):
         writing.write(plane(), tmp_path / "map.zarr")
-
-
-def test_opening_what_is_not_there_says_so(tmp_path):
-    with pytest.raises(StoreError, match="absent.nc: no such file"):
-        reading.open(tmp_path / "absent.nc")
-
-
-def test_opening_what_is_not_netcdf_says_so(tmp_path):
-    (tmp_path / "notes.nc").write_text("not a dataset")
-    with pytest.raises(StoreError, match="notes.nc: cannot be read as netCDF"):
-        reading.open(tmp_path / "notes.nc")
-
-
-def test_opening_a_netcdf_file_of_someone_else_says_so(tmp_path):
-    xr.Dataset({"wind": ("x", [1.0])}).to_netcdf(tmp_path / "wind.nc")
-    with pytest.raises(StoreError, match="not written by stickslip"):
-        reading.open(tmp_path / "wind.nc")
 
 
 # --- the conventions the files claim ----------------------------------------------------------------------------------

@@ -99,21 +99,6 @@ def test_friction_and_its_slope_are_those_of_the_spline(points, monotone):
 
 
 @pytest.mark.slow
-def test_a_dense_table_of_a_curve_is_that_curve_to_the_error_of_the_spline():
-    w = np.concatenate([[0.0], np.geomspace(1e-3, 2.0, 149)])
-    mu = 1.0 + 0.1 * w + 0.3 * np.exp(-w / 0.1)
-    between = np.geomspace(1e-4, 1.0, 20_000)
-    off = np.abs(CubicSpline(w, mu)(between) - (1.0 + 0.1 * between + 0.3 * np.exp(-between / 0.1))).max()
-    cells = UNIT | {"belt_speed": np.geomspace(0.01, 0.8, 40), "damping": 0.01}
-    table = stickslip.evaluate(cells, law=stickslip.Table(w, mu), rtol=1e-8)
-    exact = stickslip.evaluate(cells | {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}, rtol=1e-8)
-    np.testing.assert_array_equal(table["regime"], exact["regime"])
-    for name in ("period", "restick_displacement", "spring_force_max", "slip_speed_max", "settling_time"):
-        values = exact[name].values
-        np.testing.assert_allclose(table[name], values, atol=(300 * off + 1e-6) * np.nanmax(values), err_msg=name)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("belt", "x", "w"), [(0.05, 0.9, 0.25), (0.6, 0.3, 0.95)])
 def test_a_narrow_spike_is_not_stepped_over(belt, x, w, monkeypatch):
     """On the way up, where it holds the slip back, and in a trough between two fast ends of a step.

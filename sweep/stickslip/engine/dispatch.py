@@ -1,14 +1,11 @@
-"""From SI to kernel units and back, by the scales of a cell (`vocabulary/scales.py`) and by its model.
+"""Cells through the kernels: from SI to kernel units, to the kernels that suit them, and back.
 
-Cells to the kernels that suit them: some of a law may have kernels of their own, which take a tenth of the time.
-
-Which kernels compute a cell depends on that cell alone, so its numbers do not depend on its neighbours.
-
-`friction_at_belt_speed` is the friction curve itself, as the kernels have it.
+Units by the scales of a cell (`vocabulary/scales.py`) and by its model. Some cells of a law may have kernels of their
+own, which take a tenth of the time. Which kernels compute a cell depends on that cell alone, so its numbers do not
+depend on its neighbours. `friction_at_belt_speed` is the friction curve itself, as the kernels have it.
 """
 
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,19 +74,11 @@ _CONVERSIONS: dict[str, _Conversion] = {  # what all cells have; the models have
 
 def to_si(rows: Floats, cells: Parameters, options: Options) -> Results:
     """The rows `run_block` filled to the variables people know: those that the options keep, in their order."""
-    by = Scales(cells)
-    return {name: convert(rows, by) for name, convert in _conversions(options).items()}
-
-
-@lru_cache(maxsize=16)
-def _conversions(options: Options) -> dict[str, _Conversion]:
-    own = {name: _of_model(convert) for name, convert in model_of(options.law).conversions(options.law).items()}
-    return {name: (_CONVERSIONS | own)[name] for name in columns(options)}
-
-
-def _of_model(convert: Callable[[Callable[[str], Floats], Scales], Floats]) -> _Conversion:
-    """The conversion of a model, which names rows."""
-    return lambda rows, by: convert(lambda name: rows[_ROWS[name]], by)
+    by, own = Scales(cells), model_of(options.law).conversions(options.law)
+    return {
+        name: own[name](lambda row: rows[_ROWS[row]], by) if name in own else _CONVERSIONS[name](rows, by)
+        for name in columns(options)
+    }
 
 
 def by_theory(name: str, cells: Parameters, options: Options) -> Floats:
@@ -101,7 +90,7 @@ def by_theory(name: str, cells: Parameters, options: Options) -> Floats:
     return np.asarray(model_of(options.law).conversions(options.law)[name](no_row, Scales(cells)))
 
 
-def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDArray[np.float64]) -> Results:
+def signals_to_si(signals: Floats, cells: Parameters, columns: Floats) -> Results:
     """Signals on steady belts, in SI, by names of `TRACE_VARIABLES`.
 
     cells, columns : of each sample, in SI and in kernel units; those of a single cell serve all samples.
@@ -121,7 +110,7 @@ def signals_to_si(signals: NDArray[np.float64], cells: Parameters, columns: NDAr
     }
 
 
-# --- dispatch ---------------------------------------------------------------------------------------------------------
+# --- kernels ----------------------------------------------------------------------------------------------------------
 
 
 Floats = NDArray[np.float64]
@@ -204,7 +193,7 @@ def _kernels(options: Options, cells: Floats) -> Iterator[tuple[str, NDArray[np.
         yield own.otherwise or options.law, None if left.all() else left
 
 
-def friction_at_belt_speed(cells: Parameters, options: Options) -> NDArray[np.float64]:
+def friction_at_belt_speed(cells: Parameters, options: Options) -> Floats:
     """Friction coefficient of each cell where the mass is at rest, and the slip speed that of the belt."""
     rows = to_kernel(cells, np.inf, options)
     return np.asarray(kernels(options.law).friction(rows, np.abs(rows[layout.BELT])))

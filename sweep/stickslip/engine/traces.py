@@ -1,7 +1,4 @@
-"""Cells over time: rigs whose drive is a single segment.
-
-Test rigs: blocks of them through the kernels, with samples of their motion.
-"""
+"""Motion over time: test rigs, and cells as rigs whose drive is a single segment."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +21,7 @@ Floats = NDArray[np.float64]
 _BEYOND = 0.01  # of a step: how far past its last sample a motion is integrated, so that rounding does not lose it
 
 
-def trajectory(cell: Parameters, times: NDArray[np.float64], options: Options) -> Results:
+def trajectory(cell: Parameters, times: Floats, options: Options) -> Results:
     """The motion of one cell (arrays of length 1) at `times` (s, evenly spaced, from 0), by names of `TRACE_VARIABLES`.
 
     The stepping is that of `compute`. Raises NotReachedError if the integration does not reach the last time.
@@ -59,7 +56,7 @@ def sampled(
     return displacements, velocities * (by.length * by.rate)[:, None], status
 
 
-def flows(cells: Parameters, durations: NDArray[np.float64], samples: int, options: Options) -> Results:
+def flows(cells: Parameters, durations: Floats, samples: int, options: Options) -> Results:
     """The motions of many cells, each over its own duration (s), by names of `TRACE_VARIABLES`, shape (n, samples).
 
     The samples of a cell are evenly spaced and include both ends. The cells may be any that the kernels can integrate,

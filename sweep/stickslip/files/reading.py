@@ -61,7 +61,11 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
             opened = _opened(source, engine, to_close)
             marks = _marks(source, opened, engine)
             objection = _objection(opened, marks)
-            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path), lazily, marks)))
+            waiting = {str(name): array.variable for name, array in opened.data_vars.items() if array.ndim}
+            ds = _as_in_memory(opened.assign({
+                name: lazily(v, _Guarded(v, name, str(path), None if has_bare_values(v) else marks))
+                for name, v in waiting.items()
+            }))  # fmt: skip
         except Exception as error:  # a damaged file can make these libraries raise whatever there is
             kind = "Zarr" if engine == "zarr" else "netCDF"
             raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
@@ -236,15 +240,6 @@ def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
     return slice(start, stop + 1), slice(None, None, chosen.step)
 
 
-def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily, marks: Marks | None) -> xr.Dataset:
-    """The dataset with what reads values when they are needed in place of what waits in the file."""
-    waiting = {name: array.variable for name, array in ds.data_vars.items() if array.ndim}
-    return ds.assign({
-        name: lazily(variable, _Guarded(variable, str(name), path, None if has_bare_values(variable) else marks))
-        for name, variable in waiting.items()
-    })  # fmt: skip
-
-
 def _by_dask(variable: xr.Variable, guarded: _Guarded) -> xr.Variable:
     from dask.array import from_array  # here, so that nobody pays for dask who opens no file
 
@@ -278,20 +273,12 @@ def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
     )
 
 
-# --- from the layout of the file to that in memory ------------------------------------------------------------------
-
-
-def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
-    """Text indices as plain texts."""
+def _as_in_memory(ds: xr.Dataset) -> xr.Dataset:
+    """Text indices as plain texts, and `flag_values`, of which Zarr gives a list, as an array of the flag's type."""
     for dim in [str(dim) for dim in ds.dims]:
         if dim in ds.coords and ds[dim].dtype.kind not in "fiu":
             text = xr.Variable(dim, np.array([str(name) for name in ds[dim].values]), ds[dim].attrs)
             ds = ds.assign_coords({dim: text})
-    return ds
-
-
-def _with_plain_flags(ds: xr.Dataset) -> xr.Dataset:
-    """`flag_values` as an array of the flag's own type, as netCDF gives it; Zarr gives a list."""
     for variable in ds.variables.values():
         if "flag_values" in variable.attrs:
             variable.attrs["flag_values"] = np.atleast_1d(np.asarray(variable.attrs["flag_values"], variable.dtype))

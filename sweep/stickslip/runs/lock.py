@@ -23,7 +23,6 @@ from stickslip.errors import StoreError, printable
 from stickslip.files.targets import Folder, host, is_alive, space
 from stickslip.runs.work import Shard
 
-PREFIX = "lock"
 WHOLE = "lock.json"
 REFRESH, PATIENCE = 10.0, 120.0  # s
 _LONGEST = 100  # characters of a name that is shown
@@ -55,12 +54,16 @@ class Holder:
         return printable(f"{who}, process {self.pid}, since {since} (last seen {age:.0f} s ago)")
 
 
+def name_of(shard: Shard | None) -> str:
+    """The name of the lock of a shard, or of a whole run."""
+    return WHOLE if shard is None else f"lock-{shard.number}-of-{shard.count}.json"
+
+
 def shard_of(name: str) -> Shard | None:
     """The shard whose lock has this name; None for a whole run."""
-    match = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        return None
-    return Shard(int(match[1]), int(match[2]))
+    match = re.fullmatch(r"lock-(\d+)-of-(\d+)\.json", name)
+    shard = Shard(int(match[1]), int(match[2])) if match else None
+    return shard if shard and 1 <= shard.number <= shard.count else None
 
 
 def is_lock(name: str) -> bool:
@@ -80,7 +83,7 @@ def hold_lock(folder: Folder, shard: Shard | None, lost: Callable[[], None], not
 
     lost : called from another thread if the lock is taken over.
     """
-    lock = Lock(folder, WHOLE if shard is None else f"{PREFIX}-{shard.number}-of-{shard.count}.json", lost)
+    lock = Lock(folder, name_of(shard), lost)
     _make_room(folder, lock, notice)
     try:
         folder.create(lock.name, lock.content())

@@ -24,7 +24,6 @@ from stickslip.runs.threads import Tally, compute_blocks
 from stickslip.runs.work import Shard, Work
 
 OnError = Literal["continue", "stop"]
-Choice = Callable[[BlockStore, set[int]], set[int]]
 Machines = tuple[Callable[..., None], str | None]  # `threads.compute_blocks`, or alike on a cluster, which has a name
 
 
@@ -153,7 +152,7 @@ def run(request: Request) -> Outcome:
         if (there := block_store.found_at(folder)) is not None:  # before anybody's lock is touched
             block_store.check_same(there, Work(request.config), request.shard is not None)
     with _machines(request) as machines:
-        return _locked(request, folder, _missing, machines, request.fresh)
+        return _locked(request, folder, machines, request.fresh)
 
 
 def retry_failed(request: Request) -> Outcome:
@@ -163,7 +162,7 @@ def retry_failed(request: Request) -> Outcome:
         return whole
     anew = block_store.find(folder).manifest.fresh  # as the run that began it
     with _machines(request) as machines:
-        return _locked(request, folder, _failed_before, machines, anew)
+        return _locked(request, folder, machines, anew, again=True)
 
 
 def _finished(request: Request) -> Outcome | None:
@@ -186,23 +185,10 @@ def _machines(request: Request) -> Iterator[Machines]:
         yield partial(clusters.compute_blocks, cluster), str(cluster)
 
 
-def _missing(store: BlockStore, own: set[int]) -> set[int]:
-    """The blocks a run is to compute: those that failed before are left to `retry_failed`."""
-    return own - store.finished() - store.failed()
+def _locked(request: Request, folder: Folder, machines: Machines, anew: bool, again: bool = False) -> Outcome:
+    """Compute the blocks that are missing, and write the result, while no other run works on the store.
 
-
-def _failed_before(store: BlockStore, own: set[int]) -> set[int]:
-    """The blocks that failed, which is forgotten."""
-    failed = store.failed() & own
-    for number in failed:
-        store.clear_failure(number)
-    return failed - store.finished()
-
-
-def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines, anew: bool) -> Outcome:
-    """Compute the blocks that `choose` names, and write the result, while no other run works on the store.
-
-    anew : whether the result replaces whatever is there.
+    anew : whether the result replaces whatever is there. again : compute the blocks that failed before, and no others.
     """
     stop = stop_flag()
     with hold_lock(folder, request.shard, lambda: stop.fill(1), request.notice) as lock:
@@ -211,7 +197,7 @@ def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines
             packing, shards = work.packing(request.output), request.shard.count if request.shard else 0
             store = block_store.prepare(folder, work, request.fresh, request.notice, packing, shards)
             session = _Session(request, store, replace(work, cut=store.blocks), lock)
-            outcome = session.compute(choose, machines, stop)
+            outcome = session.compute(again, machines, stop)
         session.require_lock()
         session.require_none_failed(session.own & store.failed())
         if request.shard or not store.is_complete():
@@ -243,12 +229,16 @@ class _Session:
         store, shard = self.store, self.request.shard
         return set(shard.blocks(store.blocks) if shard else range(store.blocks.count))
 
-    def compute(self, choose: Choice, machines: Machines, stop: StopFlag) -> Outcome:
+    def compute(self, again: bool, machines: Machines, stop: StopFlag) -> Outcome:
         """Compute blocks, and say what ended that."""
         request, store, work, own = self.request, self.store, self.work, self.own
         if request.shard is None:
             block_store.remove_temporary(store.folder)
-        before, numbers, tally = store.cells(store.finished()), choose(store, own), Tally()
+        before, failed, tally = store.cells(store.finished()), store.failed() & own, Tally()
+        if again:
+            for number in failed:
+                store.clear_failure(number)
+        numbers = failed if again else own - store.finished() - failed
         say = request.news or request.notice
         if not own:
             say(f"shard {request.shard} has nothing to compute: there are only {store.blocks.count:,} blocks")

@@ -143,12 +143,6 @@ def test_only_zarr_goes_behind_a_url(config, tmp_path, computed):
     assert computed == []
 
 
-@pytest.mark.parametrize("kind", ["file", "local"])
-def test_a_file_url_is_a_file_of_this_machine(config, whole, tmp_path, kind):
-    same(stickslip.run(config, f"{kind}://{tmp_path}/my%20map.nc"), whole)
-    assert (tmp_path / "my map.nc").is_file()
-
-
 def test_a_service_that_cannot_be_opened_is_said_before_computing(config, computed):
     with pytest.raises(StoreError, match="gopher://x/map.zarr.*cannot be opened"):
         stickslip.run(config, "gopher://x/map.zarr")

@@ -45,14 +45,6 @@ def test_the_blocks_of_a_map_are_chunks(shape, weight):
     assert chunks is not None and blocks_of_chunks(chunks, shape) == blocks
 
 
-@given(st.lists(st.integers(1, 3000), max_size=5).map(tuple))
-def test_blocks_are_neither_too_small_nor_too_large_nor_too_few(shape):
-    size, blocks = prod(shape), blocks_of(shape)
-    assert blocks.length <= 131_072 and (blocks.length >= 4096 // 3 or blocks.count == 1 or blocks.plane < 3 * 4096)
-    assert blocks.cells(blocks.count - 1).stop == size
-    assert blocks.count <= 4 * 64 or blocks.length > 131_072 // 4
-
-
 @given(st.integers(1, 10**8), st.integers(1, 50))
 def test_shards_share_out_every_block_once(size, count):
     blocks = blocks_of((size,))

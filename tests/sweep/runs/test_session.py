@@ -247,12 +247,6 @@ def test_a_fresh_run_that_was_interrupted_goes_on_by_the_same_command(config, ou
     assert sum(computed) == 900 - stopped.done
 
 
-def test_a_fresh_run_that_is_finished_begins_again(config, output, whole, computed):
-    for _ in range(2):
-        same(stickslip.run(config, output, fresh=True, keep_parts=True), whole)
-    assert sum(computed) == 1800
-
-
 # --- what is damaged or must not be touched ---------------------------------------------------------------------------
 
 
