@@ -113,9 +113,6 @@ def signals_to_si(signals: Floats, cells: Parameters, columns: Floats) -> Result
 # --- kernels ----------------------------------------------------------------------------------------------------------
 
 
-Floats = NDArray[np.float64]
-
-
 def kernels_for(cells: Cells, options: Options) -> tuple[str, ...]:
     """Names of the kernels that the cells of a grid need, each once."""
     own = _own(options)

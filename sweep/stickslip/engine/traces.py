@@ -92,9 +92,6 @@ def _signals(
 # --- rigs -------------------------------------------------------------------------------------------------------------
 
 
-Floats = NDArray[np.float64]
-
-
 @dataclass(frozen=True)
 class Sampling:
     """When samples are taken: at `rate` (1/s), from `start` (s, one per rig) to the end of the drive."""

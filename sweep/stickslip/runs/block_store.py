@@ -239,33 +239,26 @@ def prepare(
         if not fresh:
             raise
         before = None
-    if before is not None and (not fresh or _goes_on_fresh(before.manifest, work)):
-        manifest = _resumed(before, work, notice)
-    else:
+    digest = engine.kernels_digest()
+    if fresh and before is not None:
+        there, same = before.manifest, (fingerprint(work.config), work.size, digest)
+        goes_on = there.fresh and same == (there.fingerprint, there.blocks.size, there.kernels[-1])
+        before = before if goes_on else None
+    if before is None:
         manifest = Manifest.of(work, fresh)
         if fresh:
             clear(folder)
+    else:
+        check_same(before, work)
+        manifest = before.manifest
+        if digest != manifest.kernels[-1]:
+            if before.finished():
+                notice("the kernels were changed since this run began; blocks of both will make up the map")
+            manifest = replace(manifest, kernels=(*manifest.kernels, digest))
     store = BlockStore(folder, replace(manifest, shards=shards), packing)
     if before is None or store.manifest != before.manifest:
         store.write_manifest()
     return store
-
-
-def _goes_on_fresh(manifest: Manifest, work: Work) -> bool:
-    """Tell whether a store is that of the same fresh run, which was interrupted."""
-    same = (fingerprint(work.config), work.size, engine.kernels_digest())
-    return manifest.fresh and same == (manifest.fingerprint, manifest.blocks.size, manifest.kernels[-1])
-
-
-def _resumed(store: BlockStore, work: Work, notice: Notice) -> Manifest:
-    """The manifest of a store that this process goes on with."""
-    check_same(store, work)
-    manifest, digest = store.manifest, engine.kernels_digest()
-    if digest == manifest.kernels[-1]:
-        return manifest
-    if store.finished():
-        notice("the kernels were changed since this run began; blocks of both will make up the map")
-    return replace(manifest, kernels=(*manifest.kernels, digest))
 
 
 def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:

@@ -88,7 +88,7 @@ def hold_lock(folder: Folder, shard: Shard | None, lost: Callable[[], None], not
     try:
         folder.create(lock.name, lock.content())
     except FileExistsError:
-        _refuse_or_remove(folder, lock.name, notice)
+        _make_room(folder, lock, notice)
         raise StoreError(f"{folder.where}: another run has just begun there\nhint: see stickslip status") from None
     try:
         _make_room(folder, lock, notice)  # whoever came in between sees this lock as well, and one of both gives way
@@ -147,25 +147,18 @@ class Lock:
 def _make_room(folder: Folder, lock: Lock, notice: Notice) -> None:
     """Refuse if others work there that exclude this lock; remove stale locks."""
     for name in filter(is_lock, folder.names()):
-        if name == lock.name and lock.ours:
+        if (name != lock.name and WHOLE not in (name, lock.name)) or (name == lock.name and lock.ours):
             continue
-        if name == lock.name or WHOLE in (name, lock.name):
-            _refuse_or_remove(folder, name, notice)
-
-
-def _refuse_or_remove(folder: Folder, name: str, notice: Notice) -> None:
-    holder = _read(folder, name)
-    if holder is None:  # gone in between, or not whole: a power cut, since locks are written at once
+        holder = _read(folder, name)
+        if holder and not holder.stale:
+            raise StoreError(
+                f"{folder.where}: another run works there: {holder}\n"
+                "hint: wait for it or stop it; a run that has died is noticed at once on its machine, "
+                f"elsewhere {PATIENCE / 60:.0f} minutes after its last heartbeat"
+            )
+        if holder:  # else gone in between, or not whole: a power cut, since locks are written at once
+            notice(f"took over from a run that has died: {holder}")
         folder.remove(name)
-    elif holder.stale:
-        notice(f"took over from a run that has died: {holder}")
-        folder.remove(name)
-    else:
-        raise StoreError(
-            f"{folder.where}: another run works there: {holder}\n"
-            "hint: wait for it or stop it; a run that has died is noticed at once on its machine, "
-            f"elsewhere {PATIENCE / 60:.0f} minutes after its last heartbeat"
-        )
 
 
 def _read(folder: Folder, name: str) -> Holder | None:

@@ -151,20 +151,12 @@ def _as_before(before: NDArray[np.float64], values: NDArray[np.float64]) -> NDAr
     known = np.unique(before[~np.isnan(before)])
     if not known.size:
         return values
-    gaps, own = _gaps(known), np.unique(values)
-    nearest = (np.searchsorted(known, values) - 1).clip(0, known.size - 1)
-    above = (nearest + 1).clip(0, known.size - 1)
-    nearest = np.where(abs(known[above] - values) < abs(known[nearest] - values), above, nearest)
-    gap = np.minimum(gaps[nearest], _gaps(own)[np.searchsorted(own, values)])
-    of_step = np.where(np.isfinite(gap), _OF_STEP * gap, 0.0)  # where a range passes through 0
-    rounding = np.minimum(np.maximum(_ROUNDING * abs(values), of_step), gap / 4)
-    return np.where(abs(known[nearest] - values) <= rounding, known[nearest], values)
-
-
-def _gaps(ascending: NDArray[np.float64]) -> NDArray[np.float64]:
-    """From each value to the nearest other one; infinite where there is none."""
-    steps = np.diff(ascending, prepend=-np.inf, append=np.inf)
-    return np.minimum(steps[:-1], steps[1:])
+    nearest = known[np.searchsorted((known[1:] + known[:-1]) / 2, values)]
+    steps = np.concatenate([np.diff(known), np.diff(np.unique(values[~np.isnan(values)]))])
+    step = float(steps.min(initial=np.inf))
+    of_step = _OF_STEP * step if np.isfinite(step) else 0.0  # where a range passes through 0
+    rounding = np.minimum(np.maximum(_ROUNDING * abs(values), of_step), step / 4)
+    return np.where(abs(nearest - values) <= rounding, nearest, values)
 
 
 # --- blocks put together ----------------------------------------------------------------------------------------------

@@ -257,8 +257,8 @@ class _Session:
             compute(store, work, numbers, tally, stop, stop_on_error=at_once, progress=self._progress())
         except KeyboardInterrupt:
             raise self._interrupted() from None
-        except BlockFailedError as failed:
-            self.require_none_failed({failed.number})
+        except BlockFailedError as error:
+            self.require_none_failed({error.number})
         except (StoreError, ClusterError) as error:
             raise self._incomplete(str(error)) from error
         computed = tally.cells - tally.reused

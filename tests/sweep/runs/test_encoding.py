@@ -65,23 +65,6 @@ def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
             assert isinstance(header, dict) and isinstance(found, dict)
 
 
-PLAIN = {"name": "a", "type": "|i1", "cells": 4, "packing": "plain", "sha256": "", "bytes": 4}
-
-
-@pytest.mark.parametrize(("columns", "said"), [
-    ([PLAIN | {"type": "<f4"}], "a column of type '<f4'"),
-    ([PLAIN | {"bytes": 2}], "more data than columns"),
-    ([PLAIN | {"bytes": 5}], "more columns than data"),
-    ([{"name": "a"}], "its header is invalid"),
-    (3, "its header is invalid"),
-])  # fmt: skip
-def test_a_header_that_does_not_describe_the_columns_is_refused(columns, said):
-    header = json.dumps({"columns": columns}).encode()
-    data = _MAGIC + header + b"\n" + bytes(4)
-    with pytest.raises(DamagedBlockError, match=said):
-        opened_block(data + hashlib.sha256(data).digest())
-
-
 def manifest():
     config = make_config({**PAIR, "axes": {"belt_speed": [0.1, 0.2]}, "title": "µ"})
     return Manifest.of(Work(config))
