@@ -227,17 +227,6 @@ def test_a_configuration_keeps_the_points_and_another_process_knows_them(tmp_pat
 
 
 @pytest.mark.slow
-def test_a_table_in_a_configuration_from_python_is_the_law_itself():
-    law = stickslip.Table(*THREE, monotone=True)
-    data = {"system": UNIT | {"belt_speed": 0.05}, "friction": {"law": law}, "axes": {"damping": [0.0, 0.1]}}
-    found = stickslip.run(data)
-    cells = UNIT | {"belt_speed": 0.05, "damping": [0.0, 0.1]}
-    np.testing.assert_array_equal(found["period"], stickslip.evaluate(cells, law=law)["period"])
-    scaled = stickslip.run(data | {"axes": {"a3": [0.5, 0.6]}})
-    np.testing.assert_array_equal(scaled["spring_force_max"][0], found["spring_force_max"][0])
-
-
-@pytest.mark.slow
 def test_bristles_on_a_table_are_those_on_its_curve():
     w = np.concatenate([[0.0], np.geomspace(1e-4, 2.0, 149)])
     law = stickslip.Table(w, 0.25 + 0.2 * np.exp(-w / 0.02))

@@ -20,18 +20,8 @@ from stickslip.config.reader import parse_config
 from stickslip.files.chunks import PLAIN
 from stickslip.files.locations import Location
 from stickslip.files.targets import TEMPORARY, Folder
-from stickslip.runs.formats import (
-    FORMAT,
-    MANIFEST,
-    Manifest,
-    StoredColumn,
-    block_bytes,
-    decoded,
-    described,
-    differences,
-    fingerprint,
-    opened_block,
-)
+from stickslip.runs import formats
+from stickslip.runs.formats import Manifest, StoredColumn, differences, fingerprint
 from stickslip.runs.lock import Notice, is_lock
 from stickslip.runs.work import Block, Work
 
@@ -86,7 +76,7 @@ class BlockStore:
     def packed(self, number: int, block: Block) -> bytes:
         """The bytes of the file of a computed block."""
         by = {"reused": block.reused, "stickslip": __version__, "kernels": self.manifest.kernels[-1]}
-        return block_bytes(self._identity(number) | by, block.results, self.packing, self.blocks.length)
+        return formats.block_bytes(self._identity(number) | by, block.results, self.packing, self.blocks.length)
 
     def put(self, number: int, data: bytes, work: Work | None = None) -> None:
         """Put a `packed` block on the disk. work : of one from elsewhere; raises DamagedBlockError for another."""
@@ -98,7 +88,7 @@ class BlockStore:
         """The columns of a block, of the file or of its bytes. Raises FileNotFoundError, or DamagedBlockError for what
         must not be used.
         """
-        header, columns = opened_block(self.folder.read(_block_name(number)) if data is None else data)
+        header, columns = formats.opened_block(self.folder.read(_block_name(number)) if data is None else data)
         expected = self._identity(number)
         if wrong := [name for name, value in expected.items() if header.get(name) != value]:
             raise errors.DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
@@ -145,12 +135,12 @@ class BlockStore:
 
     def write_manifest(self) -> None:
         """Put the manifest on the disk."""
-        self.folder.write(MANIFEST, self.manifest.encoded())
+        self.folder.write(formats.MANIFEST, self.manifest.encoded())
 
     def config(self) -> Config:
         """The configuration the store was made from. Raises StoreError."""
         try:
-            text, source = self.manifest.configuration, f"{self.where}/{MANIFEST}"
+            text, source = self.manifest.configuration, f"{self.where}/{formats.MANIFEST}"
             return parse_config(text, source).shown_in(self.manifest.written_in)
         except errors.ConfigError as error:
             message = f"{self.where}: made from a configuration that this version does not read\n{error}"
@@ -159,7 +149,7 @@ class BlockStore:
     def delete(self) -> None:
         """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
         clear(self.folder)
-        self.folder.remove(MANIFEST)
+        self.folder.remove(formats.MANIFEST)
 
     def _identity(self, number: int) -> dict[str, Any]:
         """What a block says of itself."""
@@ -202,7 +192,7 @@ def _is_temporary(name: str) -> bool:
 def check_ours(folder: Folder) -> None:
     """Raise StoreError for a folder that holds other things and no manifest: it is not touched."""
     names = folder.names()
-    ours = (MANIFEST in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
+    ours = (formats.MANIFEST in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
     if names and not any(ours) and not all(map(_is_temporary, names)):
         raise errors.StoreError(
             f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
@@ -276,7 +266,7 @@ def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
 def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
     """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
     differing = differences(there, here)
-    keys = described(differing) or "  the number of its cells"
+    keys = formats.described(differing) or "  the number of its cells"
     hint = remedy.replace("{keys}", ", ".join(differing))
     raise errors.StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
@@ -289,13 +279,13 @@ def same_major(version: str) -> bool:
 def found_at(folder: Folder) -> BlockStore | None:
     """The store in a folder, None if there is none. Raises StoreError for one that is damaged, or too old or new."""
     try:
-        manifest = decoded(folder.read(MANIFEST))
+        manifest = formats.decoded(folder.read(formats.MANIFEST))
     except FileNotFoundError:
         return None
     except errors.DamagedManifestError as damaged:
-        message = f"{folder.where}/{MANIFEST}: damaged, {damaged}"
+        message = f"{folder.where}/{formats.MANIFEST}: damaged, {damaged}"
         raise errors.StoreError(message, hint="{run} with {fresh} starts over") from None
-    if manifest.format != FORMAT or not same_major(manifest.stickslip):
+    if manifest.format != formats.FORMAT or not same_major(manifest.stickslip):
         raise errors.StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
             hint="resume with that version, or start over: {run} with {fresh}",

@@ -16,7 +16,7 @@ import threading
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -143,19 +143,14 @@ def _knock(address: str) -> None:
     from distributed.security import Security
 
     async def answer() -> None:
-        comm = await connect(address, timeout=PATIENCE, **Security().get_connection_args("client"))
+        arguments = Security().get_connection_args("client")
+        comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
         comm.abort()
 
-    def ask() -> None:  # in a thread, since notebooks have a loop already
-        try:
-            heard.put(asyncio.run(asyncio.wait_for(answer(), PATIENCE)))
-        except BaseException as error:
-            heard.put(error)
-
-    heard: SimpleQueue[BaseException | None] = SimpleQueue()
-    threading.Thread(target=ask, daemon=True).start()
-    if (error := heard.get()) is not None:
-        raise error
+    pool = ThreadPoolExecutor(1)  # a thread, since notebooks have a loop already
+    heard = pool.submit(lambda: asyncio.run(answer()))
+    pool.shutdown(wait=False)
+    heard.result()
 
 
 def _local_cluster(threads: int | None) -> Any:

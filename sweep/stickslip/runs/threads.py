@@ -14,23 +14,14 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from stickslip import engine
 from stickslip.config.grid import options_of
 from stickslip.config.model import Config
 from stickslip.config.reader import Given, as_config, is_config
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import Study, study_class
 from stickslip.dataset.build import provenance
-from stickslip.engine import (
-    Options,
-    Progress,
-    Results,
-    SolverKeywords,
-    StopFlag,
-    processors,
-    spread,
-    stop_flag,
-    warm_up,
-)
+from stickslip.engine import Options, Progress, Results, SolverKeywords, StopFlag
 from stickslip.errors import BlockFailedError, Interrupted, StoppedError, StoreError
 from stickslip.progress import Watch, watched
 from stickslip.runs.work import Block, Work, blocks_of
@@ -78,7 +69,7 @@ def compute_blocks(
     raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` is called with items done,
     in part too.
     """
-    threads, before = work.options.threads or processors(), store.cells(store.finished())
+    threads, before = work.options.threads or engine.processors(), store.cells(store.finished())
     meter, turns = Meter(work.study.cells_each, before), threading.Semaphore(threads)
 
     def packed(number: int, items: int) -> tuple[Block, bytes]:
@@ -113,7 +104,7 @@ def compute_blocks(
         if progress:
             progress(meter.items, work.size)
 
-    spread(compute, sorted(numbers), threads + _WAITING, stop, show)
+    engine.spread(compute, sorted(numbers), threads + _WAITING, stop, show)
 
 
 # --- in memory --------------------------------------------------------------------------------------------------------
@@ -125,9 +116,9 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
     progress : called with (items done, in part too, and items in all) from this thread, now and then.
     """
     for law in study.kernels:
-        warm_up(law)
+        engine.warm_up(law)
     size = prod(study.shape)
-    blocks, stop, meter = blocks_of((size,), study.weight), stop_flag(), Meter(study.cells_each)
+    blocks, stop, meter = blocks_of((size,), study.weight), engine.stop_flag(), Meter(study.cells_each)
     computed: dict[int, Results] = {}
 
     def compute(number: int) -> None:
@@ -142,7 +133,7 @@ def compute_study(study: Study, progress: Progress | None = None) -> list[Result
 
     try:
         show([])
-        spread(compute, range(blocks.count), study.options.threads, stop, show)
+        engine.spread(compute, range(blocks.count), study.options.threads, stop, show)
     except KeyboardInterrupt:
         raise Interrupted(sum(len(blocks.cells(number)) for number in computed), size, counted=study.counted) from None
     return [computed[number] for number in range(blocks.count)]
