@@ -7,10 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.dataset import export
 from stickslip.files import tables
 from stickslip_materials.fit import CURVE_COLUMNS, read_materials
@@ -25,10 +24,6 @@ axes:
   belt_speed: {start: 0.1, stop: 3, num: 4}
 friction: {a2: 0.1, a4: 0.1}
 """
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")

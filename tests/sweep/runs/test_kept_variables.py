@@ -1,13 +1,12 @@
 """Maps that keep some variables: bytes, resume, shards, clusters, and what is said where one is missing."""
 
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import message, write_config
 from helpers.runs import block_files, same
 from stickslip import plots
-from stickslip.cli import main
 from stickslip.config.reader import load_config, parse_config
 from stickslip.dataset.summary import why_absent
 from stickslip.engine import columns
@@ -18,10 +17,6 @@ from stickslip.vocabulary.results import VARIABLES
 
 SIDE = 30
 KEPT = "output: {variables: [period, regime]}\n"
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 @pytest.fixture
