@@ -16,7 +16,7 @@ from stickslip.config.reader import make_config
 from stickslip.config.studies import section_of_call
 from stickslip.config.unit_warnings import unit_question
 from stickslip.config.yaml import Document
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip.progress import Watch, watched
