@@ -99,3 +99,20 @@ def test_a_bucket_that_is_not_there_is_said_before_computing_and_not_made(s3, tm
     with pytest.raises(StoreError, match=r"cannot be written \(there is no 'misspelt'\)\nhint: make the bucket"):
         stickslip.run(config, "s3://misspelt/map.zarr")
     assert not s3fs.S3FileSystem().exists("misspelt")
+
+
+def test_missing_credentials_are_said_before_computing(s3, tmp_path, monkeypatch):
+    for name in ("ACCESS_KEY_ID", "SECRET_ACCESS_KEY"):
+        monkeypatch.delenv(f"AWS_{name}")
+    monkeypatch.setenv("AWS_EC2_METADATA_DISABLED", "true")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    s3fs.S3FileSystem.clear_instance_cache()
+    with pytest.raises(StoreError, match="s3://bucket/map.zarr.*credentials"):
+        stickslip.run(write_config(tmp_path, num=4), "s3://bucket/map.zarr")
+
+
+def test_a_server_that_does_not_answer_is_said_before_computing(s3, tmp_path, monkeypatch):
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{free_port()}")
+    s3fs.S3FileSystem.clear_instance_cache()
+    with pytest.raises(StoreError, match="s3://bucket/map.zarr.*connect"):
+        stickslip.run(write_config(tmp_path, num=4), "s3://bucket/map.zarr")
