@@ -11,13 +11,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from stickslip_rig.calibration import Calibration, calibrate
-from stickslip_rig.evaluation import features
+from stickslip_rig.evaluation import feature_table, features
+from stickslip_rig.quantities import RPN_NAME
 from stickslip_rig.records import make_record, read_record
-from stickslip_rig.risk import RPN_NAME, Risk
+from stickslip_rig.risk import Risk
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.settings import RecordSettings, Settings, load_settings
 from stickslip_rig.sticks import Sticks, find_sticks
-from stickslip_rig.tables import feature_table
 
 if TYPE_CHECKING:
     from stickslip_rig.observation import SimulatedRecords

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from scipy import signal  # type: ignore[import-untyped]
 from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
 from stickslip.vocabulary.suggest import listed
 from stickslip_rig.drive_motion import counted_step, drive_displacement, drive_velocity, unusable_drive
 from stickslip_rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceleration, markers, spikes
-from stickslip_rig.hum import LAG, Tone, bend_of
+from stickslip_rig.hum import Tone
 from stickslip_rig.quantities import FORCES
 from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
 from stickslip_rig.signals import (
@@ -39,7 +38,7 @@ LIMITED = ("acceleration_max_limited", "acceleration_integral_limited")
 ACCELERATION = ("acceleration_max", "acceleration_integral", *LIMITED, "peak_frequency", "peak_acceleration")
 MOTION = ("energy_per_stroke", "strokes", "travel", "impulse_rate")
 DRIVE = ("drive_displacement", "drive_velocity")
-_CONTRADICTIONS = ("loading rate", "unit", "channels", "zero", "speed", "clock", "columns")
+_CONTRADICTIONS = ("loading rate", "unit", "zero", "speed", "clock", "columns")
 TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", "drop_max", "static_force_first",
           "static_friction_first")  # fmt: skip
 
@@ -54,8 +53,6 @@ _OFFSET = 0.1  # of the sliding force
 _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
-_ENOUGH = 1_000_000  # samples to see whether channels belong together
-_LATE = 2e-3  # s: channels that are less apart share a clock
 SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
 _DIFFERS = 0.05  # of a way
 _FASTER = 0.2  # of a speed, with its noise
@@ -230,7 +227,7 @@ def of_scales(
 ) -> Iterator[Defect]:
     """Units, stiffness and speed that cannot be true together; channels and a zero that are not those of the motion."""
     record, ratio = sticks.record, sticks.loading / sticks.expected
-    force, acceleration, step = force_of(record), acceleration_of(record), 1.0 / float(values["sample_rate"])
+    force, acceleration = force_of(record), acceleration_of(record)
     mass, stiffness = condition_of(record, "mass"), condition_of(record, "stiffness")
     wrong = max(ratio, 1.0 / ratio) if np.isfinite(ratio) else 1.0
     known = [values[name] for name in FRICTION if np.isfinite(values[name])]
@@ -256,14 +253,6 @@ def of_scales(
         ends = f"{min(whole, clear):.3g} or {max(whole, clear):.3g} N"
         text = f"the sliding force is {ends}, as the drive rests before it reverses or not; record its displacement"
         yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
-    near, swapped = _shared(force, acceleration, step), _shared(acceleration, force, step)
-    if swapped.max() > 0.9 and near.max() < 0.5:
-        yield Defect("columns", "force and acceleration are of one motion only if they are swapped: are they?",
-                     (*ACCELERATION, *FORCE, *COUNTS))  # fmt: skip
-    late = (int(np.argmax(near)) - near.size // 2) * step
-    if near.max() > 0.5 and near[near.size // 2] < 0.7 * near.max() and abs(late) > _LATE:
-        spoils = FORCE if "spring_force" not in record else ()
-        yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force: do they share a clock?", spoils)
     if "stick" not in record:
         yield from _of_counts(force, sticks)
     yield from _of_drive(samples, force_of(samples), drive_velocity(record, tolerance))
@@ -282,15 +271,6 @@ def _of_counts(force: Floats, sticks: Sticks) -> Iterator[Defect]:
     if large > max(2 * sticks.count, 2) or sticks.count > 2 * (max(sizes.size, swings) + strokes):
         count = f"{sticks.count} sticks and {sizes.size} drops of the force"
         yield Defect("columns", f"{count}: is each column what its heading says? Else it vibrates without sticking")
-
-
-def _shared(force: Floats, acceleration: Floats, step: float) -> Floats:
-    """Correlation of the bend of the force with that of the motion, up to half a second late or early."""
-    lag, force, acceleration = max(1, round(LAG / step)), force[:_ENOUGH], acceleration[:_ENOUGH]
-    own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
-    most, middle = min(force.size // 4, round(0.5 / step)), force.size // 2
-    shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))[middle - most : middle + most + 1]
-    return np.asarray(shared / max(float(np.linalg.norm(own) * np.linalg.norm(other)), 1e-300))
 
 
 def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats], natural: float) -> Iterator[Defect]:

@@ -22,13 +22,12 @@ from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.suggest import listed
 from stickslip_rig.evaluation import features_of_strokes, strokes_of
-from stickslip_rig.quantities import FORCES
+from stickslip_rig.quantities import CONDITIONS, FORCES
 from stickslip_rig.records import read_record
 from stickslip_rig.sections import sections_of
 from stickslip_rig.signals import Floats
 from stickslip_rig.simulation import RigTests, load_rig, make_rig
 from stickslip_rig.sticks import find_sticks
-from stickslip_rig.vocabulary import CONDITIONS
 
 __all__ = ["SimulatedRecords", "observed", "read_record", "rig_of"]  # which are called by the name of this room
 # Features that change smoothly with parameters, as counts do not.

@@ -18,11 +18,11 @@ from stickslip.plots import palette
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.painting import hatch_cells
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
-from stickslip_rig.quantities import SIGNALS
+from stickslip_rig.evaluation import test_names
+from stickslip_rig.quantities import RPN_NAME, SIGNALS
 from stickslip_rig.records import force_of
-from stickslip_rig.risk import BANDS, RPN_NAME, UNDEFINED, rpn_text
+from stickslip_rig.risk import BANDS, UNDEFINED, rpn_text
 from stickslip_rig.signals import Floats, gaps_of
-from stickslip_rig.tables import test_names
 
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)  # of records, in this order
 LIGHTS = {"unknown": GREY, "green": GREEN, "yellow": ORANGE, "red": VERMILLION}  # in the order of codes

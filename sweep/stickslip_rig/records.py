@@ -31,10 +31,9 @@ from stickslip.vocabulary.suggest import listed, nearest
 from stickslip_materials.fit.columns import HeadedTable, factor, load_above, stated
 from stickslip_materials.fit.headings import Heading, words_for
 from stickslip_materials.fit.words import RECORD
-from stickslip_rig.quantities import COLUMNS, FORCES, MATERIAL, SIGNALS, TIME
+from stickslip_rig.quantities import COLUMNS, CONDITIONS, FORCES, MATERIAL, SIGNALS, TIME
 from stickslip_rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip_rig.signals import Floats
-from stickslip_rig.vocabulary import CONDITIONS
 
 FEWEST_SAMPLES = 16
 _EXAMPLE = "time [ms], force [N]"

@@ -9,10 +9,10 @@ import xarray as xr
 from stickslip.config.model import Config
 from stickslip.plots import pages
 from stickslip.plots.pages import Cell, Column, Section
+from stickslip_rig.evaluation import as_records, shown_table, unfinished
 from stickslip_rig.plots import LIGHTS, plot_matrix, plot_records
-from stickslip_rig.risk import RPN_NAME
+from stickslip_rig.quantities import RPN_NAME
 from stickslip_rig.sections import sections_of
-from stickslip_rig.tables import as_records, shown_table, unfinished
 
 MOST_ROWS = 500  # of the table
 _MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours

@@ -23,14 +23,11 @@ from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import scales_of
 from stickslip.vocabulary.flags import MODES, STATUSES
 from stickslip_rig import apparatus
-from stickslip_rig.checks import RigStudy
-from stickslip_rig.evaluation import PEAKS, features
-from stickslip_rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
+from stickslip_rig.evaluation import PEAKS, features, rate, test_names
+from stickslip_rig.quantities import CONDITIONS, EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
 from stickslip_rig.records import make_record
-from stickslip_rig.sections import Drive, sections_of
+from stickslip_rig.sections import Drive, RigStudy, sections_of
 from stickslip_rig.signals import Floats
-from stickslip_rig.tables import rate, test_names
-from stickslip_rig.vocabulary import CONDITIONS
 
 _SAMPLES = 4_000_000  # of motions that are computed together
 _REACHED = STATUSES.index("horizon_reached")

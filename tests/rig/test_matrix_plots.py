@@ -8,9 +8,9 @@ from matplotlib.colors import to_rgb
 from stickslip.errors import PlotError
 from stickslip.plots.layout import save
 from stickslip_rig.api import RPN_NAME
+from stickslip_rig.evaluation import test_names as names_of_tests
 from stickslip_rig.plots import LIGHTS, plot_matrix
 from stickslip_rig.risk import BANDS, band_of
-from stickslip_rig.tables import test_names as names_of_tests
 
 COORDINATES = {
     "material": ("material", ["dry", "felt", "fluid $A$"], {"long_name": "material"}),

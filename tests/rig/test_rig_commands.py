@@ -227,24 +227,10 @@ def test_features_with_a_column_of_numbers_are_pairs_but_for_a_record_without_th
     table["rpn"] = [3, 4, 5, 6, 8, 9, 7]
     table.to_csv(pairs, index=False) if suffix == ".csv" else table.to_excel(pairs, index=False)
     done = invoke("rig", "calibrate", pairs, "--json")
-    fit, name = json.loads(done.stdout), "acceleration_max_limited" if bandwidth else "acceleration_max"
-    assert done.exit_code == 0 and fit["risk"]["highest_acceleration_max"] == pytest.approx(
-        table[f"{name} [m/s2]"][:6].max()
-    )
+    assert done.exit_code == 0, done.stderr
+    fit = json.loads(done.stdout)
     (line,) = fit["omitted"]
     assert "gap" in line and "record it again" in line and fit["pairs"]["rpn"] == [3, 4, 5, 6, 8, 9]
-
-
-def test_a_record_outside_of_the_pairs_is_said_to_be_extrapolated(tmp_path, files):
-    rows = "".join(f"\n{20 + i}, {10 + i * i}, {3 + i % 2}, {3 + i}" for i in range(5))
-    pairs = pairs_table(tmp_path, "19, 9, 3, 2", 1, more=rows)
-    (tmp_path / "risk.yaml").write_text(invoke("rig", "calibrate", pairs).stdout)
-    done = invoke("rig", "features", files[0], "-c", tmp_path / "risk.yaml", "-o", tmp_path / "outside.nc")
-    assert "warning: the RPN of dry is an extrapolation" in done.stderr
-    with reading.open(tmp_path / "outside.nc") as ds:
-        assert ds["model_rpn_extrapolated"].values.tolist() == [1]
-        assert "highest_sticks" in ds.attrs["configuration"]
-    assert "extrapolation" not in invoke("rig", "features", files[0]).stderr
 
 
 def test_what_was_understood_of_files_is_said_once_for_those_alike(tmp_path):

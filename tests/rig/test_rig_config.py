@@ -10,8 +10,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.reader import command_for, load_config, parse_config
 from stickslip.errors import ConfigError
 from stickslip_rig.api import load_rig
-from stickslip_rig.checks import MOST_TESTS
-from stickslip_rig.sections import sections_of
+from stickslip_rig.sections import MOST_TESTS, sections_of
 
 SYSTEM = "system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}\n"
 FRICTION = "friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}\n"

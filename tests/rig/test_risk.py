@@ -165,15 +165,6 @@ def test_the_leave_one_out_error_is_that_of_records_not_seen():
     assert ours == pytest.approx(true, rel=0.35)
 
 
-def test_features_outside_of_the_pairs_are_an_extrapolation():
-    found = six_pairs()
-    risk = calibrate(found, [2, 3, 4, 5, 6, 7]).risk
-    assert not np.any([*risk.outside(found).values()])
-    outside = risk.outside(inputs([9, 40, 236], 30, [10, np.nan, 10]))
-    assert outside["sticks"].tolist() == [True, False, True] and not outside["acceleration_integral"].any()
-    assert not np.any([*Risk().outside(found).values()]) and not Risk().is_calibrated
-
-
 def test_rounded_numbers_give_them_back_within_their_intervals():
     hits = np.zeros(4)
     trials = 25

@@ -43,7 +43,6 @@ COMMANDS = {  # what writes a file: the words before its name, and the suffixes 
     "rig run -o": (("rig", "run", "c.yaml", "-o"), (".nc",)),
     "rig run --plot": (("rig", "run", "c.yaml", "--plot"), (".png",)),
     "rig run --report": (("rig", "run", "c.yaml", "--report"), (".html",)),
-    "rig run --sound": (("rig", "run", "c.yaml", "--sound"), (".wav",)),
     "rig features -o": (("rig", "features", "r.csv", "-o"), (".csv", ".nc")),
     "rig features --plot": (("rig", "features", "r.csv", "--plot"), (".png",)),
     "explore --static": (("explore", "c.yaml", "--static"), (".html",)),
