@@ -30,6 +30,7 @@ _PERSISTS = 0.45  # coherence of the phase from second to second, less the scatt
 _APART = 3  # those seconds
 _SEEN = 0.3  # of what the bend passes at most: lines near its zeros are not
 _ROUGH = 0.05  # of a line: what may be left of it where the channel is quiet
+_WANDERS = 0.3  # of the change of an amplitude in a second: what may be left of it in between
 _NEAR = 4.0  # Hz: what is nearer to a line is a side band of it
 _UNIFORM = 0.8  # of the record, from which on quiet parts prove nothing
 _ALIKE = 0.5  # of the larger: how far two lines of one motion may differ
@@ -172,12 +173,12 @@ class _Channel:
                 for f, line in zip(frequencies, lines, strict=True)]  # fmt: skip
 
     def _left(self, frequency: float, line: Complex) -> float:
-        """The largest amplitude that is left of a line; or how much its own one changes in a second, if that is more:
-        hum drifts, and what comes and goes has some of the motion in it."""
+        """The largest amplitude that is left of a line; or a share of how its own one changes in a second, if that is
+        more: hum drifts, and what comes and goes has some of the motion in it."""
         second = round(1.0 / self._step)
         changes = np.abs(line[second:]) - np.abs(line[:-second])
         rest = np.abs(self._demodulated(self.bend, frequency) / self._gain(frequency)).max()
-        return max(float(rest), float(np.sqrt(np.mean(changes**2))) if changes.size else 0.0)
+        return max(float(rest), _WANDERS * float(np.sqrt(np.mean(changes**2))) if changes.size else 0.0)
 
 
 def _smooth(values: NDArray[np.generic], width: float) -> NDArray[np.generic]:

@@ -314,11 +314,13 @@ class _Rates:
         return np.searchsorted(turns, np.arange(self._force.size), "right")
 
     def _unclear(self, slides: Flags, noise: float) -> Flags:
-        """Samples of a constant force, as far as it lasts before a reversal of the drive or the end."""
-        unclear = np.zeros(slides.size, np.bool_)
-        slides[np.flatnonzero(np.diff(self._strokes())) + 1] = False
+        """Samples of a constant force up to a reversal of the drive or the end, and of its rise after one."""
+        unclear, turns = np.zeros(slides.size, np.bool_), np.flatnonzero(np.diff(self._strokes())) + 1
+        slides[turns] = False
         for start, end in zip(*(places.tolist() for places in runs_of(slides)), strict=True):
             part = np.abs(self._force[start : end + 1])
+            if start - 1 in turns:
+                unclear[start - 1 : start + int(np.argmax(part >= _LOADED * np.median(part)))] = True
             value = float(np.median(part[-4 * self._width :]))
             away = np.flatnonzero(np.abs(part - value) > max(5.0 * noise, _LEVEL * value))
             first = int(away[-1]) + 1 if away.size else 0
