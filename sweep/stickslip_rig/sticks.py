@@ -37,7 +37,6 @@ _WIDEST = 1 / 20  # of the record
 _CLEAR = 0.05  # of the largest force, beyond which its sign is that of the stroke
 _RARE = 0.2  # of the time between sticks: a drive does not rest for all but that
 _LEVEL = 0.02  # of a force, and of its rate in a stick: how far a constant one may wander
-_LOADED = 0.9  # of the median force of a stroke, from where on it may slide
 _FAST = 1.5  # of the loading rate in a stick: what changes faster is no stick
 _QUIET = 0.25  # of the tolerance: how much of it the noise of the slope may use up
 
@@ -314,17 +313,19 @@ class _Rates:
         return np.searchsorted(turns, np.arange(self._force.size), "right")
 
     def _unclear(self, slides: Flags, noise: float) -> Flags:
-        """Samples of a constant force up to a reversal of the drive or the end, and of its rise after one."""
-        unclear, turns = np.zeros(slides.size, np.bool_), np.flatnonzero(np.diff(self._strokes())) + 1
-        slides[turns] = False
+        """Samples of a constant force, as far as it lasts up to a reversal of the drive or the end."""
+        unclear, lasting = np.zeros(slides.size, np.bool_), min(4 * self._width + 1, slides.size - 2) | 1
+        slides[np.flatnonzero(np.diff(self._strokes())) + 1] = False
+        resting = np.abs(slope(self._force, self._step, lasting)) <= _LEVEL * self._full
         for start, end in zip(*(places.tolist() for places in runs_of(slides)), strict=True):
-            part = np.abs(self._force[start : end + 1])
-            if start - 1 in turns:
-                unclear[start - 1 : start + int(np.argmax(part >= _LOADED * np.median(part)))] = True
-            value = float(np.median(part[-4 * self._width :]))
+            quiet = np.flatnonzero(resting[start : end + 1])
+            if quiet.size <= lasting:
+                continue
+            part = np.abs(self._force[start : start + int(quiet[-1]) + 1])
+            value = float(np.median(part[-lasting:]))
             away = np.flatnonzero(np.abs(part - value) > max(5.0 * noise, _LEVEL * value))
             first = int(away[-1]) + 1 if away.size else 0
-            if part.size - first > 4 * self._width:
+            if part.size - first > lasting:
                 unclear[start + first : end + 1] = True
         return unclear
 
