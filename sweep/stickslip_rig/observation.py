@@ -205,9 +205,7 @@ class SimulatedRecords:
             sensor=sensor.model_copy(update={"oversampling": oversampling}), friction=friction,
         )  # fmt: skip
 
-    def __call__(
-        self, drawn: Parameters, stop: StopFlag, moved: Callable[[int], None] | None
-    ) -> tuple[Results, Flags]:
+    def __call__(self, drawn: Parameters, stop: StopFlag, moved: Callable[[int], None] | None) -> tuple[Results, Flags]:
         """Features and regime of draws, (n,) each, and which are possible. Raises StoppedError."""
         size = next(iter(drawn.values())).size
         members = tuple(Values.model_construct(name=name, values=tuple(v.tolist())) for name, v in drawn.items())

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.scipy_rig import trapezoidal
-from stickslip_rig.apparatus import motion, segments
 from stickslip_rig.sections import Drive
+from stickslip_rig.simulation import motion, segments
 
 SPEED, STROKE, RAMP = 0.02, 0.01, 0.05
 

@@ -9,9 +9,9 @@ import pytest
 
 from stickslip.config.reader import parse_config
 from stickslip.vocabulary.flags import STATUSES
-from stickslip_rig import report as reports
+from stickslip_rig import plots as reports
 from stickslip_rig.api import RPN_NAME, RigTests, load_rig, make_rig, run_matrix
-from stickslip_rig.report import report
+from stickslip_rig.plots import report
 
 HOSTILE = '<script>alert("1")</script> & $x$'
 RIG = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip_rig import apparatus
+from stickslip_rig import simulation as apparatus
 from stickslip_rig.sections import Sensor
 
 RATE, OVER = 2000.0, 8

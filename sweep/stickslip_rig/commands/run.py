@@ -110,7 +110,7 @@ class _Outputs(Outputs):
             screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
         if self.report is not None:
             from stickslip.plots.pages import write_page
-            from stickslip_rig.report import report
+            from stickslip_rig.plots import report
 
             records = self._records(drawn or range(min(size, _MOST_TRACES)))
             write_page(self.report, report(ds, records, self.tests.config))
