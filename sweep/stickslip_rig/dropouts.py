@@ -58,17 +58,19 @@ def spikes(values: Floats, least: float) -> Flags:
         steps = np.diff(whole)
         usual = _JUMP * ndimage.median_filter(np.abs(steps), _SPAN, mode="nearest")
         jumps = np.flatnonzero(np.abs(steps) > np.maximum(usual, max(_JUMP * noise_of(whole), least))).tolist()
-        before = np.count_nonzero(bad)
+        more = np.zeros_like(bad)
         for k, start in enumerate(jumps):
-            for end in jumps[k + 1 : k + 1 + SHORT]:
+            near = [end for end in jumps[k + 1 : k + 1 + SHORT] if end - start <= SHORT]
+            for end in near if not more[start] else ():
                 inside = whole[start + 1 : end + 1]
                 line = np.linspace(whole[start], whole[end + 1], inside.size + 2)[1:-1]
                 away = (inside - line) * np.sign(steps[start])
-                if end - start <= SHORT and abs(whole[end + 1] - whole[start]) <= _RETURNS * away.min():
-                    bad[start + 1 : end + 1] = True
+                if abs(whole[end + 1] - whole[start]) <= _RETURNS * away.min():
+                    more[start + 1 : end + 1] = True
                     break
-        if np.count_nonzero(bad) == before:
+        if not more.any():
             break
+        bad |= more
     return bad if bad.mean() <= _MOST else np.zeros_like(bad)
 
 

@@ -41,15 +41,6 @@ def test_units_are_those_of_the_header_and_conditions_those_of_the_remarks(tmp_p
     assert found["acceleration"].attrs["units"] == "m s-2"
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
-def test_the_encoding_does_not_matter(tmp_path, encoding):
-    path = tmp_path / "felt.csv"
-    rows = [f"{t};1;{t / 2:g};".replace(".", ",") for t in range(20)]  # with the empty cell of a spreadsheet
-    path.write_bytes("\r\n".join(["sep=;", "Time [ms];Force [N];a [m/s²];", *rows]).encode(encoding))
-    found = read_record(path)
-    assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
-
-
 def test_a_configuration_names_columns_units_and_conditions(tmp_path):
     config = tmp_path / "rig.yaml"
     config.write_text(
@@ -119,15 +110,6 @@ def test_what_is_wrong_is_said_with_line_and_column(tmp_path, heading, rows, exp
     assert expected in said, said
 
 
-def test_files_that_are_none(tmp_path):
-    assert "no such file" in complaint(read_record, tmp_path / "none.csv")
-    assert "this is a folder" in complaint(read_record, tmp_path)
-    (tmp_path / "zip.csv").write_bytes(b"PK\x03\x04" + bytes(40))
-    assert "this is an archive" in complaint(read_record, tmp_path / "zip.csv")
-    (tmp_path / "empty.csv").write_text("# nothing\n\n")
-    assert "no line names the columns" in complaint(read_record, tmp_path / "empty.csv")
-
-
 def test_units_in_two_places_must_agree(tmp_path):
     said = complaint(read_record, write(tmp_path), RecordSettings(units={"time": "s"}))
     assert "expected the unit s, as the configuration says" in said
@@ -194,27 +176,3 @@ def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
     for name in measured.data_vars:
         np.testing.assert_allclose(again[name], measured[name], rtol=1e-8)
     assert feature_table({"a": measured, "b": again}, Settings()).sizes["record"] == 2
-
-
-@pytest.mark.parametrize(
-    "heading, names",
-    [
-        ("Zeit (s);Reibkraft (mN);a (m/s^2);Weg (mm)", ["friction_force", "acceleration", "drive_displacement"]),
-        (
-            "Temps [ms];Force [N];Accélération [g];Vitesse [mm per second]",
-            ["spring_force", "acceleration", "drive_velocity"],
-        ),
-        ("t;F R;Accel;COF\nms;N;m/s2;-", ["friction_force", "acceleration"]),
-    ],
-)
-def test_headings_of_three_languages(tmp_path, heading, names):
-    found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
-    assert list(found.data_vars) == names
-
-
-@pytest.mark.parametrize(
-    "heading", ["time [Ms]; force; a", "time; force [Kilo]; a", "t [s]; force [N]; a [m/s]", "time; F x; a"]
-)
-def test_a_unit_of_a_record_that_is_not_understood_is_an_error(tmp_path, heading):
-    with pytest.raises(ConfigError):
-        read_record(write(tmp_path, heading, [f"{t};{t};{t}" for t in range(20)]))

@@ -1,4 +1,4 @@
-"""The report of a test matrix: one self-contained file."""
+"""The heat map and the page of a test matrix."""
 
 import re
 from html import unescape
@@ -6,12 +6,87 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.colors import to_rgb
 
 from stickslip.config.reader import parse_config
+from stickslip.errors import PlotError
+from stickslip.plots.layout import save
 from stickslip.vocabulary.flags import STATUSES
 from stickslip_rig import plots as reports
 from stickslip_rig.api import RPN_NAME, RigTests, load_rig, make_rig, run_matrix
-from stickslip_rig.plots import report
+from stickslip_rig.evaluation import test_names as names_of_tests
+from stickslip_rig.plots import LIGHTS, plot_matrix, report
+from stickslip_rig.risk import BANDS, band_of
+
+COORDINATES = {
+    "material": ("material", ["dry", "felt", "fluid $A$"], {"long_name": "material"}),
+    "waiting_time": ("waiting_time", [10.0, 300.0], {"units": "s", "long_name": "hold time before the first stroke"}),
+    "belt_speed": ("belt_speed", [0.001, 0.005, 0.01],
+                   {"units": "m s-1", "long_name": "belt speed", "display_units": "mm/s"}),
+    "normal_load": ("normal_load", [10.0, 80.0], {"units": "N", "long_name": "normal load"}),
+}  # fmt: skip
+
+
+def matrix(*dims, lengths=None):
+    """A matrix over some of `COORDINATES` whose numbers are 0 to 10 in turn."""
+    coords = {dim: COORDINATES[dim] for dim in dims if not lengths}
+    shape = lengths or tuple(len(COORDINATES[dim][1]) for dim in dims)
+    rpn = (np.arange(np.prod(shape, dtype=int)) % 11).reshape(shape).astype(np.int8)
+    band = np.vectorize(lambda n: ("unknown", *BANDS).index(band_of(int(n))), otypes=[np.int8])(rpn)
+    variables = {"model_rpn": (dims, rpn), "model_rpn_band": (dims, band)}
+    return xr.Dataset(variables, coords, {"title": "A $title$"})
+
+
+def numbers_of(figure, shape):
+    """What is written in the cells, by their place."""
+    found = np.full(shape, "", dtype="U8")
+    for text in figure.axes[0].texts:
+        x, y = text.get_position()
+        found[int(y), int(x)] = text.get_text()
+    return found
+
+
+@pytest.mark.parametrize(
+    "dims, shape",
+    [
+        ((), (1, 1)),
+        (("belt_speed",), (3, 1)),
+        (("material", "belt_speed"), (3, 3)),
+        (("material", "waiting_time", "belt_speed"), (6, 3)),
+        (("material", "waiting_time", "belt_speed", "normal_load"), (6, 6)),
+    ],
+)
+def test_a_matrix_of_any_number_of_dimensions_has_a_cell_for_each_test_in_the_order_of_the_dataset(dims, shape):
+    ds = matrix(*dims)
+    figure = plot_matrix(ds)
+    rpn, mesh = ds["model_rpn"].values.reshape(shape), figure.axes[0].collections[0]
+    painted = mesh.to_rgba(mesh.get_array())
+    expected = np.array([[to_rgb(LIGHTS[band_of(int(n))]) for n in row] for row in rpn])
+    assert painted.shape[:2] == shape and np.allclose(painted[..., :3], expected)
+    assert (numbers_of(figure, shape) == np.where(rpn == 0, "?", rpn.astype(str))).all()
+
+
+def test_cells_have_the_names_of_their_points_in_the_units_of_the_configuration():
+    ax = plot_matrix(matrix("material", "waiting_time", "belt_speed", "normal_load")).axes[0]
+    assert (ax.get_ylabel(), ax.get_xlabel()) == (
+        "material, hold time before the first stroke",
+        "belt speed, normal load",
+    )
+    assert [tick.get_text() for tick in ax.get_yticklabels()][-2:] == ["fluid $A$, 10 s", "fluid $A$, 300 s"]
+    assert [tick.get_text() for tick in ax.get_xticklabels()][:2] == ["1 mm/s, 10 N", "1 mm/s, 80 N"]
+    ds = matrix("material", "belt_speed").assign_coords(load=("case", [1.0, 2.0]), mass=("case", [1.0, 2.0]))
+    assert names_of_tests(ds, ["material", "belt_speed", "case"])[17] == "fluid $A$, 10 mm/s, load = 2, mass = 2"
+    assert names_of_tests(ds, []) == ["A $title$"]
+
+
+def test_a_matrix_can_be_saved_and_none_is_refused(tmp_path):
+    save(plot_matrix(matrix("material", "belt_speed")), tmp_path / "matrix.svg")
+    assert (tmp_path / "matrix.svg").read_text().startswith("<?xml")
+    for ds in (matrix("material").drop_vars("model_rpn"), matrix("material").isel(material=slice(0))):
+        with pytest.raises(PlotError, match="nothing to draw"):
+            plot_matrix(ds)
+
 
 HOSTILE = '<script>alert("1")</script> & $x$'
 RIG = {
@@ -79,14 +154,6 @@ def test_tests_not_integrated_to_the_end_are_named_and_a_long_table_is_cut(compu
     monkeypatch.setattr(reports, "MOST_ROWS", 3)
     page = report(ds, {}, rig)
     assert len(rows_of(page)[0]) == 1 + 3 and "1 more tests are left out" in page
-
-
-def test_a_single_test_has_a_report_with_band_limited_accelerations_where_the_model_uses_them(computed):
-    rig, ds, records = computed
-    limited = ds.isel(material=0, belt_speed=0).copy(deep=True)
-    limited["acceleration_max_limited"][()] = 0.125
-    rows, _ = rows_of(report(limited, {"whatever": next(iter(records.values()))}, rig))
-    assert len(rows) == 2 and rows[1][3] == "0.125"
 
 
 def test_the_matrix_that_ships_has_the_conditions_of_table_1_of_the_article():
