@@ -59,11 +59,6 @@ class Calibration:
     omitted: tuple[str, ...] = ()
 
     @property
-    def fitted(self) -> tuple[str, ...]:
-        """The names of the parameters that were fitted; the others are as they were."""
-        return tuple(self.interval)
-
-    @property
     def residuals(self) -> Floats:
         """Level minus number; zero where both lie at or beyond the same end of the scale."""
         return _misfit(self.level, self.rpn)
@@ -197,34 +192,36 @@ def calibrate_file(path: Path, start: Risk | None = None) -> Calibration:
     which a feature is not determined are left out, and named in `omitted`. start : its scales hold. Raises ConfigError.
     """
     headed = HeadedTable(read_table(path, _EXAMPLE, "pairs"), ())
-    columns, width = _columns(headed), len(headed.headings)
-    rows = list(cells(headed.table))
-    texts = [{name: row[i].text for name, (i, _) in columns.items()} if len(row) == width else None for row in rows]
-    limited = {name: f"{name}_limited" for name in INPUTS}
-    taken = {name: columns[limited[name] if any(row and row.get(limited[name]) for row in texts) else name]
-             for name in INPUTS}  # fmt: skip
+    columns, rows = _columns(headed), list(cells(headed.table))
+    whole = [row if len(row) == len(headed.headings) else None for row in rows]  # others are refused as they are read
+
+    def text(i: int, name: str, default: str = "") -> str:
+        row = whole[i]
+        return row[columns[name][0]].text if row and name in columns else default
+
+    names = {name: f"{name}_limited" if any(text(i, f"{name}_limited") for i in range(len(rows))) else name
+             for name in INPUTS} | {RPN: RPN}  # fmt: skip
     used, omitted = [], []
-    for i, (row, text) in enumerate(zip(rows, texts, strict=True)):
-        if text is None or (text[RPN] and all(row[position].text for position, _ in taken.values())):
-            used.append(i)  # also a row of another length, which is refused below
-        elif text[RPN]:
-            reason = reason_of(text.get("remarks", "")) or "a feature is empty"
-            omitted.append(f"{text.get('record', f'row {i + 1}')} ({reason})")
+    for i in range(len(rows)):
+        if not whole[i] or all(text(i, name) for name in names.values()):
+            used.append(i)
+        elif text(i, RPN):
+            reason = reason_of(text(i, "remarks")) or "a feature is empty"
+            omitted.append(f"{text(i, 'record', f'row {i + 1}')} ({reason})")
     headed.table = replace(headed.table, lines=tuple(headed.table.lines[i] for i in used))
     hint = f"left out: {'; '.join(omitted)}" if omitted else None
     if not used:
         raise ConfigError(headed.table.name, [Problem((RPN,), "no row has a number and features", hint=hint)])
-    taken |= {RPN: columns[RPN]}
-    numbers = headed.values(taken)
-    for name, (position, _) in taken.items():
+    numbers = headed.values({name: columns[column] for name, column in names.items()})
+    for name, values in numbers.items():
         low, high = (LOWEST, HIGHEST) if name == RPN else (0.0, np.inf)
-        for i in np.flatnonzero(~((numbers[name] >= low) & (numbers[name] <= high)))[:1].tolist():
-            bounds, cell = f">= {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}", rows[used[i]][position]
-            problem = Problem((), f"got {cell.text}, expected a number {bounds}", cell.place)
-            raise ConfigError(headed.table.name, [problem])
-    names = [(texts[i] or {}).get("record", f"row {i + 1}") for i in used]
+        for i in np.flatnonzero(~((values >= low) & (values <= high)))[:1].tolist():
+            bounds, cell = f">= {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}", rows[used[i]]
+            at = cell[columns[names[name]][0]]
+            raise ConfigError.of(headed.table.name, f"got {at.text}, expected a number {bounds}", place=at.place)
+    pairs = [text(i, "record", f"row {i + 1}") for i in used]
     try:
-        return replace(calibrate(numbers, numbers[RPN], start, names), omitted=tuple(omitted))
+        return replace(calibrate(numbers, numbers[RPN], start, pairs), omitted=tuple(omitted))
     except ValueError as error:
         raise ConfigError(str(path), [Problem((), str(error), hint=hint)]) from None
 

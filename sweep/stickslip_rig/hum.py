@@ -10,6 +10,7 @@ an amplitude and a phase that may drift from second to second as those of mains 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,7 +182,7 @@ class _Channel:
         return max(float(rest), _WANDERS * float(np.sqrt(np.mean(changes**2))) if changes.size else 0.0)
 
 
-def _smooth(values: NDArray[np.generic], width: float) -> NDArray[np.generic]:
+def _smooth(values: NDArray[Any], width: float) -> NDArray[Any]:
     """A moving mean under a Gaussian window of this standard deviation in samples, in a time that does not grow."""
     window = signal.windows.gaussian(2 * round(3 * width) + 1, width)
     return np.asarray(signal.oaconvolve(values, window / window.sum(), mode="same"))
