@@ -10,7 +10,6 @@ an amplitude and a phase that may drift from second to second as those of mains 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ _LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
 _SEGMENT = 4.0  # s, of a periodogram
 _DRIFT = 0.5  # s, standard deviation of the window within which amplitude and phase are constant
+_BLOCKS = 10  # in that deviation
 _LOWEST, _HIGHEST = 15.0, 400.0  # Hz: mains and their harmonics, aliased or not
 _AROUND = 20.0  # Hz, the neighbourhood of a line
 _BY_CHANCE = 1e-11  # how often noise may look like a line in a bin
@@ -150,12 +150,19 @@ class _Channel:
         return bool(np.linalg.norm(own - its) <= _ALIKE * max(np.linalg.norm(own), np.linalg.norm(its)))
 
     def _demodulated(self, bend: Floats, frequency: float, everywhere: bool = False) -> Complex:
-        """Complex amplitude of a line at each sample, from the quiet ones around it."""
+        """Complex amplitude of a line at each sample, from the quiet ones around it: of short blocks, under a Gaussian
+        window, between which it is interpolated."""
+        block = max(1, round(_DRIFT / _BLOCKS / self._step))
+        begins = np.arange(0, bend.size, block)
         shown = np.ones(bend.size) if everywhere else self.quiet.astype(np.float64)
-        width = _DRIFT / self._step
-        turned = shown * bend * np.exp(-2j * np.pi * frequency * self._step * np.arange(bend.size))
-        weight = _smooth(shown, width)
-        return np.asarray(2.0 * _smooth(turned, width) / np.maximum(weight, 0.02))
+        weights, values = (np.pad(each, (0, begins.size * block - bend.size)).reshape(-1, block)
+                           for each in (shown, shown * bend))  # fmt: skip
+        turn = -2j * np.pi * frequency * self._step
+        turned = (values @ np.exp(turn * np.arange(block))) * np.exp(turn * begins)
+        turned, weight = (ndimage.gaussian_filter1d(each, _BLOCKS, mode="constant")
+                          for each in (turned, weights.sum(axis=1)))  # fmt: skip
+        amplitudes = 2.0 * turned / np.maximum(weight, 0.02 * block)
+        return np.asarray(np.interp(np.arange(bend.size), begins + 0.5 * (block - 1), amplitudes))
 
     def _subtract(self, original: Floats, frequencies: list[float], within: Flags | None) -> list[Tone]:
         """Make `values` the channel without lines, round by round; the lines, with what is left of them."""
@@ -180,12 +187,6 @@ class _Channel:
         changes = np.abs(line[second:]) - np.abs(line[:-second])
         rest = np.abs(self._demodulated(self.bend, frequency) / self._gain(frequency)).max()
         return max(float(rest), _WANDERS * float(np.sqrt(np.mean(changes**2))) if changes.size else 0.0)
-
-
-def _smooth(values: NDArray[Any], width: float) -> NDArray[Any]:
-    """A moving mean under a Gaussian window of this standard deviation in samples, in a time that does not grow."""
-    window = signal.windows.gaussian(2 * round(3 * width) + 1, width)
-    return np.asarray(signal.oaconvolve(values, window / window.sum(), mode="same"))
 
 
 def _harmonic(low: float, high: float) -> bool:
