@@ -67,6 +67,14 @@ def test_a_matrix_of_any_number_of_dimensions_has_a_cell_for_each_test_in_the_or
     assert (numbers_of(figure, shape) == np.where(rpn == 0, "?", rpn.astype(str))).all()
 
 
+def test_red_is_hatched_where_it_is_since_it_is_as_dark_as_green():
+    figure = plot_matrix(matrix("material", "belt_speed"))
+    (hatched,) = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
+    inside = [hatched.get_path().contains_point((j + 0.4, i + 0.6)) for i in range(3) for j in range(3)]
+    assert inside == [band_of(n) == "red" for n in range(9)]
+    assert [bool(entry.get_hatch()) for entry in figure.legends[0].get_patches()] == [False, False, False, True]
+
+
 def test_cells_have_the_names_of_their_points_in_the_units_of_the_configuration():
     ax = plot_matrix(matrix("material", "waiting_time", "belt_speed", "normal_load")).axes[0]
     assert (ax.get_ylabel(), ax.get_xlabel()) == (

@@ -174,3 +174,28 @@ def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
     for name in measured.data_vars:
         np.testing.assert_allclose(again[name], measured[name], rtol=1e-8)
     assert feature_table({"a": measured, "b": again}, Settings()).sizes["record"] == 2
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
+def test_the_encoding_does_not_matter(tmp_path, encoding):
+    path = tmp_path / "felt.csv"
+    rows = [f"{t};1;{t / 2:g};".replace(".", ",") for t in range(20)]  # with the empty cell of a spreadsheet
+    path.write_bytes("\r\n".join(["sep=;", "Time [ms];Force [N];a [m/s²];", *rows]).encode(encoding))
+    found = read_record(path)
+    assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
+
+
+@pytest.mark.parametrize(
+    "heading, names",
+    [
+        ("Zeit (s);Reibkraft (mN);a (m/s^2);Weg (mm)", ["friction_force", "acceleration", "drive_displacement"]),
+        (
+            "Temps [ms];Force [N];Accélération [g];Vitesse [mm per second]",
+            ["spring_force", "acceleration", "drive_velocity"],
+        ),
+        ("t;F R;Accel;COF\nms;N;m/s2;-", ["friction_force", "acceleration"]),
+    ],
+)
+def test_headings_of_three_languages(tmp_path, heading, names):
+    found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
+    assert list(found.data_vars) == names
