@@ -15,10 +15,10 @@ from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.studies.borders import Contours, ContourStudy, fine_enough, opened
-from stickslip.studies.borders import plane as plane_search
-from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
-from stickslip.studies.borders.walk import Points, border_cells
+from stickslip.studies import plane as plane_search
+from stickslip.studies.contours import Contours, ContourStudy
+from stickslip.studies.lines import fine_enough, opened
+from stickslip.studies.tracing import Crossing, Points, Segment, border_cells, chained, joined, meeting_points
 from stickslip.vocabulary.flags import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

@@ -25,7 +25,7 @@ from stickslip.runs.workdir.lock import Notice
 from stickslip.vocabulary.cells import Cells
 
 if TYPE_CHECKING:
-    from stickslip.studies.refinement import RefinedMap
+    from stickslip.studies.refine import RefinedMap
 
 _REMEMBERED = 2  # blocks; a chunk may begin in one and end in the next
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.studies.attractors.area import area_in_box, largest, velocities_at_rest_point
+from stickslip.studies.exact import area_in_box, largest, velocities_at_rest_point
 
 SAMPLES = 513
 

@@ -7,7 +7,8 @@ from scipy.optimize import brentq
 from helpers.nightly import few
 from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.engine import Options, compute_range, stop_flag
-from stickslip.studies.attractors import Attractors, find_attractors
+from stickslip.studies.attractors import AttractorStudy
+from stickslip.studies.starts import Attractors
 from stickslip.theory import unstable_amplitude
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells
@@ -32,8 +33,7 @@ PUBLISHED = np.array([0, 0, 0, 0, 0, 0.018, 0.08, 0.1535, 0.226, 0.298, 0.382, 0
 
 def find(cells, box=BSTAB_BOX, **options):
     full = as_cells(cells)
-    size = full["mass"].size
-    return find_attractors(Cells.of(full), range(size), box, Options(**options), stop_flag())
+    return AttractorStudy(Cells.of(full), box, Options(**options)).compute(range(full["mass"].size), stop_flag())
 
 
 def test_shares_are_those_published_for_bstab_within_three_of_their_standard_errors():
@@ -143,9 +143,8 @@ def test_numbers_do_not_depend_on_how_cells_are_cut():
     cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
 
     def part(items):
-        return find_attractors(
-            Cells.of(cells), items, BSTAB_BOX.model_copy(update={"samples": 64}), Options(), stop_flag()
-        )
+        box = BSTAB_BOX.model_copy(update={"samples": 64})
+        return AttractorStudy(Cells.of(cells), box, Options()).compute(items, stop_flag())
 
     whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
     for name, values in whole.items():

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from stickslip.studies.refinement.boxes import Boxes
-from stickslip.studies.refinement.rounds import CONFIDENCE, Audit, density, drawn, refine
-from stickslip.studies.refinement.tiles import Tiles
+from stickslip.studies.boxes import CONFIDENCE, Audit, Boxes, Tiles, density, drawn, refine
 
 
 def test_the_bound_is_that_of_clopper_and_pearson():

@@ -10,9 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from stickslip.studies.refinement.boxes import Boxes
-from stickslip.studies.refinement.rounds import Audit, density, refine
-from stickslip.studies.refinement.tiles import Tiles
+from stickslip.studies.boxes import Audit, Boxes, Tiles, density, refine
 
 
 def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, ...] | None = None):

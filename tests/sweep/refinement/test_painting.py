@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.studies.refinement.rounds import refine
-from stickslip.studies.refinement.study import COMPUTED, Painter, Sketch, labels_of
-from stickslip.studies.refinement.tiles import Tiles
+from stickslip.studies.boxes import Tiles, refine
+from stickslip.studies.refine import COMPUTED, Painter, Sketch, labels_of
 from stickslip.vocabulary.flags import REGIMES
 
 STICK_SLIP, DAMPED, UNRESOLVED = (REGIMES.index(name) for name in ("stick_slip", "damped", "unresolved"))

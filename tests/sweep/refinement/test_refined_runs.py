@@ -15,7 +15,7 @@ from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, StoreError
 from stickslip.runs import blocks
-from stickslip.studies.refinement import tiles
+from stickslip.studies import boxes
 
 PLANE = """\
 system: {mass: 1, normal_load: 1}
@@ -110,7 +110,7 @@ def test_any_number_of_axes_of_any_kind_is_refined(text):
 @pytest.mark.slow
 def test_the_numbers_do_not_depend_on_where_and_when_tiles_are_computed(tmp_path, monkeypatch):
     """Many small tiles; blocks in a store, in shards, in memory; written at once and region by region."""
-    monkeypatch.setattr(tiles, "_TILE", 8)  # 16 x 16 cells a tile
+    monkeypatch.setattr(boxes, "_TILE", 8)  # 16 x 16 cells a tile
     monkeypatch.setattr(blocks, "_FEWEST", 1)  # and each a block
     monkeypatch.setattr(blocks, "_BLOCKS", 10**9)
     config = tmp_path / "map.yaml"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip.studies.uncertainty.design import Design
-from stickslip.studies.uncertainty.reduction import IndexSums, index_sums, indices_of, ratio
+from stickslip.studies.draws import Design
+from stickslip.studies.reduction import IndexSums, index_sums, indices_of, ratio
 from stickslip.theory.distributions import distribution
 
 A, B = 7.0, 0.1  # of the Ishigami function

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip.studies.uncertainty.design import BITS, Design, SobolPoints
+from stickslip.studies.draws import BITS, Design, SobolPoints
 from stickslip.theory.distributions import distribution
 
 Z = np.array([-5.0, -2.0, -0.3, 0.0, 0.7, 3.0, 4.0])

@@ -10,7 +10,7 @@ import stickslip
 from stickslip import plots
 from stickslip.config.reader import parse_config
 from stickslip.errors import PlotError
-from stickslip.studies.uncertainty.subset import limit_of
+from stickslip.studies.uncertain import limit_of
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 TEXT = """\

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from stickslip.studies.uncertainty.subset import subset_simulation
+from stickslip.studies.uncertain import subset_simulation
 
 REPEATED = 16
 

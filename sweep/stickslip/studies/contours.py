@@ -18,7 +18,7 @@ from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders.lines import (
+from stickslip.studies.lines import (
     PARAMETER,
     CellsOrConfig,
     Lines,
@@ -32,11 +32,10 @@ from stickslip.studies.borders.lines import (
     lines_of,
     opened,
     search_options,
-)  # fmt: skip
-from stickslip.studies.borders.plane import PlaneSearch
-from stickslip.studies.borders.search import Integers
-from stickslip.studies.report import search_attributes, search_settings, shown
-from stickslip.studies.study import joined
+)
+from stickslip.studies.plane import PlaneSearch
+from stickslip.studies.search import Integers
+from stickslip.studies.study import joined, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import STRIBECK

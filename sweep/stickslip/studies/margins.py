@@ -19,14 +19,11 @@ from stickslip.dataset import build
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders.lines import CellsOrConfig, fine_enough, search_options
-from stickslip.studies.borders.search import Floats, Labels
-from stickslip.studies.margins.joint import cheapest
-from stickslip.studies.margins.reach import Reach, reach_of
-from stickslip.studies.margins.section import OPPOSITE, SIDES, VARIABLES, Margins, entered, rows_of
-from stickslip.studies.margins.single import Borders, MarginSearch, nearest
-from stickslip.studies.report import search_attributes, search_settings
-from stickslip.studies.study import joined
+from stickslip.studies.changes import OPPOSITE, SIDES, VARIABLES, Margins, Reach, entered, reach_of, rows_of
+from stickslip.studies.lines import CellsOrConfig, fine_enough, search_options
+from stickslip.studies.margin_search import Borders, MarginSearch, cheapest, nearest
+from stickslip.studies.search import Floats, Labels
+from stickslip.studies.study import joined, search_attributes, search_settings
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import LAWS, laws_with, model_of

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine import Results
+from stickslip.studies.draws import Design
 from stickslip.studies.study import joined
-from stickslip.studies.uncertainty.design import Design
 from stickslip.vocabulary.flags import REGIMES
 
 Floats = NDArray[np.float64]

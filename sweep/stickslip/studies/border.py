@@ -16,7 +16,7 @@ from stickslip.config.studies import Moved, Regime, Study, Table
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
-from stickslip.studies.borders.lines import (
+from stickslip.studies.lines import (
     CellsOrConfig,
     Lines,
     LineSection,
@@ -29,10 +29,9 @@ from stickslip.studies.borders.lines import (
     lines_of,
     opened,
     search_options,
-)  # fmt: skip
-from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, search_lines
-from stickslip.studies.report import axis_names, parts_over, search_attributes, search_settings, shown
-from stickslip.studies.study import joined
+)
+from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, search_lines
+from stickslip.studies.study import axis_names, joined, parts_over, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
 from stickslip.vocabulary.models import model_of

@@ -18,13 +18,11 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_d
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.attractors.exact import exact_results
-from stickslip.studies.attractors.section import VARIABLES as OF_ATTRACTORS
-from stickslip.studies.attractors.section import Attractors
-from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Motions, settled, unloaded
-from stickslip.studies.borders.lines import CellsOrConfig, LineSection, Side, check_lines, opened
-from stickslip.studies.report import axis_names, parts_over, shown
-from stickslip.studies.study import joined
+from stickslip.studies.exact import exact_results
+from stickslip.studies.lines import CellsOrConfig, LineSection, Side, check_lines, opened
+from stickslip.studies.starts import DISTURBANCE, SETTLED, Attractors, Motions, settled, unloaded
+from stickslip.studies.starts import VARIABLES as OF_ATTRACTORS
+from stickslip.studies.study import axis_names, joined, parts_over, shown
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES

@@ -7,7 +7,6 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from stickslip.config.grid import build_grid
@@ -18,7 +17,7 @@ from stickslip.config.sections import RANGE, StudySection, interval, one_of
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders.search import Floats, GuideAt, Integers, Scan
+from stickslip.studies.search import Flags, Floats, GuideAt, Integers, Labels, Scan
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import STRIBECK, model_of
@@ -110,10 +109,15 @@ def guide_of(results: Results, options: Options) -> Floats:
     return guide if model.growth is None else uncontradicted(guide, results["regime"])
 
 
-def uncontradicted(growth: Floats, regimes: NDArray[Any]) -> Floats:
+def decided(regimes: Labels) -> Flags:
+    """Return which regimes say what becomes of a motion."""
+    return ~np.isin(regimes, UNDECIDED)
+
+
+def uncontradicted(growth: Floats, regimes: Labels) -> Floats:
     """Rates of growth about steady sliding; NaN where a vibration lasts beside stable sliding, or the reverse."""
     vibrates = np.isin(regimes, [REGIMES.index(name) for name in VIBRATING])
-    return np.where(np.isin(regimes, UNDECIDED) | (vibrates == (growth > 0)), growth, np.nan)
+    return np.where(~decided(regimes) | (vibrates == (growth > 0)), growth, np.nan)
 
 
 def growth_of(cells: Callable[[Integers, Floats], Parameters], options: Options) -> GuideAt | None:

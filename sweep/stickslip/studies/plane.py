@@ -8,10 +8,19 @@ from numpy.typing import NDArray
 
 from stickslip.config.studies import Moved
 from stickslip.engine import Options, Results, StopFlag, by_theory, solve
-from stickslip.studies.borders.lines import Side, growth_of, guide_of, uncontradicted
-from stickslip.studies.borders.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
-from stickslip.studies.borders.tracing import Chain, Crossing, Segment, chained, joined, meeting_points
-from stickslip.studies.borders.walk import Points, border_cells, corner_labels
+from stickslip.studies.lines import Side, growth_of, guide_of, uncontradicted
+from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
+from stickslip.studies.tracing import (
+    Chain,
+    Crossing,
+    Points,
+    Segment,
+    border_cells,
+    chained,
+    corner_labels,
+    joined,
+    meeting_points,
+)
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED
 from stickslip.vocabulary.models import model_of

@@ -17,9 +17,7 @@ from stickslip.config.sections import StudySection, of_row
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
-from stickslip.studies.refinement.boxes import Boxes, Labels, Places
-from stickslip.studies.refinement.rounds import Audit, Refined, density, refine
-from stickslip.studies.refinement.tiles import Indices, Tile, Tiles
+from stickslip.studies.boxes import Audit, Boxes, Indices, Labels, Places, Refined, Tile, Tiles, density, refine
 from stickslip.studies.study import joined
 from stickslip.vocabulary.flags import UNDECIDED
 from stickslip.vocabulary.parameter import Parameter, table

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config, Group
@@ -18,95 +17,28 @@ from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, stud
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, Path
-from stickslip.studies.attractors import starts
-from stickslip.studies.attractors.exact import exact_results
-from stickslip.studies.attractors.plain import slips_on_curve
-from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
-from stickslip.studies.attractors.section import VARIABLES, Attractors
-from stickslip.studies.borders.lines import CellsOrConfig
-from stickslip.studies.report import MOST_ROWS, axis_names, parts_over
-from stickslip.studies.study import joined
+from stickslip.studies.exact import exact_results
+from stickslip.studies.lines import CellsOrConfig, decided
+from stickslip.studies.phase_plane import slips_on_curve
+from stickslip.studies.starts import (
+    SETTLED,
+    VARIABLES,
+    Attractors,
+    Motions,
+    critical_disturbances,
+    sampled_shares,
+    settled,
+    steady_state,
+    unloaded,
+)
+from stickslip.studies.study import MOST_ROWS, axis_names, joined, parts_over
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
-
-COLUMNS: dict[str, np.dtype[Any]] = {
-    name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in VARIABLES
-}
-TOGETHER = 256  # cells that are held with their samples
-
-
-def find_attractors(
-    cells: Cells, items: range, box: Attractors, options: Options, stop: StopFlag, moved: Moved | None = None
-) -> Results:
-    """By names of `VARIABLES`, of the cells with these numbers; in this thread.
-
-    The numbers do not depend on how cells are cut into items. moved : called with motions computed, now and then.
-    Raises StoppedError once `stop` is raised.
-    """
-    work = starts.Motions(replace(options, early_stop=True), stop, moved)
-    parts = [{name: np.zeros(0) for name in COLUMNS}]
-    for first in range(items.start, items.stop, TOGETHER):
-        last = min(first + TOGETHER, items.stop)
-        parts.append(_attractors(cells[first:last], box, work))
-    return {name: np.concatenate([part[name] for part in parts]).astype(kind) for name, kind in COLUMNS.items()}
-
-
-def _attractors(cells: Parameters, box: Attractors, work: starts.Motions) -> Results:
-    """The same of cells that are held together."""
-    n, steady = cells["mass"].size, starts.steady_state(cells, work.options)
-    results: Results = {name: np.full(n, np.nan) for name in COLUMNS}
-    start = work.results(cells, *starts.unloaded(cells))
-    stick, sliding = start["regime"], starts.from_sliding(cells, steady, work)
-    results["damping_ratio"] = start["damping_ratio"]
-    results["regime_from_stick"], results["regime_from_sliding"] = stick, sliding
-    reached = np.arange(len(REGIMES)) == stick[:, np.newaxis]
-    reached |= np.arange(len(REGIMES)) == sliding[:, np.newaxis]
-    exact, known = exact_results(cells, stick, box, work)
-    results |= known
-    for name in ("settling_share_low", "settling_share_high"):
-        results[name] = np.where(exact, results["settling_share"], np.nan)
-    results["share_error"] = np.where(exact, 0.0, np.nan)
-    results["share_method"] = np.where(exact, SHARE_METHODS.index("exact"), SHARE_METHODS.index("sampled"))
-    rest = np.flatnonzero(~exact)
-    if rest.size:
-        others = taken(cells, rest)
-        reached[rest] |= _sample(others, steady[rest], sliding[rest], rest, box, work, results)
-    _settle_exactly(results, exact, reached)
-    for kind in ("shock", "shift"):
-        ways = results[f"critical_{kind}_along"], results[f"critical_{kind}_against"]
-        results[f"critical_{kind}"] = np.minimum(*ways)
-    results["coexisting"] = reached[:, 1:] @ 2.0 ** np.arange(len(REGIMES) - 1)  # a cell not computed reaches nothing
-    return results
-
-
-def _sample(
-    cells: Parameters, steady: Floats, sliding: NDArray[np.int8], where: NDArray[np.intp], box: Attractors,
-    work: starts.Motions, results: Results,
-) -> NDArray[np.bool_]:  # fmt: skip
-    """Fill in what sampling tells of some cells; the regimes their starting states reached."""
-    shares = sampled_shares(cells, box, work)
-    results["settling_share"][where], results["share_error"][where] = shares.share, shares.error
-    results["settling_share_low"][where], results["settling_share_high"][where] = shares.low, shares.high
-    slides = starts.settled(sliding)
-    for name, values in critical_disturbances(taken(cells, slides), steady[slides], work).items():
-        results[f"critical_{name}"][where] = np.where(starts.decided(sliding), 0.0, np.nan)
-        results[f"critical_{name}"][where[slides]] = values
-    return shares.reached
-
-
-def _settle_exactly(results: Results, exact: NDArray[np.bool_], reached: NDArray[np.bool_]) -> None:
-    """Have cells of which some states settle for certain settle, though no motion was started there."""
-    ends = [REGIMES.index("damped"), REGIMES.index("creep")]
-    unseen = exact & (results["settling_share"] > 0) & ~reached[:, ends].any(axis=1)
-    reached[unseen & (results["damping_ratio"] < 1), ends[0]] = True
-    reached[unseen & (results["damping_ratio"] >= 1), ends[1]] = True
-
-
+_TOGETHER = 256  # cells that are held with their samples
 _STATE = ("displacement", "velocity")  # of a start, which the box replaces
 _STATES_IN_BOX = "expected no axis: the starting states are those of the box (attractors)"
 _PROBED = 64  # cells that tell what the others may take
@@ -123,8 +55,10 @@ class AttractorStudy(Study):
         "configs/attractors.yaml",
         'configs/quickstart.yaml --displacement 0 "2 m" --velocity -1 1 -o basins.nc',
     )
-    name, counted, weight = "attractor set", "cells", 4096 // TOGETHER
-    columns = COLUMNS
+    name, counted, weight = "attractor set", "cells", 4096 // _TOGETHER
+    columns: Mapping[str, np.dtype[Any]] = {
+        name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in VARIABLES
+    }
 
     def __init__(self, cells: Cells, box: Attractors, options: Options) -> None:
         self._cells, self._box = cells, box
@@ -181,7 +115,12 @@ class AttractorStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The attractors of a range of cells."""
-        return find_attractors(self._cells, items, self._box, self.options, stop, moved)
+        work = Motions(self.options, stop, moved)
+        parts = [{name: np.zeros(0) for name in self.columns}]
+        for first in range(items.start, items.stop, _TOGETHER):
+            parts.append(_attractors(self._cells[first : min(first + _TOGETHER, items.stop)], self._box, work))
+        whole = joined(parts)
+        return {name: whole[name].astype(kind) for name, kind in self.columns.items()}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The attractors with the dimensions of the cells."""
@@ -202,6 +141,44 @@ class AttractorStudy(Study):
         }
         ds["coexisting"] = xr.Variable(coexisting.dims, coexisting.values.astype(np.int8), masks, NO_FILL)
         return ds
+
+
+def _attractors(cells: Parameters, box: Attractors, work: Motions) -> Results:
+    """By names of `VARIABLES`, of cells that are held together: exactly where their phase plane is known, else sampled.
+
+    Numbers do not depend on how cells are cut into parts. Raises StoppedError.
+    """
+    steady, codes = steady_state(cells, work.options), np.arange(len(REGIMES))
+    start = work.results(cells, *unloaded(cells))
+    stick, sliding = start["regime"], work.from_sliding(cells, steady)
+    reached = (codes == stick[:, np.newaxis]) | (codes == sliding[:, np.newaxis])
+    exact, results = exact_results(cells, stick, box, work)
+    share = results["settling_share"]
+    results |= {
+        "damping_ratio": start["damping_ratio"], "regime_from_stick": stick, "regime_from_sliding": sliding,
+        "settling_share_low": share.copy(), "settling_share_high": share.copy(),
+        "share_error": np.where(exact, 0.0, np.nan),
+        "share_method": np.where(exact, SHARE_METHODS.index("exact"), SHARE_METHODS.index("sampled")),
+    }  # fmt: skip
+    rest = np.flatnonzero(~exact)
+    if rest.size:
+        others, slides = taken(cells, rest), settled(sliding[rest])
+        shares, met = sampled_shares(others, box, work)
+        reached[rest] |= met
+        for name, values in shares.items():
+            results[name][rest] = values
+        for name, values in critical_disturbances(taken(others, slides), steady[rest[slides]], work).items():
+            results[name][rest] = np.where(decided(sliding[rest]), 0.0, np.nan)
+            results[name][rest[slides]] = values
+    # Where some states settle for certain they do, though no motion was started there.
+    unseen = exact & (results["settling_share"] > 0) & ~reached[:, SETTLED].any(axis=1)
+    for regime, ends_so in zip(SETTLED, (results["damping_ratio"] < 1, results["damping_ratio"] >= 1), strict=True):
+        reached[unseen & ends_so, regime] = True
+    for kind in ("shock", "shift"):
+        ways = results[f"critical_{kind}_along"], results[f"critical_{kind}_against"]
+        results[f"critical_{kind}"] = np.minimum(*ways)
+    results["coexisting"] = reached[:, 1:] @ 2.0 ** np.arange(len(REGIMES) - 1)  # a cell not computed reaches nothing
+    return results
 
 
 def _regimes_in(mask: int) -> str:
