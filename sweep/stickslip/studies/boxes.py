@@ -9,39 +9,35 @@ border that leaves a box through a face splits its neighbour too, and is followe
 Points with labels below 0 are undecided: they differ from everything, themselves included, so that all around them is
 computed.
 
-A grid cut into tiles, which are refined one by one.
+A grid is cut into tiles, which are refined one by one. Along axes without boxes (lists, groups, short ranges) every
+point is a map of its own. The cut follows from the grid and the depth alone, so that the numbers do not depend on who
+computes which tile. A tile looks at one box more on each side than it owns: a border near its edge is seen from both
+sides.
 
-Boxes extend along the axes that are ranges with more points than a box has a side; along the others (lists, groups,
-short ranges) every point is a map of its own. The cut follows from the grid and the depth alone, so that the numbers do
-not depend on who computes which tile. A tile looks at one box more on each side than it owns: a border near its edge is
-seen from both sides.
-
-A tile refined: round by round, what is to be computed next follows from what was found.
-
-The audit of a refined map: random points among the cells that were inferred, and what they say of the others.
-
-Points are drawn before anything is known of the map, each independently and anywhere with the same probability, in
-numbers that are Poisson in every tile: so those that fall on inferred cells are a random sample of these, whatever made
-them inferred. The number of wrong ones among them is binomial, and Clopper and Pearson (Biometrika 26, 1934) bound its
-probability: the share of inferred cells that were wrong when the points were tried. What is mended afterwards only
-makes the map better than the bound says.
+The audit tries random points among the cells that were inferred. They are drawn before anything is known of the map,
+each independently and anywhere with the same probability, in numbers that are Poisson in every tile: so those that fall
+on inferred cells are a random sample of these, whatever made them inferred. The number of wrong ones among them is
+binomial, and Clopper and Pearson (Biometrika 26, 1934) bound its probability: the share of inferred cells that were
+wrong when the points were tried. What is mended afterwards only makes the map better than the bound says.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-Places = NDArray[np.int64]
-Labels = NDArray[np.int8]
+from stickslip.studies.search import Integers, Labels
 
+CONFIDENCE = 0.95  # of the audit
+_SEED = 20_150_417  # any number, the same in all runs
+_TILE = 21  # a tile has about 2^21 cells: large enough to follow borders, small enough for memory and for many threads
 _NOTHING = (127, -128)  # smallest and largest label of no point at all
 _OPEN = (-128, 126)  # of a point that differs from itself
 
@@ -49,7 +45,7 @@ _OPEN = (-128, 126)  # of a point that differs from itself
 class Boxes:
     """The boxes of one window, and what is known of its points.
 
-    shape : points along each side, at least 2 each. Places count points, the last dimension running fastest.
+    shape : points along each side, at least 2 each. Integers count points, the last dimension running fastest.
     """
 
     def __init__(self, shape: tuple[int, ...], depth: int) -> None:
@@ -62,19 +58,19 @@ class Boxes:
         self._low, self._high = np.full(padded, _NOTHING[0], np.int8), np.full(padded, _NOTHING[1], np.int8)
         self._split = [np.zeros(tuple(n >> level for n in lengths), bool) for level in range(depth + 1)]
 
-    def first(self) -> Places:
+    def first(self) -> Integers:
         """The points that are computed in any case: corners and centres of the largest boxes."""
         every = np.argwhere(np.ones(self._split[-1].shape, bool))
         return self._places(every << self.depth, self.depth)
 
-    def learn(self, places: Places, labels: Labels) -> None:
+    def learn(self, places: Integers, labels: Labels) -> None:
         """Take in the labels of points."""
         at = np.unravel_index(places, self.shape)
         self.known[at], self._labels[at] = True, labels
         self._low[at] = np.where(labels < 0, _OPEN[0], labels)
         self._high[at] = np.where(labels < 0, _OPEN[1], labels)
 
-    def wanted(self) -> Places:
+    def wanted(self) -> Integers:
         """The points that must be computed next, because boxes are split; none once all boxes are uniform."""
         places = []
         for level, (low, high) in zip(range(1, self.depth + 1), self._hulls(), strict=True):
@@ -97,19 +93,15 @@ class Boxes:
 
     def _hulls(self) -> list[tuple[Labels, Labels]]:
         """Smallest and largest label of the computed points of each box, faces included; for levels 1 to depth."""
-        low, high = self._low, self._high
-        for axis in range(low.ndim):
-            low = np.minimum(_from(low, 0, 1, axis), _from(low, 1, 1, axis))
-            high = np.maximum(_from(high, 0, 1, axis), _from(high, 1, 1, axis))
-        hulls = []
-        for _ in range(self.depth):
+        low, high, hulls = self._low, self._high, []
+        for level in range(self.depth + 1):
             for axis in range(low.ndim):
-                low = np.minimum(_from(low, 0, 2, axis), _from(low, 1, 2, axis))
-                high = np.maximum(_from(high, 0, 2, axis), _from(high, 1, 2, axis))
+                low, high = (of(*_neighbours(ends, axis, 2 if level else 1))
+                             for ends, of in ((low, np.minimum), (high, np.maximum)))  # fmt: skip
             hulls.append((low, high))
-        return hulls
+        return hulls[1:]
 
-    def _places(self, first: NDArray[Any], level: int) -> Places:
+    def _places(self, first: NDArray[Any], level: int) -> Integers:
         """Corners and centres, where not yet known, of the boxes of a level with these first corners: (boxes, dims)."""
         side = 1 << level
         points = [first + np.array(corner) for corner in product((0, side), repeat=len(self.shape))]
@@ -117,28 +109,23 @@ class Boxes:
             points.append(first + side // 2)
         inside = np.minimum(np.concatenate(points), np.array(self.shape) - 1)
         places = np.unique(np.ravel_multi_index(tuple(inside.T), self.shape))
-        missing: Places = places[~self.known.ravel()[places]]
+        missing: Integers = places[~self.known.ravel()[places]]
         return missing
 
 
-def _from(values: Labels, start: int, step: int, axis: int) -> Labels:
-    """Neighbours along an axis: every point but the last or the first (step 1), every other point (step 2)."""
-    stop = values.shape[axis] - 1 + start if step == 1 else None
-    return values[(*[slice(None)] * axis, slice(start, stop, step))]
+def _neighbours(values: Labels, axis: int, step: int) -> tuple[Labels, Labels]:
+    """Neighbours along an axis: of every two points (step 1), or of every pair (step 2)."""
+    before, last = [slice(None)] * axis, -1 if step == 1 else None
+    return values[(*before, slice(0, last, step))], values[(*before, slice(1, None, step))]
 
 
-def _twice(values: NDArray[np.int8], shape: tuple[int, ...]) -> NDArray[np.int8]:
+def _twice(values: Labels, shape: tuple[int, ...]) -> Labels:
     """Each value twice along every axis, if it is not of that shape already."""
     if values.shape == shape:
         return values.copy()
     for axis in range(values.ndim):
         values = np.repeat(values, 2, axis)
     return values
-
-
-Indices = NDArray[np.int64]
-
-_TILE = 21  # a tile has about 2^21 cells: large enough to follow borders, small enough for memory and for many threads
 
 
 @dataclass(frozen=True)
@@ -166,14 +153,14 @@ class Tile:
         """Number of cells owned."""
         return prod(side.stop - side.start for side in self.own)
 
-    def cells(self, places: Indices) -> Indices:
+    def cells(self, places: Integers) -> Integers:
         """The cells of the grid at places of the window."""
         points = [np.full(places.size, start, np.int64) for start in self.starts]
         for i, along in zip(self.refined, np.unravel_index(places, self.shape), strict=True):
             points[i] += along
         return np.ravel_multi_index(points, self.grid)
 
-    def places(self, cells: Indices) -> Indices:
+    def places(self, cells: Integers) -> Integers:
         """Return where cells of the grid are in the window that holds them."""
         points = np.unravel_index(cells, self.grid)
         return np.ravel_multi_index([points[i] - self.starts[i] for i in self.refined], self.shape)
@@ -214,7 +201,7 @@ class Tiles:
             own.append(slice(first - starts[i], last - starts[i]))
         return Tile(number, self.grid, self.refined, tuple(starts), tuple(stops), tuple(own))
 
-    def owners(self, cells: Indices) -> Indices:
+    def owners(self, cells: Integers) -> Integers:
         """The numbers of the tiles that own these cells."""
         at = [
             np.minimum(along // self.length, self.shape[i] - 1) if i in self.refined else along
@@ -223,20 +210,12 @@ class Tiles:
         return np.ravel_multi_index(at, self.shape)
 
 
-CONFIDENCE = 0.95
-_SEED = 20_150_417  # any number, the same in all runs
-
-
-@dataclass(frozen=True)
-class Audit:
+class Audit(NamedTuple):
     """Outcome of an audit. inferred : cells that were not computed when the points were tried."""
 
     tried: int
     wrong: int
     inferred: int
-
-    def __add__(self, other: Audit) -> Audit:
-        return Audit(self.tried + other.tried, self.wrong + other.wrong, self.inferred + other.inferred)
 
     @property
     def bound(self) -> float:
@@ -253,7 +232,7 @@ def density(share: float, depth: int, dims: int) -> float:
     return 2.0 * share / 2.0 ** (depth * dims)
 
 
-def drawn(tile: Tile, density: float) -> Places:
+def drawn(tile: Tile, density: float) -> Integers:
     """Random places of a tile, in its window; the same place may come twice."""
     draw = np.random.default_rng([_SEED, tile.number])
     count = int(draw.poisson(density * tile.size))
@@ -261,20 +240,19 @@ def drawn(tile: Tile, density: float) -> Places:
     return np.ravel_multi_index(points, tile.shape).astype(np.int64)
 
 
-@dataclass(frozen=True)
-class Refined:
+class Refined(NamedTuple):
     """Computed cells of several tiles, in the order they were computed in.
 
     tiles : to which of them, counted from 0, each computed cell belongs. places : where it is in its window.
     audits : of each tile.
     """
 
-    tiles: NDArray[np.int64]
-    places: Places
+    tiles: Integers
+    places: Integers
     audits: list[Audit]
 
 
-def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[Indices], Labels]) -> Refined:
+def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[Integers], Labels]) -> Refined:
     """Refine tiles side by side: what they need in a round is computed together.
 
     Boxes are split until all are uniform; then the audit; then boxes in which it was wrong are split, until all are
@@ -282,9 +260,9 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[In
     computed more than once.
     """
     boxes = [Boxes(tile.shape, depth) for tile in tiles]
-    rounds: list[tuple[int, Places]] = []
+    rounds: list[tuple[int, Integers]] = []
 
-    def learn(wanted: list[Places]) -> list[Labels]:
+    def learn(wanted: list[Integers]) -> list[Labels]:
         """The labels of places of each tile, once they are computed."""
         labels = look(np.concatenate([tile.cells(places) for tile, places in zip(tiles, wanted, strict=True)]))
         of_tiles = np.split(labels, np.cumsum([places.size for places in wanted])[:-1])
@@ -293,7 +271,7 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[In
             rounds.append((i, places))
         return of_tiles
 
-    def settle(wanted: list[Places]) -> None:
+    def settle(wanted: list[Integers]) -> None:
         while any(places.size for places in wanted):
             learn(wanted)
             wanted = [of_tile.wanted() for of_tile in boxes]
@@ -308,7 +286,7 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[In
         different, which = zip(*(np.unique(places, return_inverse=True) for places in tried), strict=True)
         for i, labels in enumerate(learn([*different])):
             wrong = labels[which[i]] != inferred[i][tried[i]]
-            audits[i] = replace(audits[i], wrong=int(wrong.sum()))
+            audits[i] = audits[i]._replace(wrong=int(wrong.sum()))
         settle([of_tile.wanted() for of_tile in boxes])
     return Refined(
         np.repeat([i for i, _ in rounds], [places.size for _, places in rounds]),

@@ -1,6 +1,4 @@
-"""The section `margins`, and the variables of its result.
-
-Reach of each parameter of a cell, and the measure of its changes.
+"""What may be changed of a cell, and how far: the section `margins`, the variables of its result, and the measure.
 
 A change is the logarithm of the ratio to the value that the cell has; where that is 0, or where a parameter may change
 its sign (the starting state), it is the difference over a scale of the cell.
@@ -13,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator
 
 from stickslip.config.sections import (
@@ -35,6 +32,7 @@ from stickslip.dataset.build import of_parameter
 from stickslip.engine import Scales
 from stickslip.errors import ArgumentError
 from stickslip.studies.lines import PARAMETER, limits
+from stickslip.studies.search import Flags, Floats, Integers
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import DECIDED, VIBRATING
 from stickslip.vocabulary.models import MODELS, model_with
@@ -179,11 +177,6 @@ class Margins(StudySection):
         return value
 
     @property
-    def of_each(self) -> Floats:
-        """The cost of each parameter."""
-        return np.array([self.costs.get(name, 1.0) for name in self.reaches])
-
-    @property
     def speeds(self) -> tuple[float, ...]:
         """The belt speeds (m/s) of the range, by equal ratios, both ends among them; none for that of the cell."""
         return () if self.speed_range is None else tuple(map(float, np.geomspace(*self.speed_range, _SPEEDS)))
@@ -195,7 +188,8 @@ class Margins(StudySection):
         """
         names = self.parameters
         if names is None:
-            names = tuple(name for name in parameters_of(cells) if not (self.speed_range and name == "belt_speed"))
+            own = [name for name in _CHANGEABLE if name in cells and not (self.speed_range and name == "belt_speed")]
+            names = tuple(name for name in own if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
         within = self.within if isinstance(self.within, dict) else dict.fromkeys(names, self.within)
         for key, given in (("costs", self.costs), ("within", within)):
             if unknown := [name for name in given if name not in names]:
@@ -210,9 +204,7 @@ class Margins(StudySection):
         return self.within
 
 
-Floats = NDArray[np.float64]
-
-CHANGEABLE = ("belt_speed", "stiffness", "damping", "normal_load", "mass", "mu_stop", "mu_static")
+_CHANGEABLE = ("belt_speed", "stiffness", "damping", "normal_load", "mass", "mu_stop", "mu_static")
 _IF_GIVEN = ("mu_stop", "mu_static")  # changed where a cell has them
 _SIGNED = ("displacement", "velocity")  # changed by amounts, not by factors
 
@@ -229,10 +221,10 @@ class Reach:
     value: Floats
     low: Floats
     high: Floats
-    by_factor: NDArray[np.bool_]
+    by_factor: Flags
     scale: Floats
 
-    def at(self, change: Floats, cells: NDArray[np.int64]) -> Floats:
+    def at(self, change: Floats, cells: Integers) -> Floats:
         """Values after changes, one for each of `cells`, no further than the reach."""
         value = self.value[cells]
         with np.errstate(over="ignore"):
@@ -252,12 +244,6 @@ class Reach:
         return np.nan_to_num(np.maximum(-down, 0.0)), np.nan_to_num(np.maximum(up, 0.0))
 
 
-def parameters_of(cells: Parameters) -> tuple[str, ...]:
-    """The parameters of `CHANGEABLE` that cells have."""
-    own = [name for name in CHANGEABLE if name in cells]
-    return tuple(name for name in own if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
-
-
 def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) -> Reach:
     """Return how far a parameter may be changed: within a factor or a range, and within what is possible."""
     model, by = model_with(cells), Scales(cells)
@@ -275,14 +261,8 @@ def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) 
     else:
         ends = np.where(by_factor, value / within, value - scale), np.where(by_factor, value * within, value + scale)
         low, high = np.minimum(*ends), np.maximum(*ends)
-    least, most = _bounds(name, cells)
+    row, like = SEARCHABLE[name], np.ones_like(cells["mass"])
+    ends = -np.inf if row.at_least is None else row.at_least, np.inf if row.at_most is None else row.at_most
+    least, most = model.within(name, cells, *(like * end for end in ends))  # beside the others of the cell
     return Reach(name, value, np.minimum(np.maximum(low, least), value), np.maximum(np.minimum(high, most), value),
                  by_factor, scale)  # fmt: skip
-
-
-def _bounds(name: str, cells: Parameters) -> tuple[Floats, Floats]:
-    """The least and the largest value, of the parameter itself and beside the others of the cell."""
-    row, like = SEARCHABLE[name], np.ones_like(cells["mass"])
-    least = like * (-np.inf if row.at_least is None else row.at_least)
-    most = like * (np.inf if row.at_most is None else row.at_most)
-    return model_with(cells).within(name, cells, least, most)

@@ -1,6 +1,4 @@
-"""Labels of cells that were changed, and the nearest borders below and above the value of a parameter.
-
-The cheapest change of several parameters that leads to another regime.
+"""Borders about cells: the nearest along one parameter, and the cheapest change of several that leads over one.
 
 In the space of changes, each multiplied by its cost, a cell is the origin, and the cheapest change the nearest point
 beyond a border. Rays from the origin into many directions are searched together; the best of them are turned to all
@@ -11,21 +9,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
 from stickslip.engine import Options, StopFlag, solve
 from stickslip.studies.changes import Reach
-from stickslip.studies.lines import growth_of, guide_of
-from stickslip.studies.search import Brackets, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
+from stickslip.studies.lines import decided, growth_of, guide_of
+from stickslip.studies.search import Brackets, Flags, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import model_of
 
-NOT_COMPUTED = REGIMES.index("not_computed")
+_MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
+_RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
+_STARTS = 3  # rays of a cell that are turned
+_AT_ONCE = 16  # rays looked along together, after which the best few are known better
+_INNER = 8  # places of a ray looked at first, inside the best cost known
+_COARSE = 1e-3  # tolerance of the first rays
+_TURNS = 0.3 * 0.5 ** np.arange(14)  # radians; the error of the cost is the square of the last
+_TRIES = 6  # of each
+_OF_TURN = 0.01  # of the square of a turn, which the cost may change by: how exactly it is looked for
 _VIBRATING = [REGIMES.index(name) for name in VIBRATING]
 
 
@@ -69,18 +75,15 @@ class MarginSearch:
         """The guide by theory, where it knows one. cells_at : which cells, and what is changed, by line and place."""
         if self.speeds:
             return None
+        return growth_of(lambda line, place: self._changed(*cells_at(line, place)), self.options)
 
-        def cells(line: Integers, place: Floats) -> Parameters:
-            which, changed = cells_at(line, place)
-            return model_of(self.options.law).without_measured(taken(self.cells, which) | changed)
-
-        return growth_of(cells, self.options)
+    def _changed(self, which: Integers, changed: Parameters) -> Parameters:
+        return model_of(self.options.law).without_measured(taken(self.cells, which) | changed)
 
     def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
-        law, model = self.options.law, model_of(self.options.law)
-        cells = model.without_measured(taken(self.cells, which) | changed)
-        possible = np.flatnonzero(~impossible(cells, model.rules[law]))
-        regimes, guide = np.full(which.size, NOT_COMPUTED, np.int8), np.full(which.size, np.nan)
+        cells = self._changed(which, changed)
+        possible = np.flatnonzero(~impossible(cells, model_of(self.options.law).rules[self.options.law]))
+        regimes, guide = np.full(which.size, REGIMES.index("not_computed"), np.int8), np.full(which.size, np.nan)
         if possible.size:
             each = max(len(self.speeds), 1)
             lanes = taken(cells, np.repeat(possible, each))
@@ -102,13 +105,7 @@ def worst(regimes: Labels) -> Labels:
     return np.take_along_axis(regimes, np.argmax(rank[regimes], axis=1)[:, None], 1)[:, 0]
 
 
-def decided(regimes: Labels) -> NDArray[np.bool_]:
-    """Return which regimes say what the motion is."""
-    return ~np.isin(regimes, UNDECIDED)
-
-
-@dataclass(frozen=True, eq=False)
-class Borders:
+class Borders(NamedTuple):
     """The nearest borders of n cells: (n, 2), below and above the value; NaN, and regime 0, where there is none.
 
     low, high : the last bracket in SI. border : in it. change : of the side beyond, as `Reach` measures it.
@@ -130,24 +127,29 @@ def nearest(
     home : regimes of the cells as they are; those that are undecided have no border. into : codes of the regimes to be
     entered; None for any other. points : places looked at first on either side, evenly spaced in the change.
     """
-    size = home.size
-    room = np.stack(reach.room)
+    room, sign = np.stack(reach.room), np.array([-1.0, 1.0])
+    searched = np.flatnonzero(decided(home))
+    cells, ways = np.repeat(searched, 2), np.tile([0, 1], searched.size)
+    cells, ways = np.stack([cells, ways])[:, room[ways, cells] > 0]
+
+    def change_at(line: Integers, place: Floats) -> Floats:
+        return np.asarray(place * room[ways[line], cells[line]] * sign[ways[line]])
 
     def cells_at(line: Integers, place: Floats) -> tuple[Integers, Parameters]:
-        cell, up = lines[line] // 2, lines[line] % 2
-        change = place * room[up, cell] * np.where(up == 1, 1.0, -1.0)
-        return cell, {reach.name: reach.at(change, cell)}
+        return cells[line], {reach.name: reach.at(change_at(line, place), cells[line])}
 
-    searched = np.flatnonzero(decided(home))
-    lines = np.repeat(2 * searched, 2) + np.tile([0, 1], searched.size)
-    lines = lines[room[lines % 2, lines // 2] > 0]
-    scan = Scan(0.0, 1.0, points + 1, "linear")
     brackets, _ = search_lines(
-        lines.size, scan, tolerance, lambda line, place: search.looked(*cells_at(line, place), into),
-        search.guide_at(cells_at),
+        cells.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance,
+        lambda line, place: search.looked(*cells_at(line, place), into), search.guide_at(cells_at),
     )  # fmt: skip
-    brackets["line"] = lines[brackets["line"]]
-    return _table(first_entries(brackets, into), search, reach, size)
+    first = first_entries(brackets, into)
+    line = first["line"]
+    at, beyond = (cells[line], ways[line]), np.zeros((home.size, 2), np.int8)
+    low, high, border, change = (np.full((home.size, 2), np.nan) for _ in range(4))
+    near, far, border[at] = (cells_at(line, first[end])[1][reach.name] for end in ("low", "high", "place"))
+    low[at], high[at], change[at] = np.minimum(near, far), np.maximum(near, far), change_at(line, first["high"])
+    beyond[at] = search.regimes(at[0], {reach.name: far})
+    return Borders(low, high, border, change, beyond)
 
 
 def first_entries(brackets: Brackets, into: list[int] | None) -> Brackets:
@@ -155,32 +157,6 @@ def first_entries(brackets: Brackets, into: list[int] | None) -> Brackets:
     entries = brackets if into is None else brackets[brackets["above"] == 1]
     _, first = np.unique(entries["line"], return_index=True)
     return entries[first]
-
-
-def _table(brackets: Brackets, search: MarginSearch, reach: Reach, size: int) -> Borders:
-    """First brackets as tables (n, 2)."""
-    cell, up = brackets["line"] // 2, brackets["line"] % 2
-    sign = np.where(up == 1, 1.0, -1.0)
-    room = np.stack(reach.room)[up, cell]
-    near, far, place = (reach.at(brackets[end] * room * sign, cell) for end in ("low", "high", "place"))
-    low, high, border, change = (np.full((size, 2), np.nan) for _ in range(4))
-    low[cell, up], high[cell, up] = np.minimum(near, far), np.maximum(near, far)
-    border[cell, up] = place
-    change[cell, up] = brackets["high"] * room * sign
-    beyond = np.zeros((size, 2), np.int8)
-    beyond[cell, up] = search.regimes(cell, {reach.name: far})
-    return Borders(low, high, border, change, beyond)
-
-
-_MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
-_RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
-_STARTS = 3  # rays of a cell that are turned
-_AT_ONCE = 16  # rays looked along together, after which the best few are known better
-_INNER = 8  # places of a ray looked at first, inside the best cost known
-_COARSE = 1e-3  # tolerance of the first rays
-_TURNS = 0.3 * 0.5 ** np.arange(14)  # radians; the error of the cost is the square of the last
-_TRIES = 6  # of each
-_OF_TURN = 0.01  # of the square of a turn, which the cost may change by: how exactly it is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +180,7 @@ class ChangeSpace:
         down, up = (np.stack(rooms, axis=1) for rooms in zip(*(reach.room for reach in reaches), strict=True))
         return cls(search, reaches, costs, into, down, up, search.steps + most)
 
-    def goes_on(self, cell: Integers) -> NDArray[np.bool_]:
+    def goes_on(self, cell: Integers) -> Flags:
         """Return whether the search of cells has not come to its end."""
         return np.asarray(self.search.steps[cell] < self.ends[cell])
 
@@ -241,8 +217,8 @@ class ChangeSpace:
 def cheapest(
     search: MarginSearch, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
     tolerance: float, single: Floats,
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
-    """The cheapest joint change of each cell; arguments as in `single.nearest`, costs (k,) per unit of change.
+) -> tuple[Floats, Floats, Flags]:  # fmt: skip
+    """The cheapest joint change of each cell; arguments as in `nearest`, costs (k,) per unit of change.
 
     Returns its cost (n,), NaN where no ray met a border; the changes of each parameter (n, k); and whether the search
     ended before it was done, so that there may be a cheaper change (n,).

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
@@ -22,7 +21,7 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.changes import OPPOSITE, SIDES, VARIABLES, Margins, Reach, entered, reach_of, rows_of
 from stickslip.studies.lines import CellsOrConfig, fine_enough, search_options
 from stickslip.studies.margin_search import Borders, MarginSearch, cheapest, nearest
-from stickslip.studies.search import Floats, Labels
+from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.study import joined, search_attributes, search_settings
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import REGIMES
@@ -50,7 +49,7 @@ class MarginStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.options = search_options(options)
         self._measured = [name for name in MEASURED if name in section.reaches]
-        if why := _not_of(options.law, section.reaches):
+        if why := _misfit(section.reaches, options):
             raise ArgumentError("parameters", why)
         speeds = max(len(section.speeds), 1)
         each = 2 * speeds * (section.scan + int(-np.log2(section.tolerance))) * len(section.reaches)
@@ -74,7 +73,7 @@ class MarginStudy(Study):
     @classmethod
     def check(cls, section: Margins, config: Config, problems: ProblemCollector) -> None:
         """Note a parameter of another law."""
-        if why := _not_of(config.friction.law, section.parameters or ()):
+        if why := _misfit(section.parameters or (), Options(config.friction.law)):
             problems.add((section.key, "parameters"), why)
 
     @classmethod
@@ -126,23 +125,22 @@ class MarginStudy(Study):
         values = {name: whole[name].reshape(self._cells.size, -1) if row.dims else whole[name]
                   for name, row in self._rows.items()}  # fmt: skip
         coordinates["side"] = build.text_index("side", SIDES, "side of the value on which the border lies")
-        settings = search_attributes(self._section, self.options)
+        attributes = dict(attributes) | search_attributes(self._section, self.options)
         if self._section.into:
-            settings["margin_into"] = ", ".join(self._section.into)
+            attributes["margin_into"] = ", ".join(self._section.into)
         if self._section.speeds:
-            settings["margin_speeds"] = np.array(self._section.speeds)
-        attributes = dict(attributes) | settings
+            attributes["margin_speeds"] = np.array(self._section.speeds)
         return build.study_dataset("margins", self._rows, values, self.dims, self.shape, coordinates, attributes)
 
 
-def _not_of(law: str, names: Iterable[str]) -> str | None:
-    """Return why not all parameters of these names are of a law."""
-    wrong = next((name for name in names if law not in laws_with(name)), None)
+def _misfit(names: Iterable[str], options: Options) -> str | None:
+    """Return why not all parameters of these names are of the law."""
+    wrong = next((name for name in names if options.law not in laws_with(name)), None)
     if wrong is None:
         return None
     laws = listed(other for other in laws_with(wrong) if other in LAWS)
     what = f"the form of {', '.join(MEASURED)}" if wrong in MEASURED else wrong
-    return f"{what} is for the law {laws}, not {law}"
+    return f"{what} is for the law {laws}, not {options.law}"
 
 
 # --- on screen --------------------------------------------------------------------------------------------------------
@@ -167,7 +165,11 @@ def _of_cell(cell: xr.Dataset, parameters: Sequence[str]) -> Iterator[str | Tabl
     yield Table("", ("parameter", "value", "border", "by", "into", "simulated"), ("width",), rows)
     if "joint_cost" in cell and isfinite(cost := float(cell["joint_cost"])):
         yield f"cheapest joint change: cost {cost:.3g}, simulated: {_simulated(cell['joint_checked'], goals)}"
-        rows = [_share(cell, name) for name in parameters if isfinite(float(cell[f"joint_{name}"]))]
+        changed = [name for name in parameters if isfinite(float(cell[f"joint_{name}"]))]
+        values = ([unit_of(cell[name]).text(float(cell[key]), _DIGITS) for key in (name, f"joint_proposed_{name}")]
+                  for name in changed)  # fmt: skip
+        shares = (f"{100 * float(cell[f'joint_share_{name}']):.3g} %" for name in changed)
+        rows = [(name, *both, share) for name, both, share in zip(changed, values, shares, strict=True)]
         yield Table("", ("parameter", "value", "to"), ("share of cost",), rows)
 
 
@@ -187,12 +189,6 @@ def _borders(cell: xr.Dataset, name: str, goals: Sequence[str]) -> Iterator[tupl
         yield name, start, f"{place['side'].item()} {unit.text(border, 9)}", by, into, simulated, f"{width:.2g}"
 
 
-def _share(cell: xr.Dataset, name: str) -> tuple[str, ...]:
-    unit = unit_of(cell[name])
-    value, to = (unit.text(float(cell[key]), _DIGITS) for key in (name, f"joint_proposed_{name}"))
-    return name, value, to, f"{100 * float(cell[f'joint_share_{name}']):.3g} %"
-
-
 def _simulated(checked: xr.DataArray, goals: Sequence[str]) -> str:
     """The regime past a border; a change that does not hold there is no cure."""
     regime = REGIMES[int(checked)]
@@ -209,16 +205,17 @@ def _margins(search: MarginSearch, section: Margins) -> Results:
     into = None if section.into is None else [REGIMES.index(name) for name in section.into if name != OPPOSITE]
     search = replace(search, home=home) if OPPOSITE in (section.into or ()) else search
     reaches = [reach_of(name, cells, within) for name, within in section.reaches.items()]
+    costs = np.array([section.costs.get(reach.name, 1.0) for reach in reaches])
     columns: Results = {"regime": home}
     cheapest_single = np.full(size, np.inf)
-    for reach, cost in zip(reaches, section.of_each, strict=True):
+    for reach, cost in zip(reaches, costs, strict=True):
         borders = nearest(search, reach, home, into, section.scan, section.tolerance)
         columns |= _single(search, reach, borders, section)
         cheapest_single = np.fmin(cheapest_single, cost * np.fmin(*np.abs(borders.change.T)))
     if section.joint:
         tolerance = max(section.tolerance, _OF_JOINT)
-        best = cheapest(search, reaches, section.of_each, home, into, section.scan, tolerance, cheapest_single)
-        columns |= _joint(search, reaches, section, *best)
+        best = cheapest(search, reaches, costs, home, into, section.scan, tolerance, cheapest_single)
+        columns |= _joint(search, reaches, costs, section.beyond, *best)
     return columns
 
 
@@ -239,20 +236,16 @@ def _single(search: MarginSearch, reach: Reach, borders: Borders, section: Margi
 
 
 def _joint(
-    search: MarginSearch,
-    reaches: Sequence[Reach],
-    section: Margins,
-    cost: Floats,
-    changes: Floats,
-    ended: NDArray[np.bool_],
-) -> Results:
+    search: MarginSearch, reaches: Sequence[Reach], costs: Floats, beyond: float, cost: Floats, changes: Floats,
+    ended: Flags,
+) -> Results:  # fmt: skip
     """The columns of the cheapest joint change, from what `cheapest` says of it."""
-    regimes, proposed = _checked(search, reaches, changes, section.beyond)
+    regimes, proposed = _checked(search, reaches, changes, beyond)
     columns: Results = {"joint_cost": cost, "joint_checked": regimes, "joint_ended": ended}
     for i, reach in enumerate(reaches):
         values = reach.at(np.nan_to_num(changes[:, i]), np.arange(cost.size))
         columns[f"joint_{reach.name}"] = np.where(np.isnan(cost), NAN, values)
-        columns[f"joint_share_{reach.name}"] = (section.of_each[i] * changes[:, i] / cost) ** 2
+        columns[f"joint_share_{reach.name}"] = (costs[i] * changes[:, i] / cost) ** 2
         columns[f"joint_proposed_{reach.name}"] = proposed[:, i]
     return columns
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.studies import Moved
 from stickslip.engine import Options, Results, StopFlag, by_theory, solve
-from stickslip.studies.lines import Side, growth_of, guide_of, uncontradicted
+from stickslip.studies.lines import Side, decided, growth_of, guide_of, uncontradicted
 from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.tracing import (
     Chain,
@@ -22,7 +22,7 @@ from stickslip.studies.tracing import (
     meeting_points,
 )
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import REGIMES, UNDECIDED
+from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_of
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
@@ -85,18 +85,15 @@ class PlaneSearch:
         def theory(name: str, x: Floats, y: Floats) -> Floats:
             return by_theory(name, self.at(x, y), self.options)
 
-        def places(which: Integers, around: Integers, step: float) -> tuple[Floats, Floats]:
-            y, x = step * around.T.astype(np.float64)
-            return self.x.near(column[which], x), self.y.near(row[which], y)
-
         here = np.flatnonzero(labels == OPEN)
-        here = here[np.abs(theory("damping_ratio", *places(here, _AROUND[:1], 0.0))) < _NEUTRAL]
-        side = np.sign(theory(growth, *places(here, _AROUND[:1], 0.0)))
+        x, y = self.x.places[column[here]], self.y.places[row[here]]
+        neutral = np.abs(theory("damping_ratio", x, y)) < _NEUTRAL
+        here, side = here[neutral], np.sign(theory(growth, x[neutral], y[neutral]))
         for step in _STEPS:
             if not here.size:
                 break
             which, around = np.repeat(here, len(_AROUND)), np.tile(_AROUND, (here.size, 1))
-            x, y = places(which, around, step)
+            x, y = self.x.near(column[which], step * around[:, 1]), self.y.near(row[which], step * around[:, 0])
             beside = np.full(which.size, OPEN, np.int8)
             same = theory(growth, x, y) * np.repeat(side, len(_AROUND)) > 0
             beside[same] = self.looked(x[same], y[same])[0]
@@ -116,7 +113,7 @@ class PlaneSearch:
         results = solve(self.at(x, y), self.options, self.stop, self.moved)
         self.computed += x.size
         regime = results["regime"]
-        labels = np.where(np.isin(regime, UNDECIDED), OPEN, regime).astype(np.int8)
+        labels = np.where(decided(regime), regime, OPEN).astype(np.int8)
         return labels, np.asarray(guide_of(results, self.options), np.float64)
 
     def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
@@ -141,10 +138,7 @@ class PlaneSearch:
         """Brackets on sides of the grid, as lines from 0 to 1 whose ends are known."""
         direction, row, column = sides.T
         flat = direction == _ALONG_X
-        low, high = (
-            self.points(row, column),
-            self.points(np.where(flat, row, row + 1), np.where(flat, column + 1, column)),
-        )
+        low, high = (self.points(row + up, column + right) for up, right in ((0, 0), (~flat, flat)))
         open_ended = (low == OPEN) | (high == OPEN)
 
         def there(line: Integers, place: Floats) -> tuple[Floats, Floats]:
@@ -220,7 +214,7 @@ def _table(chains: list[Chain], nodes: LineNodes) -> Results:
     order = np.array([node for chain in chains for node in chain.nodes], np.int64)
     return {
         "node_count": np.array([len(chain.nodes) for chain in chains], np.int32),
-        "closed": np.array([chain.closed for chain in chains], np.int8),
+        "closed": np.array([chain.nodes[0] == chain.nodes[-1] for chain in chains], np.int8),
         "regime_left": np.array([chain.left for chain in chains], np.int8),
         "regime_right": np.array([chain.right for chain in chains], np.int8),
         "x": nodes.x[order], "y": nodes.y[order], "node_width": nodes.width[order], "node_along": nodes.along[order],

@@ -17,14 +17,16 @@ from stickslip.config.sections import StudySection, of_row
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
-from stickslip.studies.boxes import Audit, Boxes, Indices, Labels, Places, Refined, Tile, Tiles, density, refine
+from stickslip.studies.boxes import Audit, Boxes, Refined, Tile, Tiles, density, refine
+from stickslip.studies.lines import decided
+from stickslip.studies.search import Integers, Labels
 from stickslip.studies.study import joined
-from stickslip.vocabulary.flags import UNDECIDED
 from stickslip.vocabulary.parameter import Parameter, table
 from stickslip.vocabulary.results import MAP_VARIABLES
 
 _OF_TILE = ("computed_cells", "audit_tried", "audit_wrong", "audit_inferred")  # columns with one value for each tile
 _MOST_IN_BOX = 18  # a box has at most about 2^18 cells: tiles of several boxes a side must fit into memory
+COMPUTED = 1  # of the flag `computed`
 _PLACE = "place"  # column of where in the window of its tile a computed cell is
 
 
@@ -115,7 +117,7 @@ class RefinedMap(Study):
         """Tiles are refined side by side, so that there are many cells to compute together."""
         tiles, parts = [self.tiles.tile(number) for number in items], list[Results]()
 
-        def look(cells: Indices) -> Labels:
+        def look(cells: Integers) -> Labels:
             parts.append(compute_range(self.grid.pick(cells), 0, cells.size, self.options, stop, moved, often=True))
             return labels_of(parts[-1]["regime"])
 
@@ -148,17 +150,14 @@ class RefinedMap(Study):
     def painter(self, held_by: Callable[[int], tuple[Results, int]]) -> Painter:
         """Full maps, range by range. held_by : the results that hold a tile, and its number among theirs."""
 
-        def sketch(number: int) -> Sketch | None:
+        def computed(number: int) -> tuple[Integers, Results]:
             results, at = held_by(number)
             ends = np.cumsum(results["computed_cells"], dtype=np.int64)
             part = slice(int(ends[at] - results["computed_cells"][at]), int(ends[at]))
-            if part.start == part.stop:
-                return None
-            cells = {name: results[name][part] for name in columns(self.options)}
             places = results[_PLACE][part].astype(np.int64)
-            return Sketch.of(self.tiles.tile(number), self._section.depth, places, cells)
+            return places, {name: results[name][part] for name in columns(self.options)}
 
-        return Painter(self.tiles, sketch, self._blank_cells)
+        return Painter(self.tiles, computed, self._blank_cells)
 
     def _blank_cells(self, count: int) -> Results:
         return blank_results(count, self.options) | {"computed": np.zeros(count, np.int8)}
@@ -167,54 +166,30 @@ class RefinedMap(Study):
 def _columns(refined: Refined, computed: Results) -> Results:
     """The columns of a range of tiles: what was computed, tile by tile, and counts."""
     order = np.argsort(refined.tiles, kind="stable")
-    audits = refined.audits
-    cells = np.bincount(refined.tiles, minlength=len(audits))
-    counts = (cells, [a.tried for a in audits], [a.wrong for a in audits], [a.inferred for a in audits])
-    columns = {name: np.array(count, np.int32) for name, count in zip(_OF_TILE, counts, strict=True)}
+    cells = np.bincount(refined.tiles, minlength=len(refined.audits))
+    counts = zip(_OF_TILE, (cells, *zip(*refined.audits, strict=True)), strict=True)
+    columns = {name: np.array(count, np.int32) for name, count in counts}
     columns[_PLACE] = refined.places[order].astype(np.int32)
     return columns | {name: values[order] for name, values in computed.items()}
 
 
-# --- painting ---------------------------------------------------------------------------------------------------------
-
-
-COMPUTED = 1  # of the flag `computed`
-
-
-def labels_of(regimes: NDArray[np.int8]) -> Labels:
+def labels_of(regimes: Labels) -> Labels:
     """Regimes as `Boxes` takes them: below 0 where nothing is decided, so that nothing is inferred from such cells."""
-    return np.where(np.isin(regimes, UNDECIDED), -1 - regimes, regimes).astype(np.int8)
-
-
-class Sketch(NamedTuple):
-    """What is known of a tile. regimes : of every place of its window, inferred ones among them. rows : where in the
-    results each is, -1 for what was not computed. results : of computed cells, by column."""
-
-    tile: Tile
-    regimes: NDArray[np.int8]
-    rows: NDArray[np.int32]
-    results: Results
-
-    @classmethod
-    def of(cls, tile: Tile, depth: int, places: Places, results: Results) -> Sketch:
-        """The sketch from computed cells at places of the window, each once."""
-        boxes = Boxes(tile.shape, depth)
-        boxes.learn(places, labels_of(results["regime"]))
-        rows = np.full(boxes.known.size, -1, np.int32)
-        rows[places] = np.arange(places.size, dtype=np.int32)
-        return cls(tile, boxes.inferred().ravel(), rows, results)
+    return np.where(decided(regimes), regimes, -1 - regimes).astype(np.int8)
 
 
 class Painter:
     """Any range of the cells of a map.
 
-    sketch : gives that of a tile, when it is needed; None for a tile of which nothing is known.
-    blank : results of so many cells that are not computed, the flag `computed` among them.
+    computed : gives places of the window of a tile, each once, and the results there; none of a tile of which nothing
+    is known. blank : results of so many cells that are not computed, the flag `computed` among them.
     """
 
-    def __init__(self, tiles: Tiles, sketch: Callable[[int], Sketch | None], blank: Callable[[int], Results]) -> None:
-        self._tiles, self._load, self._blank = tiles, sketch, blank
-        self._sketches: dict[int, Sketch | None] = {}
+    def __init__(
+        self, tiles: Tiles, computed: Callable[[int], tuple[Integers, Results]], blank: Callable[[int], Results]
+    ) -> None:
+        self._tiles, self._computed, self._blank = tiles, computed, blank
+        self._sketches: dict[int, _Sketch | None] = {}
 
     def cells(self, cells: range) -> Results:
         """The results of a range of cells."""
@@ -222,7 +197,7 @@ class Painter:
         owners, results = self._tiles.owners(flat), self._blank(len(cells))
         numbers = [int(number) for number in np.unique(owners)]
         # The next range mostly needs the same tiles.
-        self._sketches = {n: self._sketches[n] if n in self._sketches else self._load(n) for n in numbers}
+        self._sketches = {n: self._sketches[n] if n in self._sketches else self._sketch(n) for n in numbers}
         for number, sketch in self._sketches.items():
             if sketch is not None:
                 at = np.flatnonzero(owners == number)
@@ -233,3 +208,23 @@ class Painter:
                 for name, values in sketch.results.items():
                     results[name][at] = values[rows]
         return results
+
+    def _sketch(self, number: int) -> _Sketch | None:
+        (places, results), tile = self._computed(number), self._tiles.tile(number)
+        if not places.size:
+            return None
+        boxes = Boxes(tile.shape, self._tiles.depth)
+        boxes.learn(places, labels_of(results["regime"]))
+        rows = np.full(boxes.known.size, -1, np.int32)
+        rows[places] = np.arange(places.size, dtype=np.int32)
+        return _Sketch(tile, boxes.inferred().ravel(), rows, results)
+
+
+class _Sketch(NamedTuple):
+    """What is known of a tile. regimes : of every place of its window, inferred ones among them. rows : where in the
+    results each is, -1 for what was not computed. results : of computed cells, by column."""
+
+    tile: Tile
+    regimes: Labels
+    rows: NDArray[np.int32]
+    results: Results

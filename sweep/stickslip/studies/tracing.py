@@ -1,15 +1,12 @@
-"""Walking along borders in a plane: which grid cells hold one, without looking at the others.
+"""Lines in a plane: which grid cells hold a border, without looking at the others, and how crossings make lines.
 
 Grid points and grid cells are numbered by (row, column); cell (i, j) has the points (i, j) to (i + 1, j + 1) as
 corners. Rows run along y, columns along x. Labels are small integers, 0 is "not looked at".
 
-From crossings on the sides of grid cells to lines: which crossings a cell joins, and chains of them.
-
 Around a cell, counter-clockwise, labels change at crossings. Where a label has the same one on both sides, A [C] A, its
 two crossings are joined: the line cuts C off, and what is left is looked at again. Where nothing can be cut off, three
-or more labels meet: all crossings left are joined to one point inside, a junction.
-
-Junctions are closed in upon in all such cells together.
+or more labels meet: all crossings left are joined to one point inside, a junction. Junctions are closed in upon in all
+such cells together.
 """
 
 from collections import defaultdict
@@ -22,6 +19,9 @@ from stickslip.studies.search import Floats, Integers, Labels
 
 _CORNERS = np.array([(0, 0), (0, 1), (1, 1), (1, 0)])  # counter-clockwise from the lower left
 _NEIGHBOURS = ((-1, 0), (0, 1), (1, 0), (0, -1))  # beyond the sides that begin at these corners
+LabelsInCells = Callable[[Integers, Floats, Floats], Labels]  # of (cell, share along x, share along y)
+_SIDE = 5  # points along a side of the window that is looked at; half of it is the next
+_HALF = _SIDE // 2 + 1
 
 
 class Points:
@@ -104,13 +104,10 @@ def _side_between(points: Points, low: Integers, high: Integers, axis: int) -> I
         high[apart[~same]] = middle[~same]
 
 
-Node = int
-
-
 class Crossing(NamedTuple):
     """A change of label on the way around a cell."""
 
-    node: Node
+    node: int
     before: int
     after: int
 
@@ -118,8 +115,8 @@ class Crossing(NamedTuple):
 class Segment(NamedTuple):
     """A piece of a border from one node to another, with the labels to its left and right."""
 
-    start: Node
-    end: Node
+    start: int
+    end: int
     left: int
     right: int
 
@@ -127,17 +124,12 @@ class Segment(NamedTuple):
 class Chain(NamedTuple):
     """A line through nodes; a closed one ends where it began."""
 
-    nodes: tuple[Node, ...]
+    nodes: tuple[int, ...]
     left: int
     right: int
 
-    @property
-    def closed(self) -> bool:
-        """Return whether it is a loop."""
-        return self.nodes[0] == self.nodes[-1]
 
-
-def joined(around: Sequence[Crossing], centre: int | None, junction: Node) -> list[Segment]:
+def joined(around: Sequence[Crossing], centre: int | None, junction: int) -> list[Segment]:
     """The segments inside a cell.
 
     around : its crossings counter-clockwise. centre : label in the middle of the cell, which is not cut off as long as
@@ -161,8 +153,8 @@ def chained(segments: Iterable[Segment]) -> list[Chain]:
     Nodes with two segments are passed; where one segment or three and more meet, lines end.
     """
     pieces = [s if s.left < s.right else Segment(s.end, s.start, s.right, s.left) for s in segments]
-    leaving: dict[Node, list[int]] = defaultdict(list)
-    meeting: dict[Node, int] = defaultdict(int)
+    leaving: dict[int, list[int]] = defaultdict(list)
+    meeting: dict[int, int] = defaultdict(int)
     for i, piece in enumerate(pieces):
         leaving[piece.start].append(i)
         meeting[piece.start] += 1
@@ -180,11 +172,6 @@ def chained(segments: Iterable[Segment]) -> list[Chain]:
 
     lines = [follow(i) for i, piece in enumerate(pieces) if meeting[piece.start] != 2]
     return lines + [follow(i) for i in range(len(pieces)) if not used[i]]
-
-
-LabelsInCells = Callable[[Integers, Floats, Floats], Labels]  # of (cell, share along x, share along y)
-_SIDE = 5  # points along a side of the window that is looked at; half of it is the next
-_HALF = _SIDE // 2 + 1
 
 
 def meeting_points(cells: int, labels_at: LabelsInCells, rounds: int) -> tuple[Floats, Floats]:

@@ -17,11 +17,11 @@ def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, 
     """The full map that refinement makes of these labels, which cells it computed, and its audit."""
     dims = tuple(range(truth.ndim)) if dims is None else dims
     tiles, flat = Tiles(truth.shape, dims, depth), truth.ravel()
-    whole, computed, audit = np.full(flat.size, 99, np.int8), np.zeros(flat.size, bool), Audit(0, 0, 0)
+    whole, computed, audits = np.full(flat.size, 99, np.int8), np.zeros(flat.size, bool), []
     for number in range(tiles.count):
         tile = tiles.tile(number)
         done = refine([tile], depth, density(share, depth, len(dims)), lambda cells: flat[cells])
-        audit += done.audits[0]
+        audits += done.audits
         assert np.unique(done.places).size == done.places.size
         boxes = Boxes(tile.shape, depth)
         boxes.learn(done.places, flat[tile.cells(done.places)])
@@ -33,7 +33,7 @@ def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, 
         assert (tile.places(cells) == own).all()
         whole[cells], computed[cells] = boxes.inferred().ravel()[own], boxes.known.ravel()[own]
     assert (whole != 99).all()  # and leave nothing out
-    return whole.reshape(truth.shape), computed.reshape(truth.shape), audit
+    return whole.reshape(truth.shape), computed.reshape(truth.shape), Audit(*map(sum, zip(*audits, strict=True)))
 
 
 def plane(shape: tuple[int, ...]) -> tuple[np.ndarray, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.studies.boxes import Tiles, refine
-from stickslip.studies.refine import COMPUTED, Painter, Sketch, labels_of
+from stickslip.studies.refine import COMPUTED, Painter, labels_of
 from stickslip.vocabulary.flags import REGIMES
 
 STICK_SLIP, DAMPED, UNRESOLVED = (REGIMES.index(name) for name in ("stick_slip", "damped", "unresolved"))
@@ -21,9 +21,9 @@ def painted(truth: np.ndarray, depth: int, dims: tuple[int, ...] | None = None, 
     """A painter of the map of these regimes; `sustained` cells have no period."""
     tiles, flat = Tiles(truth.shape, dims or tuple(range(truth.ndim)), depth), truth.ravel()
 
-    def sketch(number: int) -> Sketch | None:
+    def computed(number: int):
         if number in missing:
-            return None
+            return np.zeros(0, np.int64), {}
         tile = tiles.tile(number)
         found = refine([tile], depth, 0.001, lambda cells: labels_of(flat[cells]))
         cells = tile.cells(found.places)
@@ -32,14 +32,14 @@ def painted(truth: np.ndarray, depth: int, dims: tuple[int, ...] | None = None, 
             "regime": flat[cells], "steps": np.full(cells.size, 7, np.int32), "spring_force_max": values,
             "period": np.where(flat[cells] == STICK_SLIP, values, np.nan), "equilibrium_crossings": values,
         }  # fmt: skip
-        return Sketch.of(tile, depth, found.places, results)
+        return found.places, results
 
     def blank(count: int):
         floats = {name: np.full(count, np.nan) for name in ("spring_force_max", "period", "equilibrium_crossings")}
         flags = {"regime": np.zeros(count, np.int8), "computed": np.zeros(count, np.int8)}
         return {**flags, "steps": np.zeros(count, np.int32), **floats}
 
-    return Painter(tiles, sketch, blank)
+    return Painter(tiles, computed, blank)
 
 
 def disc(shape: tuple[int, int]) -> np.ndarray:
