@@ -22,6 +22,7 @@ from stickslip.studies.lines import (
     LineSection,
     Side,
     check_lines,
+    decided,
     fine_enough,
     growth_of,
     guide_of,
@@ -30,10 +31,10 @@ from stickslip.studies.lines import (
     opened,
     search_options,
 )
-from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, search_lines
+from stickslip.studies.search import Floats, Integers, Looked, search_lines
 from stickslip.studies.study import axis_names, joined, parts_over, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import METHODS, REGIMES, UNDECIDED
+from stickslip.vocabulary.flags import METHODS, REGIMES
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 
@@ -135,19 +136,8 @@ class BorderStudy(Study):
         return ds["border"].ndim > 1 and "configuration" in ds.attrs and "cell" not in ds.dims
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
-        """The borders of a range of lines."""
-        brackets, undecided, regime = self._search(items, stop, moved)
-        counts = np.bincount(brackets["line"], minlength=len(items))
-        throughout = np.where(counts == 0, regime, _OPEN)
-        results = {"found": counts, "undecided": undecided, "throughout": throughout} | {
-            name: brackets[name] for name in ("low", "high", "below", "above", "guided", "place")
-        }
-        return {name: results[name].astype(dtype) for name, dtype in self.columns.items()}
-
-    def _search(self, items: range, stop: StopFlag, moved: Moved | None) -> tuple[Brackets, Integers, Labels]:
-        """The brackets of some lines, counted from the first; by line how many places of the scan were undecided, and
-        the regime of the first that was decided. Raises StoppedError.
-        """
+        """The borders of a range of lines; by line how many places of the scan were undecided, and where there is no
+        border the regime of the first that was decided."""
         scanned: list[Looked] = []
 
         def cells(line: Integers, place: Floats) -> Parameters:
@@ -155,17 +145,21 @@ class BorderStudy(Study):
 
         def regimes(line: Integers, place: Floats) -> Looked:
             results = solve(cells(line, place), self.options, stop, moved)
-            regime = results["regime"]
-            answer = Looked(regime, ~np.isin(regime, UNDECIDED), guide_of(results, self.options))
+            looked = Looked(results["regime"], decided(results["regime"]), guide_of(results, self.options))
             if not scanned:
-                scanned.append(answer)
-            return answer
+                scanned.append(looked)
+            return looked
 
         guide = growth_of(cells, self.options)
         brackets, undecided = search_lines(len(items), self._side, self._section.tolerance, regimes, guide)
-        labels, decided = (values.reshape(len(items), self._side.points) for values in scanned[0][:2])
-        first = labels[np.arange(len(items)), np.argmax(decided, axis=1)]
-        return brackets, undecided, np.where(decided.any(axis=1), first, _OPEN).astype(np.int8)
+        labels, known = (values.reshape(len(items), self._side.points) for values in scanned[0][:2])
+        counts = np.bincount(brackets["line"], minlength=len(items))
+        first = labels[np.arange(len(items)), np.argmax(known, axis=1)]
+        results = {name: brackets[name] for name in ("low", "high", "below", "above", "guided", "place")} | {
+            "found": counts, "undecided": undecided,
+            "throughout": np.where((counts == 0) & known.any(axis=1), first, _OPEN),
+        }  # fmt: skip
+        return {name: results[name].astype(dtype) for name, dtype in self.columns.items()}
 
     def blank(self, items: range) -> Results:
         """Lines without borders, no place of which was decided."""
@@ -178,10 +172,8 @@ class BorderStudy(Study):
         """The borders with the dimensions of the lines and ``crossing``."""
         whole, side = joined(parts), self._side
         throughout = np.where(whole["throughout"] == _OPEN, np.nan, whole["throughout"])
-        results = _columns(whole, self.options) | {
-            "regime_throughout": throughout,
-            "scan_undecided": whole["undecided"],
-        }
+        results = _columns(whole, self.options)
+        results |= {"regime_throughout": throughout, "scan_undecided": whole["undecided"]}
         rows = _VARIABLES | {name: of_parameter(_VARIABLES[name], side.name) for name in ("border", "border_width")}
         values = {name: results[name] for name in rows}
         settings = search_attributes(self._section, self.options) | {"border_parameter": side.name}

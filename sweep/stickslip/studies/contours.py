@@ -142,13 +142,11 @@ class ContourStudy(Study):
         "configs/start_state.yaml --set contours.points=1024 --plot basins.svg",
     )
     name, counted, ragged = "contours", "panels", True
-    columns: Mapping[str, np.dtype[Any]] = {
-        "lines": np.dtype(np.int32), "looked_at": np.dtype(np.float64), "computed": np.dtype(np.float64),
-        "undecided": np.dtype(np.float64), "node_count": np.dtype(np.int32), "closed": np.dtype(np.int8),
-        "regime_left": np.dtype(np.int8), "regime_right": np.dtype(np.int8),
-        "x": np.dtype(np.float64), "y": np.dtype(np.float64),
-        "node_width": np.dtype(np.float64), "node_along": np.dtype(np.int8),
-    }  # fmt: skip
+    columns: Mapping[str, np.dtype[Any]] = (
+        dict.fromkeys(("lines", "node_count"), np.dtype(np.int32))
+        | dict.fromkeys(("closed", "regime_left", "regime_right", "node_along"), np.dtype(np.int8))
+        | dict.fromkeys(("looked_at", "computed", "undecided", "x", "y", "node_width"), np.dtype(np.float64))
+    )
 
     def __init__(self, cells: Cells, y: Side, x: Side, section: Contours, options: Options) -> None:
         self._cells, self._y, self._x, self._section = cells, y, x, section
@@ -249,8 +247,8 @@ def lines_dataset(whole: Results, rows: Mapping[str, Variable], y: Side, x: Side
             variables[name].attrs[CONTAINER] = CONTAINER
     nodes = {}
     for side, axis in ((x, "x"), (y, "y")):
-        about = {"units": SEARCHABLE[side.name].units, "long_name": SEARCHABLE[side.name].long_name}
-        about |= {"axis": axis.upper(), "axis_spacing": side.spacing}
+        row = SEARCHABLE[side.name]
+        about = {"units": row.units, "long_name": row.long_name, "axis": axis.upper(), "axis_spacing": side.spacing}
         nodes[names[axis]] = shown_in(xr.Variable("node", whole[axis], about, NO_FILL), side.written_in)
     return xr.Dataset(variables, nodes)
 

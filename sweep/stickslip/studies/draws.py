@@ -1,9 +1,8 @@
-"""Which draw an item is: by cell, scrambling, matrix and number, in that order, the last running fastest.
+"""Draws of what is uncertain, and the cells behind them.
 
-Scrambled Sobol points, any of them at once: no point depends on which others are asked for. So a block of a run makes
-its own points wherever it lies, and a hundred million of them are never in memory together.
-
-The cells behind draws: what the configuration fixes or varies, and what it leaves to chance.
+An item is a draw by cell, scrambling, matrix and number, in that order, the last running fastest: scrambled Sobol
+points, none of which depends on which others are asked for. So a block of a run makes its own points wherever it lies,
+and a hundred million of them are never in memory together.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from stickslip.config.studies import Moved
 from stickslip.config.uncertain import Uncertain
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
+from stickslip.studies.search import Flags, Floats, Integers
 from stickslip.vocabulary.cell_values import impossible
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import REGIMES
@@ -31,9 +31,6 @@ from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 BITS = 30  # of a coordinate, as SciPy has them
 _AT_ONCE = 2**16  # points of a scrambling that are made together; many, since SciPy walks to the first of them
@@ -128,16 +125,12 @@ class Design:
 
     def normals(self, place: DrawPlace) -> Floats:
         """Independent standard normal deviates of items, (n, quantities)."""
-        points, d = self.points.at(place.scrambling, place.number), self.quantities
-        drawn = points[:, :d].copy()
+        points, matrix, d = self.points.at(place.scrambling, place.number), place.matrix[:, None], self.quantities
+        drawn = points[:, :d]
         if self.indices:
-            columns = np.arange(d)
-            from_b = (place.matrix[:, None] == 1) | (place.matrix[:, None] == 2 + columns)
-            drawn = np.where(from_b, points[:, d:], drawn)
+            drawn = np.where((matrix == 1) | (matrix == 2 + np.arange(d)), points[:, d:], drawn)
         return np.asarray(scipy.special.ndtri(drawn))
 
-
-Floats = NDArray[np.float64]
 
 _STATE, _QUANTITY = ("state",), ("state", "quantity")
 _ERROR = "standard error: scatter over independent scramblings"
@@ -201,7 +194,7 @@ class Inputs:
         """The cells of its axes, without what is uncertain."""
         return build_grid(self.config)
 
-    def cells(self, numbers: NDArray[np.int64], normals: Floats) -> tuple[Parameters, NDArray[np.bool_]]:
+    def cells(self, numbers: Integers, normals: Floats) -> tuple[Parameters, Flags]:
         """Parameters of cells of the axes, their uncertain ones drawn; and which of the draws an oscillator can have.
 
         numbers : of cells of the axes, (n,). normals : independent standard normal deviates, (n, quantities).
@@ -211,7 +204,7 @@ class Inputs:
         return drawn_cells(self.grid, numbers, self.uncertain.values(normals), Options(self.config.friction.law))
 
     def compute(
-        self, numbers: NDArray[np.int64], normals: Floats, options: Options, stop: StopFlag, moved: Moved | None = None
+        self, numbers: Integers, normals: Floats, options: Options, stop: StopFlag, moved: Moved | None = None
     ) -> Results:
         """Their results, by the calling thread. Raises StoppedError."""
         return computed_where(*self.cells(numbers, normals), options, stop, moved)
@@ -239,9 +232,7 @@ class Inputs:
         return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
 
 
-def drawn_cells(
-    grid: Cells, numbers: NDArray[np.int64], drawn: Parameters, options: Options
-) -> tuple[Parameters, NDArray[np.bool_]]:
+def drawn_cells(grid: Cells, numbers: Integers, drawn: Parameters, options: Options) -> tuple[Parameters, Flags]:
     """Parameters of the cells of these numbers, drawn quantities in place of their own; and which are possible."""
     cells = grid.take(numbers, **drawn)
     model = model_of(options.law)
@@ -252,7 +243,7 @@ def drawn_cells(
 
 
 def computed_where(
-    cells: Parameters, possible: NDArray[np.bool_], options: Options, stop: StopFlag, moved: Moved | None = None
+    cells: Parameters, possible: Flags, options: Options, stop: StopFlag, moved: Moved | None = None
 ) -> Results:
     """The results of cells, by the calling thread; those of impossible ones are `failed`. Raises StoppedError."""
     chosen = Cells.of(taken(cells, possible))

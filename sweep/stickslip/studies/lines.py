@@ -26,6 +26,7 @@ from stickslip.vocabulary.parameter import NAN, Parameter, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.suggest import listed
 
+AnySearch = TypeVar("AnySearch", bound=StudySection)
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config
 Between = tuple[float, float]
 Ranges = Mapping[str, Between | None]
@@ -79,9 +80,6 @@ def limits(section: str, what: str, *rows: Parameter) -> dict[str, Parameter]:
         Parameter("rtol", "1", "relative tolerance of a step; a hundredth of the tolerance unless given", section,
                   at_least=1e-12, at_most=1e-2, absent="a hundredth of the tolerance"),
     )  # fmt: skip
-
-
-AnySearch = TypeVar("AnySearch", bound=StudySection)
 
 
 def fine_enough(section: AnySearch, options: Options) -> tuple[AnySearch, Options]:
@@ -236,27 +234,18 @@ def check_lines(section: OpenSection, config: Config, problems: ProblemCollector
 def opened(given: CellsOrConfig, ranges: Ranges, points: int, options: Options) -> tuple[Cells, list[Side]]:
     """Cells of which some parameters are left open, whatever the cells say of these, with so many points along each.
 
-    Without a range, over that of the axis. Raises TypeError or ValueError for what cannot be searched.
+    Without a range, over that of the axis. Cells are checked at the corners of the ranges: bounds that hold there hold
+    between, since they are linear. Raises TypeError or ValueError for what cannot be searched.
     """
     if isinstance(given, Config):
-        return _of_config(given, lines_of(given, ranges), points)
-    return _of_cells(given, ranges, points, options)
-
-
-def _of_config(config: Config, lines: Lines, points: int) -> tuple[Cells, list[Side]]:
-    for rule in broken_rules(config, lines):
-        got = rule.got or "values"
-        raise ArgumentError(str(rule.path[-1]), f"got {got} for which no cell is possible, expected {rule.expected}")
-    sides = [
-        _side(name, line.between, points, line.spacing, config.written_in.get(name)) for name, line in lines.items()
-    ]
-    return build_grid(config.without(*lines)), sides
-
-
-def _of_cells(
-    given: Mapping[str, Any] | xr.Dataset, ranges: Ranges, points: int, options: Options
-) -> tuple[Cells, list[Side]]:
-    """Cells are checked at the corners of the ranges: bounds that hold there hold between, since they are linear."""
+        lines = lines_of(given, ranges)
+        for rule in broken_rules(given, lines):
+            what = f"got {rule.got or 'values'} for which no cell is possible, expected {rule.expected}"
+            raise ArgumentError(str(rule.path[-1]), what)
+        units = given.written_in
+        return build_grid(given.without(*lines)), [
+            _side(name, line.between, points, line.spacing, units.get(name)) for name, line in lines.items()
+        ]
     sides = []
     for name, between in ranges.items():
         if name not in PARAMETERS:

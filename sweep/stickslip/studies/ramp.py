@@ -20,6 +20,7 @@ from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
 from stickslip.studies.exact import exact_results
 from stickslip.studies.lines import CellsOrConfig, LineSection, Side, check_lines, opened
+from stickslip.studies.search import Floats
 from stickslip.studies.starts import DISTURBANCE, SETTLED, Attractors, Motions, settled, unloaded
 from stickslip.studies.starts import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.study import axis_names, joined, parts_over, shown
@@ -33,7 +34,6 @@ from stickslip.vocabulary.results import VARIABLES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 Lines = NDArray[np.intp]
 State = tuple[Floats, Floats]
 
@@ -41,12 +41,11 @@ _VIBRATION_END = "vibration_end"
 _CELL = ("regime", "status", "velocity_amplitude", "displacement_amplitude", "period", "stick_fraction")
 _OF_BOTH = ("unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", "damping_ratio")
 # By line, direction and value ("along" stands for the parameter); between both branches, by line and value.
-_BRANCHES = {name: replace(VARIABLES[name], dims=("direction", "along")) for name in _CELL}
+_WAYS = ("direction", "along")
+_BRANCHES = {name: replace(VARIABLES[name], dims=_WAYS) for name in _CELL}
 _BETWEEN = {name: replace(OF_ATTRACTORS[name], dims=("along",)) for name in _OF_BOTH}
-_END = Variable(
-    _VIBRATION_END, "parameter", "where vibration ends, between this value and the next of the ramp",
-    dims=("direction", "along"),
-)  # fmt: skip
+_ENDS = "where vibration ends, between this value and the next of the ramp"
+_END = Variable(_VIBRATION_END, "parameter", _ENDS, dims=_WAYS)
 _TOGETHER = 256  # cells that are held with the samples of their cycles
 _STATES = of_section("start", PARAMETERS.values())
 _CARRIED = "is a starting state, which a ramp carries from value to value"
@@ -95,8 +94,7 @@ class RampStudy(Study):
         self._values = side.places
         self.dims, self.shape = cells.dims, cells.shape
         self.cells_each, self.options = 3 * side.points, replace(options, early_stop=True)
-        names = (*_BRANCHES, _VIBRATION_END, *_BETWEEN)
-        self.columns = dict.fromkeys(names, np.dtype(np.float64))
+        self.columns = dict.fromkeys(self.variables, np.dtype(np.float64))
         if side.name in _STATES:
             raise ArgumentError("along", f"{side.name} {_CARRIED}")
         for end in self._values[[0, -1]]:
@@ -142,12 +140,8 @@ class RampStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The ramps of a range of lines."""
-        lines, work, count = (
-            np.arange(items.start, items.stop),
-            Motions(self.options, stop),
-            moved or (lambda cells: None),
-        )
-        results = self._followed(lines, work, count) | self._between(lines, work, count)
+        lines, work = np.arange(items.start, items.stop), Motions(self.options, stop, moved)
+        results = self._followed(lines, work) | self._between(lines, work)
         return {name: results[name].ravel() for name in self.columns}
 
     def blank(self, items: range) -> Results:
@@ -157,13 +151,12 @@ class RampStudy(Study):
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The ramps with the dimensions of the lines, `direction` and the parameter."""
-        points = self._values.size
         name, unit, about = self._side.name, self._side.written_in, QUANTITIES[self._side.name]
         rows = self.variables | {_VIBRATION_END: replace(_END, units=about.units)}
         rows = {key: replace(row, dims=tuple(name if dim == "along" else dim for dim in row.dims))
                 for key, row in rows.items()}  # fmt: skip
-        values = {key: column.reshape(-1, *((points,) if key in _BETWEEN else (2, points)))
-                  for key, column in joined(parts).items()}  # fmt: skip
+        ways = {key: () if key in _BETWEEN else (2,) for key in rows}
+        values = {key: column.reshape(-1, *ways[key], self._values.size) for key, column in joined(parts).items()}
         axis = {"units": about.units, "long_name": about.long_name, "axis_spacing": self._side.spacing}
         coordinates = grid_coordinates(self._cells) | {
             name: shown_in(xr.Variable((name,), self._values, axis, NO_FILL), unit),
@@ -173,16 +166,15 @@ class RampStudy(Study):
         shown_in(ds[_VIBRATION_END].variable, unit)
         return ds
 
-    def _followed(self, lines: Lines, work: Motions, moved: Moved) -> Results:
+    def _followed(self, lines: Lines, work: Motions) -> Results:
         """By names of `_BRANCHES`, and `vibration_end`, arrays (lines, direction, values).
 
         `vibration_end`, at the last value that vibrates: the one, between it and the next, at which vibration gives way
         to steady sliding; NaN elsewhere, and where that is not known.
         """
-        values = self._values
-        shape = (lines.size, 2, values.size)
+        values, state = self._values, None
+        shape = lines.size, 2, values.size
         columns: Results = {name: np.full(shape, np.nan) for name in (*_BRANCHES, _VIBRATION_END)}
-        state = None
         for direction, order in enumerate((range(values.size), range(values.size)[::-1])):
             vibrated, before = np.zeros(lines.size, np.bool_), order[0]
             for i in order:
@@ -197,7 +189,6 @@ class RampStudy(Study):
                     columns[_VIBRATION_END][ended, direction, before] = self._end(lines[ended], between, last, work)
                 state = _passed_on(cells, results, state)
                 vibrated, before = np.isin(results["regime"], (_STICK_SLIP, _SUSTAINED)), i
-                moved(lines.size)
         return columns
 
     def _end(self, lines: Lines, between: tuple[float, float], state: State, work: Motions) -> Floats:
@@ -217,10 +208,10 @@ class RampStudy(Study):
             state = np.where(vibrates, x, state[0]), np.where(vibrates, v, state[1])
         return np.where(known, 0.5 * (last + first), np.nan)
 
-    def _between(self, lines: Lines, work: Motions, moved: Moved) -> Results:
+    def _between(self, lines: Lines, work: Motions) -> Results:
         """By names of `_BETWEEN`, arrays (lines, values): unstable cycle, stability of steady sliding.
 
-        NaN where there is no unstable cycle, or it is not known exactly (`plain.py` says of which cells it is).
+        NaN where there is no unstable cycle, or it is not known exactly (`phase_plane.py` says of which cells it is).
         """
         values = self._values
         cells = self._at(np.tile(values, lines.size), np.repeat(lines, values.size))
@@ -230,7 +221,6 @@ class RampStudy(Study):
             start = work.results(part, *unloaded(part))
             _, known = exact_results(part, start["regime"], _ANY, work)
             parts.append(known | {"damping_ratio": start["damping_ratio"]})
-            moved(part["mass"].size)
         return {name: np.concatenate([part[name] for part in parts]) for name in _BETWEEN}
 
 

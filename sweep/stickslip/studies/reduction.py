@@ -1,8 +1,6 @@
-"""The draws of all cells reduced, one scrambling of one cell after the other, to what the dataset holds.
+"""From draws to probabilities, moments and Sobol indices, each with its standard error.
 
-No more than the draws of one scrambling are looked at together, so that memory depends on `draws` alone.
-
-From the draws of one cell to probabilities, moments and Sobol indices, each with its standard error.
+No more than the draws of one scrambling of one cell are looked at together, so that memory depends on `draws` alone.
 
 Scramblings are independent of each other, and each gives an unbiased estimate. So the spread of their estimates is the
 error of their mean, whatever is estimated and however evenly Sobol points lie; errors of plain Monte Carlo would be far
@@ -14,15 +12,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip.engine import Results
 from stickslip.studies.draws import Design
+from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.study import joined
 from stickslip.vocabulary.flags import REGIMES
 
-Floats = NDArray[np.float64]
-Labels = NDArray[np.int8]
+STATES = ("stick_slip", "damped", "creep", "sustained", "stuck")  # what a draw can be known to be
+_CODES = np.array([REGIMES.index(name) for name in STATES], np.int8)
 
 
 class Mean(NamedTuple):
@@ -77,10 +75,6 @@ def indices_of(sums: IndexSums) -> dict[str, Mean]:
     """The indices from the sums of all scramblings, the first dimension; NaN where nothing varies."""
     variance = sums.variance + 0 * sums.first
     return {"sobol_first": ratio(sums.first, variance), "sobol_total": ratio(sums.total, variance)}
-
-
-STATES = ("stick_slip", "damped", "creep", "sustained", "stuck")  # what a draw can be known to be
-_CODES = np.array([REGIMES.index(name) for name in STATES], np.int8)
 
 
 class Summary(NamedTuple):
@@ -146,7 +140,7 @@ def _estimates(results: Results, design: Design, summary: Summary) -> dict[str, 
     return estimates
 
 
-def _index_sums(regime: Labels, more: NDArray[np.bool_]) -> IndexSums:
+def _index_sums(regime: Labels, more: Flags) -> IndexSums:
     """The sums of the indicator of each state, with `more` draws counted into it."""
     quantities = regime.shape[0] - 2
     whole = IndexSums(*(np.zeros((len(STATES), n)) for n in (quantities, quantities, 1)))

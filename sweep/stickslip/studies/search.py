@@ -4,7 +4,7 @@ A line is a number, a place on it a float, a label a small integer. Some places 
 are `undecided`. A bracket is a pair of decided places with different labels and only undecided ones known between.
 
 Beside its label a place may have a number, the guide, whose zero is where the labels change. Where it has opposite
-signs at the ends of a bracket, a secant of it says where to look next (`guess`), else the middle is. Which
+signs at the ends of a bracket, a secant of it says where to look next (`_guess`), else the middle is. Which
 part is kept the labels alone decide; so a guide that contradicts them has the same sign at both ends from then on.
 
 Where theory knows the guide of any place (`guide_at`), a border is where the guide vanishes if all places about it, up
@@ -34,16 +34,16 @@ _MORE_ROUNDS = 1  # than halving takes at most: n_0 of the article
 _MOVED = 0.2  # kappa_1, over the first width; kappa_2 is 2
 
 
-def first_reach(width: Floats, narrow: Floats) -> Floats:
-    """Return how wide a bracket may be after the next round so that halving still ends in time, in the first round.
+def _first_reach(width: Floats, narrow: Floats) -> Floats:
+    """How wide a bracket may be after the first round so that halving still ends in time; it halves with each round.
 
-    width, narrow : of the bracket, and at which the search ends. The reach halves with each round.
+    width, narrow : of the bracket, and at which the search ends.
     """
     narrow = np.maximum(narrow, np.finfo(np.float64).tiny)
     return np.asarray(narrow * np.exp2(np.ceil(np.log2(np.maximum(width / narrow, 1.0))) + _MORE_ROUNDS - 1))
 
 
-def guess(low: Floats, high: Floats, at_low: Floats, at_high: Floats, first: Floats, reach: Floats) -> Floats:
+def _guess(low: Floats, high: Floats, at_low: Floats, at_high: Floats, first: Floats, reach: Floats) -> Floats:
     """The place to look at inside each bracket.
 
     at_low, at_high : the number at the ends, of opposite sign. first : width of the bracket at the start.
@@ -69,7 +69,7 @@ LabelsAt = Callable[[Integers, Floats], Looked]
 GuideAt = Callable[[Integers, Floats], Floats]
 # gap_low, gap_high: the outermost undecided places between low and high; NaN where there are none. at_low, at_high: the
 # guide. first, change, reach: width of the bracket and change of the guide when it began to lead, 0 before, and what
-# `first_reach` says of it. guided: whether it led to the end. probed: whether all places between those undecided ones
+# `_first_reach` says of it. guided: whether it led to the end. probed: whether all places between those undecided ones
 # are undecided, as far as a few of them say. place: of the border.
 BRACKET = np.dtype(
     [("line", np.int64), ("low", np.float64), ("high", np.float64), ("below", np.int8), ("above", np.int8),
@@ -186,14 +186,14 @@ def _follow_guide(brackets: Brackets, left: Floats, right: Floats, width: Floats
     """Let the guide, where there is one, say which places inside each bracket are looked at next, in place of middles.
 
     It may have led right to the border, where places tend to be undecided: then both sides of these are next.
-    left, right : the middles, NaN where it is narrow enough; changed, as the notes on the guide in `found` are.
+    left, right : the middles, NaN where it is narrow enough; changed, as the notes on the guide in brackets are.
     """
     low, high, at_low, at_high = (brackets[name] for name in ("low", "high", "at_low", "at_high"))
     leads = ((at_low < 0) != (at_high < 0)) & np.isfinite(at_low) & np.isfinite(at_high)
     begins = leads & (brackets["first"] == 0) & ~_far_apart(low, high)
     for name, values in {"first": high - low, "change": np.abs(at_high - at_low)}.items():
         brackets[name][begins] = values[begins]
-    brackets["reach"][begins] = first_reach(high[begins] - low[begins], width[begins])
+    brackets["reach"][begins] = _first_reach(high[begins] - low[begins], width[begins])
     leads &= brackets["first"] > 0
     brackets["guided"] = leads & (np.abs(at_high - at_low) <= _JUMP * brackets["change"])
     gap = ~np.isnan(brackets["gap_low"])
@@ -202,9 +202,8 @@ def _follow_guide(brackets: Brackets, left: Floats, right: Floats, width: Floats
     left[at] = np.maximum(left[at], brackets["gap_low"][at] - aside)  # NaN stays NaN
     right[at] = np.minimum(right[at], brackets["gap_high"][at] + aside)
     at = np.flatnonzero(leads & ~gap & ~np.isnan(left))
-    ends = low[at] + width[at] / 2, high[at] - width[at] / 2  # so that both ends close in
-    there = guess(low[at], high[at], at_low[at], at_high[at], brackets["first"][at], brackets["reach"][at])
-    there = np.clip(there, *ends)
+    there = _guess(low[at], high[at], at_low[at], at_high[at], brackets["first"][at], brackets["reach"][at])
+    there = np.clip(there, low[at] + width[at] / 2, high[at] - width[at] / 2)  # so that both ends close in
     left[at] = np.where((low[at] < there) & (there < high[at]), there, left[at])
     brackets["reach"] /= 2
 

@@ -203,9 +203,8 @@ class SampleStudy(Study):
     def __init__(self, config: Config, options: Options) -> None:
         self.inputs = Inputs(config)
         uncertain, grid = self.inputs.uncertain, self.inputs.grid
-        self.design = Design(
-            len(uncertain.names), uncertain.draws, uncertain.scramblings, uncertain.seed, bool(uncertain.indices)
-        )
+        how = uncertain.draws, uncertain.scramblings, uncertain.seed, bool(uncertain.indices)
+        self.design = Design(len(uncertain.names), *how)
         self.dims, self.shape = (*grid.dims, "draw"), (*grid.shape, self.design.per_cell)
         self.options = replace(options, variables=("regime", *uncertain.metrics))
         types = columns(self.options)
