@@ -16,7 +16,7 @@ from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
 from stickslip.plots import palette
 from stickslip.plots.layout import Figure, entitle, legend
-from stickslip.plots.painting import hatch_cells
+from stickslip.plots.maps import hatch_cells
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip_rig.quantities import SIGNALS
 from stickslip_rig.records import force_of

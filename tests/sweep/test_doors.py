@@ -10,7 +10,7 @@ from helpers.nightly import few
 from stickslip import sound
 from stickslip.config.reader import parse_config
 from stickslip.dataset.display import MapAxis
-from stickslip.plots.theory import over_plane
+from stickslip.plots.marks import over_plane
 from stickslip.vocabulary.flags import REGIMES
 from stickslip_sound.loudness import a_weighting
 

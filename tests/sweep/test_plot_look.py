@@ -11,9 +11,8 @@ from helpers.plotted import LUBRICANTS, legend_of, lubricants, notes_of, panels_
 from stickslip.dataset.display import with_units
 from stickslip.errors import PlotError
 from stickslip.plots.layout import resize
-from stickslip.plots.maps import plot_map
+from stickslip.plots.maps import plot_map, rectangles
 from stickslip.plots.options import Look
-from stickslip.plots.painting import rectangles
 from stickslip.plots.palette import paint
 from stickslip.vocabulary.flags import REGIMES
 

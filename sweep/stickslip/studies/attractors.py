@@ -105,8 +105,8 @@ class AttractorStudy(Study):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure | None:
         """Over one parameter lines of the share; over more a map of it."""
+        from stickslip.plots import check_plain
         from stickslip.plots.attractors import plot_attractors
-        from stickslip.plots.kinds import check_plain
 
         if variable not in (None, cls.subject) or len(set(ds[cls.subject].dims) - set(select)) != 1:
             return None

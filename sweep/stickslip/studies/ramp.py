@@ -127,8 +127,8 @@ class RampStudy(Study):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure:
         """The branches of a variable."""
+        from stickslip.plots import check_plain
         from stickslip.plots.attractors import plot_of_ramp
-        from stickslip.plots.kinds import check_plain
 
         check_plain(look, "a ramp")
         return plot_of_ramp(ds, variable, select=select, title=title)

@@ -1,12 +1,22 @@
-"""The page of a result: its pictures, and what one needs to read them without the program."""
+"""Pages: self-contained HTML files, without network or scripts, to read, to send and to print; and that of a result.
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+Their parts come from the templates in `page.html`, which escape all text; what goes out is HTML. The page of a result
+has its pictures, and what one needs to read them without the program.
+"""
+
+import os
+import re
+from base64 import b64encode
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from io import BytesIO
 from itertools import islice
 from math import prod
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import xarray as xr
+from jinja2 import Environment, PackageLoader
 from matplotlib.figure import Figure
 
 from stickslip.config.studies import Regime, Study, Table, result_class
@@ -14,11 +24,125 @@ from stickslip.config.yaml import section_in
 from stickslip.dataset.display import MapAxis
 from stickslip.dataset.summary import BAD_REGIMES, Share, flag_counts, summary, survey
 from stickslip.errors import PlotError
-from stickslip.plots import pages, plot_map, plot_result, subject
+from stickslip.files.targets import check_target, replaced
+from stickslip.plots import plot_map, plot_result, subject
 from stickslip.plots.fixed_values import fixed_values
+from stickslip.plots.layout import fit
 from stickslip.plots.options import PLAIN, Look
-from stickslip.plots.palette import FLAG_COLOURS, regime_label
+from stickslip.plots.palette import FLAG_COLOURS, VERMILLION, regime_label
 from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
+
+_DOTS = 200  # per inch
+_MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset
+_TEMPLATE = Environment(
+    loader=PackageLoader("stickslip", "plots"), autoescape=True, trim_blocks=True, keep_trailing_newline=True
+).get_template("page.html")
+
+
+class Section(NamedTuple):
+    """A part of a page: its heading, plain text, and what is in it, HTML."""
+
+    heading: str
+    html: str
+
+
+class Column(NamedTuple):
+    """The head of a column: its name, the unit below it; text stands at the left, numbers at the right."""
+
+    name: str
+    unit: str = ""
+    is_text: bool = False
+
+
+class Cell(NamedTuple):
+    """A cell of a table that looks different: the class in the style sheet."""
+
+    text: str
+    kind: str
+
+
+def page(
+    title: str, summary: str, sections: Sequence[Section | tuple[str, str]], *, warnings: Sequence[str] = (),
+    style: str = "",
+) -> str:  # fmt: skip
+    """A page as text. title, summary : plain text. warnings : as `warning` makes them. style : more CSS."""
+    return _TEMPLATE.render(
+        title=title, summary=summary, sections=sections, warnings=warnings, style=style, red=VERMILLION
+    )
+
+
+def write_page(path: str | os.PathLike[str], text: str) -> Path:
+    """Write a page, replacing `path` only once it is whole. Raises StoreError."""
+    check_target(path, "page")
+    with replaced(path) as temporary:
+        temporary.write_bytes(text.encode(errors="backslashreplace"))
+    return Path(path)
+
+
+# --- parts ------------------------------------------------------------------------------------------------------------
+
+
+def _part(macro: str, *arguments: Any) -> str:
+    """A part as the template has it; no Markup, to which adding plain HTML would escape that."""
+    return str(getattr(_TEMPLATE.module, macro)(*arguments)).strip("\n")
+
+
+def paragraph(text: str) -> str:
+    """A paragraph of plain text."""
+    return _part("paragraph", text)
+
+
+def warning(text: str, label: str = "Warning") -> str:
+    """A warning, as stands above the sections."""
+    return _part("warning", text.removesuffix("."), label)
+
+
+def legend(text: str, entries: Iterable[tuple[str, str]]) -> str:
+    """A line of plain text with entries, each of a class of the style sheet."""
+    return _part("legend", text, entries)
+
+
+def details(sections: Iterable[tuple[str, str]]) -> str:
+    """Headings and HTML in small print, from a new sheet on."""
+    return _part("details", sections)
+
+
+def terms(pairs: Iterable[tuple[str, str]], kind: str = "") -> str:
+    """A list of terms and what they mean. kind : "short" or "names" for short and long terms, "two" for two columns."""
+    return _part("terms", pairs, kind)
+
+
+def table(columns: Sequence[Column], rows: Iterable[Sequence[str | Cell]]) -> str:
+    """A table that scrolls sideways where it is too wide; the first cell of a row is its heading."""
+    kinds = ["text" if column.is_text else "" for column in columns]
+    cells = ([cell if isinstance(cell, Cell) else (cell, kind) for cell, kind in zip(row, kinds, strict=True)]
+             for row in rows)  # fmt: skip
+    return _part("table", columns, cells)
+
+
+def embedded(figure: Figure, alt: str, *, caption: str = "") -> str:
+    """A plot embedded in the page, with its alternative text. caption : below it, unless empty."""
+    png = BytesIO()
+    fit(figure)
+    figure.savefig(png, format="png", dpi=_DOTS)
+    width, height = (round(96 * inches) for inches in figure.get_size_inches())
+    return _part("figure", b64encode(png.getvalue()).decode("ascii"), width, height, alt, caption)
+
+
+def side_by_side(*figures: str) -> str:
+    """Figures beside each other where there is room."""
+    return f'<div class="maps">{"".join(figures)}</div>'
+
+
+def provenance(attributes: Mapping[Any, Any]) -> str:
+    """When, by what and with what a dataset was computed, from its attributes."""
+    return terms(((word, str(attributes.get(key, "not known"))) for word, key in _MADE_BY.items()), "short")
+
+
+def configuration(text: str) -> str:
+    """A configuration, to be read and to be copied; lists of plain values on one line (no text breaks a line)."""
+    return _part("configuration", re.sub(r"\[\n[^\[\]{}]*\]", lambda part: re.sub(r"\n\s*", " ", part[0]), text))
+
 
 _OF_MAPS = ("regime", "period", "damping_ratio")  # whose pictures are on the page of a map
 _BESIDE = ("_error", "_low", "_high", "_width")
@@ -77,35 +201,32 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
     study, regimes = result_class(ds), summary(ds) if _is_of_cells(ds) else None
     sections = []
     if pictures:
-        shown = [
-            pages.paragraph(text) if plot is None else pages.embedded(plot, text, caption=text)
-            for text, plot in pictures
-        ]
-        sections.append(pages.Section("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
+        shown = [paragraph(text) if plot is None else embedded(plot, text, caption=text) for text, plot in pictures]
+        sections.append(Section("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
     if regimes is not None:
-        columns = pages.Column("regime", is_text=True), pages.Column("cells"), pages.Column("share")
+        columns = Column("regime", is_text=True), Column("cells"), Column("share")
         rows = [(_swatch(name), f"{share.cells:,}", f"{share.fraction:.2%}") for name, share in regimes.items()]
-        sections.append(pages.Section("Shares of the regimes", pages.table(columns, rows)))
-        sections.append(pages.Section("Cells that are not decided", _undecided(ds, regimes)))
+        sections.append(Section("Shares of the regimes", table(columns, rows)))
+        sections.append(Section("Cells that are not decided", _undecided(ds, regimes)))
     if study and (own_table := study.table(ds)):
-        sections.append(pages.Section(own_table.title, _table_of(own_table)))
+        sections.append(Section(own_table.title, _table_of(own_table)))
     own = {name: value for name, value in ds.attrs.items() if name not in _COMMON and getattr(value, "ndim", 0) == 0}
     if own:
-        terms = ((_spoken(name), v if isinstance(v, str) else f"{v:.10g}") for name, v in own.items())
-        sections.append(pages.Section("What was found", pages.terms(terms)))
+        rest = ((_spoken(name), v if isinstance(v, str) else f"{v:.10g}") for name, v in own.items())
+        sections.append(Section("What was found", terms(rest)))
     text = str(ds.attrs.get("configuration", "not known"))
     is_whole = not (isinstance(study, type) and issubclass(study, Study)) or f"\n{study.section.key}:" in text
     again = "; saved as a file, it gives the same result again" if is_whole else ""
-    origin = pages.provenance(ds.attrs) + pages.paragraph(f"The full configuration, in SI{again}:")
+    origin = provenance(ds.attrs) + paragraph(f"The full configuration, in SI{again}:")
     sections += [
-        pages.Section("What varies, and what is held fixed", _quantities(ds)),
-        pages.Section("What the words mean", _words(ds, regimes or {})),
-        pages.Section("How exact the numbers are", pages.terms(_accuracy(ds))),
-        pages.Section("Where this comes from", origin + pages.configuration(text)),
+        Section("What varies, and what is held fixed", _quantities(ds)),
+        Section("What the words mean", _words(ds, regimes or {})),
+        Section("How exact the numbers are", terms(_accuracy(ds))),
+        Section("Where this comes from", origin + configuration(text)),
     ]
     heading = str(ds.attrs.get("title", "")) if title is None else title
     summed = _summary(ds, regimes or {})
-    return pages.page(heading, summed, sections, warnings=_warnings(ds, regimes or {}), style=_STYLE)
+    return page(heading, summed, sections, warnings=_warnings(ds, regimes or {}), style=_STYLE)
 
 
 def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
@@ -120,8 +241,8 @@ def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     return f"{text} {parts}{'.' if parts else ''}".strip()
 
 
-def _swatch(regime: str) -> pages.Cell:
-    return pages.Cell(regime_label(regime), f"regime is-{regime}")
+def _swatch(regime: str) -> Cell:
+    return Cell(regime_label(regime), f"regime is-{regime}")
 
 
 def _spoken(name: str) -> str:
@@ -131,9 +252,9 @@ def _spoken(name: str) -> str:
 def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
     texts = []
     if missing := ds.attrs.get("incomplete"):
-        texts.append(pages.warning(f"The result is incomplete: {missing}"))
+        texts.append(warning(f"The result is incomplete: {missing}"))
     if bad := sum(regimes[name].cells for name in BAD_REGIMES if name in regimes):
-        texts.append(pages.warning(f"{bad:,} cell{'s are' if bad > 1 else ' is'} not decided; the reasons are below"))
+        texts.append(warning(f"{bad:,} cell{'s are' if bad > 1 else ' is'} not decided; the reasons are below"))
     return texts
 
 
@@ -141,9 +262,9 @@ def _table_of(given: Table) -> str:
     """The table of a study, as far as a page takes it."""
     rows = [[_swatch(cell) if isinstance(cell, Regime) else cell for cell in row]
             for row in islice(given.rows, _MOST_ROWS)]  # fmt: skip
-    columns = [*(pages.Column(name, is_text=True) for name in given.words), *map(pages.Column, given.numbers)]
-    short = pages.paragraph(f"Only the first {len(rows)} are listed.") if len(rows) == _MOST_ROWS else ""
-    return pages.table(columns, rows) + short
+    columns = [*(Column(name, is_text=True) for name in given.words), *map(Column, given.numbers)]
+    short = paragraph(f"Only the first {len(rows)} are listed.") if len(rows) == _MOST_ROWS else ""
+    return table(columns, rows) + short
 
 
 def _is_of_cells(ds: xr.Dataset) -> bool:
@@ -159,21 +280,21 @@ def _own_dims(ds: xr.Dataset) -> set[str]:
 def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     """Table of cells without a regime, by the reason."""
     if not {*BAD_REGIMES} & {*regimes}:
-        return pages.paragraph("None: every cell has a regime.")
+        return paragraph("None: every cell has a regime.")
     if "status" not in ds.data_vars:
-        return pages.paragraph("The reasons were not stored (variable status).")
+        return paragraph("The reasons were not stored (variable status).")
     counts = survey(ds, limit=0).counts
     rows = [[_spoken(status), f"{cells:,}", STATUS_MESSAGES.get(status, "")]
             for (regime, status), cells in counts.items() if regime in BAD_REGIMES]  # fmt: skip
-    columns = pages.Column("reason", is_text=True), pages.Column("cells"), pages.Column("what it means", is_text=True)
-    return pages.table(columns, rows)
+    columns = Column("reason", is_text=True), Column("cells"), Column("what it means", is_text=True)
+    return table(columns, rows)
 
 
 def _quantities(ds: xr.Dataset) -> str:
     """Axes with their ends, then what is equal in all cells, in the units in which the configuration was written."""
     axes = [MapAxis(ds, dim, plain=True) for dim in ds.dims if dim not in _own_dims(ds)]
     fixed = [(name, value.replace("$^{", "^").replace("}$", "")) for name, value in fixed_values(ds)]
-    return pages.terms([*((axis.name, _range(axis)) for axis in axes), *fixed], "two")
+    return terms([*((axis.name, _range(axis)) for axis in axes), *fixed], "two")
 
 
 def _range(axis: MapAxis) -> str:
@@ -198,7 +319,7 @@ def _words(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     rows += [(_spoken(name), _meaning(ds, name)) for name in (study.mapped(ds) if study else ())]
     if regimes and "damping_ratio" in ds.data_vars:
         rows.append(("borders (linear)", _LINEAR))
-    return pages.terms(rows)
+    return terms(rows)
 
 
 def _meaning(ds: xr.Dataset, name: str) -> str:
