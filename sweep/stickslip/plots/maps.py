@@ -13,8 +13,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
-from matplotlib.patches import PathPatch
-from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
@@ -71,7 +69,7 @@ def painted(
 
 
 Floats = NDArray[np.float64]
-_MOST = 5000  # rectangles of a regime; more are single cells here and there, on which no hatching shows
+_MOST = 50_000  # changes along rows of a regime; more are single cells here and there, on which no hatching shows
 
 
 def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
@@ -85,35 +83,16 @@ def hatch_cells(
     ax: Axes, inside: NDArray[np.bool_], pattern: str, colour: str, x_edges: Floats, y_edges: Floats
 ) -> None:
     """Hatch the cells of a colour that are `inside`, (rows, columns); edges one longer."""
-    low, high, left, right = rectangles(inside).T
-    if not 0 < low.size <= _MOST:
+    if not 0 < np.count_nonzero(inside[:, 1:] != inside[:, :-1]) + inside.any() <= _MOST:
         return
-    x, y = x_edges[np.stack([left, right, right, left, left])], y_edges[np.stack([low, low, high, high, low])]
-    closed = [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY]
-    path = Path(np.stack([x.T, y.T], axis=-1).reshape(-1, 2), np.tile(np.array(closed, np.uint8), low.size))
-    ax.add_patch(PathPatch(path, facecolor="none", edgecolor=ink(colour), hatch=pattern, linewidth=0.0, zorder=1.5))
+    sides = (np.repeat(edges, 2)[1:-1] for edges in (x_edges, y_edges))  # each cell twice: no slopes between cells
+    area = ax.contourf(*sides, np.kron(inside, np.ones((2, 2))), levels=[0.5, 1.5], colors="none", hatches=[pattern])
+    area.set(edgecolor=ink(colour), linewidth=0.0, zorder=1.5)
 
 
 def patterns(variable: str) -> Mapping[str, str]:
     """Matplotlib's patterns by flag, of a variable that has some."""
     return HATCHES if FLAG_COLOURS.get(variable) is FLAG_COLOURS["regime"] else {}
-
-
-def rectangles(inside: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Rectangles that cover what is inside: rows from and to, columns from and to, (n, 4), the ends excluded."""
-    padded = np.zeros((inside.shape[0], inside.shape[1] + 2), np.int8)
-    padded[:, 1:-1] = inside
-    change = np.diff(padded, axis=1)
-    (rows, begins), (_, ends) = np.nonzero(change == 1), np.nonzero(change == -1)
-    if not rows.size:
-        return np.zeros((0, 4), np.int64)
-    order = np.lexsort((rows, ends, begins))
-    rows, begins, ends = rows[order], begins[order], ends[order]
-    new = np.ones(rows.size, np.bool_)
-    new[1:] = (np.diff(rows) != 1) | (np.diff(begins) != 0) | (np.diff(ends) != 0)
-    first = np.flatnonzero(new)
-    last = np.append(first[1:], rows.size) - 1
-    return np.stack([rows[first], rows[last] + 1, begins[first], ends[first]], axis=1).reshape(-1, 4)
 
 
 _MAX_PANEL_COLUMNS = 4
