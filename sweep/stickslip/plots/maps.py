@@ -12,7 +12,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.colors import AsinhNorm
 from matplotlib.lines import Line2D
+from matplotlib.ticker import AsinhLocator
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
@@ -186,10 +188,9 @@ def _panels(
 
     if not is_flag:
         bar = figure.colorbar(ScalarMappable(paint.norm, paint.colours), ax=grid, pad=0.02, extend=paint.beyond)
+        if isinstance(paint.norm, AsinhNorm):
+            bar.locator = AsinhLocator(paint.norm.linear_width, numticks=7)  # more stand in each other's way near 0
         bar.ax.set_ylim(*paint.span)
-        if paint.ticks is not None:
-            bar.set_ticks(paint.ticks, labels=[f"{tick:g}" for tick in paint.ticks])
-            bar.minorticks_off()
         plain_numbers(bar.ax, "y")
         bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
