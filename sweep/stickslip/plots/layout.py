@@ -15,7 +15,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as PlainFigure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
@@ -54,13 +53,9 @@ class Figure(PlainFigure):
     entries: tuple[Sequence[Any], Sequence[str | None]] = (), ()  # handles and notes of the legend
 
     def draw(self, renderer: Any) -> None:
-        """Draw, texts as they are; what matplotlib draws before it saves, without ink, is only laid out."""
+        """Draw, texts as they are."""
         show_verbatim(self)
-        engine = self.get_layout_engine()
-        if isinstance(engine, ConstrainedLayoutEngine) and self.axes and self.canvas.is_saving():
-            engine.execute(self)  # once saved in earnest, it has another
-        else:
-            super().draw(renderer)
+        super().draw(renderer)
 
     def _repr_png_(self) -> bytes:
         fit(self)
