@@ -97,11 +97,6 @@ def warning(text: str, label: str = "Warning") -> str:
     return _part("warning", text.removesuffix("."), label)
 
 
-def legend(text: str, entries: Iterable[tuple[str, str]]) -> str:
-    """A line of plain text with entries, each of a class of the style sheet."""
-    return _part("legend", text, entries)
-
-
 def details(sections: Iterable[tuple[str, str]]) -> str:
     """Headings and HTML in small print, from a new sheet on."""
     return _part("details", sections)
@@ -127,11 +122,6 @@ def embedded(figure: Figure, alt: str, *, caption: str = "") -> str:
     figure.savefig(png, format="png", dpi=_DOTS)
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     return _part("figure", b64encode(png.getvalue()).decode("ascii"), width, height, alt, caption)
-
-
-def side_by_side(*figures: str) -> str:
-    """Figures beside each other where there is room."""
-    return f'<div class="maps">{"".join(figures)}</div>'
 
 
 def provenance(attributes: Mapping[Any, Any]) -> str:

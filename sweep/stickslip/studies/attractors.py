@@ -17,20 +17,10 @@ from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, stud
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, Path
+from stickslip.studies import starts
 from stickslip.studies.exact import exact_results
 from stickslip.studies.lines import CellsOrConfig, decided
 from stickslip.studies.phase_plane import slips_on_curve
-from stickslip.studies.starts import (
-    SETTLED,
-    VARIABLES,
-    Attractors,
-    Motions,
-    critical_disturbances,
-    sampled_shares,
-    settled,
-    steady_state,
-    unloaded,
-)
 from stickslip.studies.study import MOST_ROWS, axis_names, joined, parts_over
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
@@ -48,7 +38,7 @@ _EXACT_COST, _SEARCH_COST = 40, 300  # cells that the cycle takes, and the searc
 class AttractorStudy(Study):
     """The attractors of cells."""
 
-    section, variables = Attractors, VARIABLES
+    section, variables = starts.Attractors, starts.VARIABLES
     title, subject, caption = "Attractors", "settling_share", "share that settles"
     about = "How large a share of a box of starting states settles, and how large a shock ends sliding."
     examples = (
@@ -57,10 +47,10 @@ class AttractorStudy(Study):
     )
     name, counted, weight = "attractor set", "cells", 4096 // _TOGETHER
     columns: Mapping[str, np.dtype[Any]] = {
-        name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in VARIABLES
+        name: np.dtype(np.int8 if name in FLAGS or name == "coexisting" else np.float64) for name in starts.VARIABLES
     }
 
-    def __init__(self, cells: Cells, box: Attractors, options: Options) -> None:
+    def __init__(self, cells: Cells, box: starts.Attractors, options: Options) -> None:
         self._cells, self._box = cells, box
         self.dims, self.shape = cells.dims, cells.shape
         self.options = replace(options, early_stop=True)
@@ -69,7 +59,7 @@ class AttractorStudy(Study):
         self.cells_each = _EXACT_COST + int((1.0 - share) * (box.samples + _SEARCH_COST))
 
     @classmethod
-    def of(cls, given: CellsOrConfig, section: Attractors, options: Options) -> AttractorStudy:
+    def of(cls, given: CellsOrConfig, section: starts.Attractors, options: Options) -> AttractorStudy:
         """The attractors from the box of the section; what is said of the state at the start is left out."""
         if not isinstance(given, Config):
             return cls(given_cells(given, options), section, options)
@@ -80,7 +70,7 @@ class AttractorStudy(Study):
         return cls(build_grid(given), section, options)
 
     @classmethod
-    def check(cls, section: Attractors, config: Config, problems: ProblemCollector) -> None:
+    def check(cls, section: starts.Attractors, config: Config, problems: ProblemCollector) -> None:
         """Note axes of starting states, which are those of the box."""
         for path in _state_axes(config):
             problems.add(path, _STATES_IN_BOX, at_key=True)
@@ -115,7 +105,7 @@ class AttractorStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The attractors of a range of cells."""
-        work = Motions(self.options, stop, moved)
+        work = starts.Motions(self.options, stop, moved)
         parts = [{name: np.zeros(0) for name in self.columns}]
         for first in range(items.start, items.stop, _TOGETHER):
             parts.append(_attractors(self._cells[first : min(first + _TOGETHER, items.stop)], self._box, work))
@@ -130,8 +120,8 @@ class AttractorStudy(Study):
             "box_displacement": np.array(self._box.displacement), "box_velocity": np.array(self._box.velocity),
             "attractors_seed": self._box.seed, "attractors_rtol": self.options.rtol,
         }  # fmt: skip
-        values = {name: whole[name] for name in VARIABLES}
-        ds = study_dataset("attractors", VARIABLES, values, self.dims, self.shape, coordinates, attributes)
+        values = {name: whole[name] for name in starts.VARIABLES}
+        ds = study_dataset("attractors", starts.VARIABLES, values, self.dims, self.shape, coordinates, attributes)
         coexisting = ds["coexisting"].variable
         names = REGIMES[1:]  # a bit each; the code of a regime counts them from 1
         masks = coexisting.attrs | {
@@ -143,13 +133,13 @@ class AttractorStudy(Study):
         return ds
 
 
-def _attractors(cells: Parameters, box: Attractors, work: Motions) -> Results:
+def _attractors(cells: Parameters, box: starts.Attractors, work: starts.Motions) -> Results:
     """By names of `VARIABLES`, of cells that are held together: exactly where their phase plane is known, else sampled.
 
     Numbers do not depend on how cells are cut into parts. Raises StoppedError.
     """
-    steady, codes = steady_state(cells, work.options), np.arange(len(REGIMES))
-    start = work.results(cells, *unloaded(cells))
+    steady, codes = starts.steady_state(cells, work.options), np.arange(len(REGIMES))
+    start = work.results(cells, *starts.unloaded(cells))
     stick, sliding = start["regime"], work.from_sliding(cells, steady)
     reached = (codes == stick[:, np.newaxis]) | (codes == sliding[:, np.newaxis])
     exact, results = exact_results(cells, stick, box, work)
@@ -162,18 +152,19 @@ def _attractors(cells: Parameters, box: Attractors, work: Motions) -> Results:
     }  # fmt: skip
     rest = np.flatnonzero(~exact)
     if rest.size:
-        others, slides = taken(cells, rest), settled(sliding[rest])
-        shares, met = sampled_shares(others, box, work)
+        others, slides = taken(cells, rest), starts.settled(sliding[rest])
+        shares, met = starts.sampled_shares(others, box, work)
         reached[rest] |= met
         for name, values in shares.items():
             results[name][rest] = values
-        for name, values in critical_disturbances(taken(others, slides), steady[rest[slides]], work).items():
+        for name, values in starts.critical_disturbances(taken(others, slides), steady[rest[slides]], work).items():
             results[name][rest] = np.where(decided(sliding[rest]), 0.0, np.nan)
             results[name][rest[slides]] = values
     # Where some states settle for certain they do, though no motion was started there.
-    unseen = exact & (results["settling_share"] > 0) & ~reached[:, SETTLED].any(axis=1)
-    for regime, ends_so in zip(SETTLED, (results["damping_ratio"] < 1, results["damping_ratio"] >= 1), strict=True):
-        reached[unseen & ends_so, regime] = True
+    unseen = exact & (results["settling_share"] > 0) & ~reached[:, starts.SETTLED].any(axis=1)
+    damped, creep = starts.SETTLED
+    reached[unseen & (results["damping_ratio"] < 1), damped] = True
+    reached[unseen & (results["damping_ratio"] >= 1), creep] = True
     for kind in ("shock", "shift"):
         ways = results[f"critical_{kind}_along"], results[f"critical_{kind}_against"]
         results[f"critical_{kind}"] = np.minimum(*ways)

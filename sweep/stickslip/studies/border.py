@@ -9,25 +9,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.model import Config
-from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import of_row
-from stickslip.config.studies import Moved, Regime, Study, Table
+from stickslip.config.studies import Moved, Regime, Table
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
 from stickslip.studies.lines import (
     CellsOrConfig,
-    Lines,
     LineSection,
+    OpenStudy,
     Side,
-    check_lines,
     decided,
     fine_enough,
     growth_of,
     guide_of,
     limits,
-    lines_of,
     opened,
     search_options,
 )
@@ -68,7 +64,7 @@ class Border(LineSection):
     rtol: float | None = of_row(rows["rtol"])
 
 
-class BorderStudy(Study):
+class BorderStudy(OpenStudy):
     """The borders of lines; its items are the lines."""
 
     section, variables = Border, _VARIABLES
@@ -100,16 +96,6 @@ class BorderStudy(Study):
         section, options = fine_enough(section, options)
         cells, (side,) = opened(given, section.ranges(given), section.scan, options)
         return cls(cells, side, section, options)
-
-    @classmethod
-    def check(cls, section: Border, config: Config, problems: ProblemCollector) -> None:
-        """Note lines that cannot be searched."""
-        check_lines(section, config, problems)
-
-    @classmethod
-    def lines_in(cls, section: Border, config: Config) -> Lines:
-        """The lines that are searched."""
-        return lines_of(config, section.ranges(config))
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:

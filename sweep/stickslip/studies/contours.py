@@ -10,9 +10,8 @@ import xarray as xr
 from pydantic import Field
 
 from stickslip.config.model import Config, Group
-from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
-from stickslip.config.studies import Moved, Regime, Study, Table
+from stickslip.config.studies import Moved, Regime, Table
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
@@ -21,15 +20,13 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.lines import (
     PARAMETER,
     CellsOrConfig,
-    Lines,
     OpenSection,
+    OpenStudy,
     Ranges,
     Side,
     by_model,
-    check_lines,
     fine_enough,
     limits,
-    lines_of,
     opened,
     search_options,
 )
@@ -122,7 +119,7 @@ class Contours(OpenSection):
         return {name: between.get(name) for name in axes}
 
 
-class ContourStudy(Study):
+class ContourStudy(OpenStudy):
     """The lines of all panels of a plane; its items are the panels.
 
     Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node
@@ -161,16 +158,6 @@ class ContourStudy(Study):
         section, options = fine_enough(section, options)
         cells, (y, x) = opened(given, section.ranges(given), section.points, options)
         return cls(cells, y, x, section, options)
-
-    @classmethod
-    def check(cls, section: Contours, config: Config, problems: ProblemCollector) -> None:
-        """Note a plane that cannot be searched."""
-        check_lines(section, config, problems)
-
-    @classmethod
-    def lines_in(cls, section: Contours, config: Config) -> Lines:
-        """The lines along both parameters, y and x."""
-        return lines_of(config, section.ranges(config))
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:

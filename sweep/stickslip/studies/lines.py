@@ -1,5 +1,7 @@
 """Cells of which one or two parameters are left open, and the ranges in which borders are searched along these."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
@@ -14,6 +16,7 @@ from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.rules import Finding, QuantitySpace, findings
 from stickslip.config.sections import RANGE, StudySection, interval, one_of
+from stickslip.config.studies import Study
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
@@ -59,6 +62,20 @@ class LineSection(OpenSection):
     def ranges(self, given: CellsOrConfig) -> Ranges:
         """The parameter, with its range."""
         return {self.along: self.between}
+
+
+class OpenStudy(Study):
+    """A study whose section leaves parameters open; its result is drawn over a map of the cells."""
+
+    @classmethod
+    def check(cls, section: OpenSection, config: Config, problems: ProblemCollector) -> None:
+        """Note lines, or a plane, that cannot be searched."""
+        check_lines(section, config, problems)
+
+    @classmethod
+    def lines_in(cls, section: OpenSection, config: Config) -> Lines:
+        """The lines along each parameter that is left open."""
+        return lines_of(config, section.ranges(config))
 
 
 def by_model(of_curve: float, with_memory: float) -> str:
