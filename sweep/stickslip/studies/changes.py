@@ -262,7 +262,7 @@ def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) 
         ends = np.where(by_factor, value / within, value - scale), np.where(by_factor, value * within, value + scale)
         low, high = np.minimum(*ends), np.maximum(*ends)
     row, like = SEARCHABLE[name], np.ones_like(cells["mass"])
-    ends = -np.inf if row.at_least is None else row.at_least, np.inf if row.at_most is None else row.at_most
-    least, most = model.within(name, cells, *(like * end for end in ends))  # beside the others of the cell
+    bounds = -np.inf if row.at_least is None else row.at_least, np.inf if row.at_most is None else row.at_most
+    least, most = model.within(name, cells, *(like * bound for bound in bounds))  # beside the others of the cell
     return Reach(name, value, np.minimum(np.maximum(low, least), value), np.maximum(np.minimum(high, most), value),
                  by_factor, scale)  # fmt: skip

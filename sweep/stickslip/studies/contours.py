@@ -234,8 +234,9 @@ def lines_dataset(whole: Results, rows: Mapping[str, Variable], y: Side, x: Side
             variables[name].attrs[CONTAINER] = CONTAINER
     nodes = {}
     for side, axis in ((x, "x"), (y, "y")):
-        row = SEARCHABLE[side.name]
-        about = {"units": row.units, "long_name": row.long_name, "axis": axis.upper(), "axis_spacing": side.spacing}
+        parameter = SEARCHABLE[side.name]
+        about = {"units": parameter.units, "long_name": parameter.long_name}
+        about |= {"axis": axis.upper(), "axis_spacing": side.spacing}
         nodes[names[axis]] = shown_in(xr.Variable("node", whole[axis], about, NO_FILL), side.written_in)
     return xr.Dataset(variables, nodes)
 
