@@ -109,16 +109,13 @@ def test_leading_dimensions_become_panels_with_headings():
     assert [ax.get_title() for ax in panels] == ["normal load = 1 N", "normal load = 2.5 N"]
 
 
-@pytest.mark.parametrize("outer", [("a1", "a3"), ("a4", "mu_static"), ("mu_stop", "ageing_rate")])
-def test_titles_of_friction_panels_and_of_their_axes_do_not_overlap(outer):
-    first, second = (axis(name, [0.1, 0.2, 0.3], "values") for name in outer)
+def test_titles_of_friction_panels_and_of_their_axes_do_not_overlap():
+    first, second = (axis(name, [0.1, 0.2, 0.3], "values") for name in ("mu_stop", "ageing_rate"))
     inner = axis("ageing_time", [0.5, 1.0], "values"), axis("delta", [1.0, 2.0], "values")
     figure = plot_map(make_map(first, second, *inner))
     figure.draw_without_rendering()
     panels = panels_of(figure)
-    assert panels[0].get_title() == f"{outer[0]} = 0.1\n{outer[1]} = 0.1".replace("g_r", "g r").replace(
-        "a4 = 0.1", "a4 = 0.1 m/s"
-    )
+    assert panels[0].get_title() == "mu_stop = 0.1\nageing rate = 0.1"
     for words in ("title", "xaxis.label", "yaxis.label"):
         shown = [attrgetter(words)(ax) for ax in panels]
         boxes = [text.get_window_extent() for text in shown if text.get_text()]

@@ -6,10 +6,9 @@ import stat
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
+from helpers.commands import call
 from helpers.configs import write_config
-from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import targets
 from stickslip.files.locations import location
@@ -81,10 +80,6 @@ HOSTILE = (
     "device behind a link", "link to a link to a device", "pipe", "folder", "link to itself",
     "place where nothing can be made", "file in the place of the folder", "name too long", "name that is not utf8",
 )  # fmt: skip
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(one) for one in arguments])
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import told
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
@@ -29,13 +30,6 @@ SECTION = "attractors: {displacement: [0, 200 cm], velocity: [-1 m/s, 1 m/s]}\n"
 def band():
     """The attractors over the belt speed."""
     return stickslip.attractors(parse_config(PAIR), BOX)
-
-
-def test_a_call_with_cells_and_one_with_a_configuration_agree(band):
-    cells = stickslip.attractors(CELL | {"belt_speed": band["belt_speed"].values}, BOX)
-    assert cells["settling_share"].dims == ("cell",) and band["settling_share"].dims == ("belt_speed",)
-    for name in band.data_vars:
-        np.testing.assert_array_equal(cells[name].values, band[name].values)
 
 
 def test_a_dataset_says_what_its_numbers_are(band, tmp_path):
@@ -66,12 +60,6 @@ def test_an_axis_of_starting_states_is_refused():
         parse_config(text + SECTION)
     with pytest.raises(ValueError, match="velocity: expected no axis"):
         stickslip.attractors(parse_config(text), BOX)
-
-
-def told(*words):
-    done = CliRunner().invoke(main, [str(word) for word in words])
-    assert done.exit_code == 0, done.output
-    return done.output
 
 
 @pytest.fixture

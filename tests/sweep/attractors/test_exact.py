@@ -47,14 +47,6 @@ def test_area_of_a_circle_cut_by_a_box(ends, exact):
     assert area(1.0, 1.0, *ends) == pytest.approx(exact, abs=1e-6)
 
 
-def test_the_four_quadrants_about_any_point_hold_the_whole_ellipse():
-    draw = np.random.default_rng(2)
-    for x, v in draw.uniform(-1, 1, (20, 2)):
-        quadrants = [(-9, x, -9, v), (x, 9, -9, v), (-9, x, v, 9), (x, 9, v, 9)]
-        total = sum(area(1.3, 0.7, *ends) for ends in quadrants)
-        assert total == pytest.approx(np.pi * 1.3 * 0.7, rel=1e-6)
-
-
 def test_extremes_and_passings_lie_between_samples():
     x, v, a = ellipse(1.3, 0.7)
     extremes = [largest(x), largest(-x), largest(v), largest(-v), *velocities_at_rest_point(x, v, a)]

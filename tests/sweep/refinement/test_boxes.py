@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -100,16 +98,6 @@ def test_a_border_is_followed_into_the_next_tile():
     assert (found == truth).all()
 
 
-def test_lists_are_looped_over_and_only_ranges_have_boxes():
-    truth = np.ones((3, 70, 2, 80), np.int8)
-    x, y = plane((70, 80))
-    for i, j in product(range(3), range(2)):
-        truth[i, :, j, :] = np.where(x > 10 + 20 * i + 7 * j + y / 9, i + 1, 5)
-    found, computed, _ = refined(truth, 4, dims=(1, 3))
-    assert (found == truth).all()
-    assert computed.mean() < 0.4
-
-
 @pytest.mark.parametrize(("shape", "depth"), [((2048, 1000), 5), ((100, 130, 110), 4), ((2_000_000,), 8)])
 def test_the_cost_of_a_smooth_border_grows_with_its_size_and_not_with_the_map(shape, depth):
     x = plane(shape)
@@ -126,11 +114,7 @@ def test_the_bound_is_that_of_clopper_and_pearson():
         exact = binomtest(wrong, tried, alternative="less").proportion_ci(CONFIDENCE, "exact").high
         assert Audit(tried, wrong, 10**6).bound == pytest.approx(exact, rel=1e-9)
     assert Audit(59, 0, 10**6).bound == pytest.approx(1 - 0.05 ** (1 / 59))
-
-
-def test_without_points_nothing_is_known_and_without_inferred_cells_nothing_is_wrong():
-    assert Audit(0, 0, 100).bound == 1.0
-    assert Audit(0, 0, 0).bound == 0.0
+    assert (Audit(0, 0, 100).bound, Audit(0, 0, 0).bound) == (1.0, 0.0), "nothing known, nothing inferred"
 
 
 def specks(count: int, seed: int, n: int = 257) -> np.ndarray:
