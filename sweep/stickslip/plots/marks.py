@@ -124,13 +124,13 @@ def draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pix
     """
     if not (x.is_numeric and y.is_numeric) or min(x.length, y.length) < 2:
         return set()
-    if (ratio := _by_formula(panel, x, y)) is not None:
-        points = _between(x, x.centres), _between(y, y.centres)
+    if (known := by_formula(panel, x, y)) is not None:
+        *points, ratio = known
     elif "damping_ratio" not in panel.data_vars or "refine_box" in panel.attrs:
         return set()
     else:
         ratio = coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), pixel)
-        points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
+        points = [x.pixel_points(pixel[1]), y.pixel_points(pixel[0])]
     ratio = np.ma.masked_invalid(ratio)
     inside = levels_inside(ratio)
     for level in inside:
@@ -149,9 +149,9 @@ def law_with_theory(ds: xr.Dataset) -> str | None:
         return None
 
 
-def _by_formula(panel: xr.Dataset, x: MapAxis, y: MapAxis) -> Floats | None:
-    """The damping ratio of linear theory at `_POINTS` along y and along x; None where it is known from cells alone, or
-    the dataset says too little."""
+def by_formula(panel: xr.Dataset, x: MapAxis, y: MapAxis) -> tuple[Floats, Floats, Floats] | None:
+    """Points along x and along y, in the units in which they are shown, and the linear damping ratio (y, x) there; None
+    where it is known from cells alone, or the dataset says too little."""
     coords = {name: array for key, array in panel.coords.items() if (name := quantity_of(str(key))) in QUANTITIES}
     law = law_with_theory(panel)
     if law is None or any(set(array.dims) - {x.dim, y.dim} for array in coords.values()):
@@ -164,12 +164,14 @@ def _by_formula(panel: xr.Dataset, x: MapAxis, y: MapAxis) -> Floats | None:
         cells = as_cells(parameters_of(values), law)
     except (TypeError, ValueError):  # not all that a cell has is among the coordinates
         return None
-    if law not in SHAPES:
-        return by_theory("damping_ratio", cells, Options(law)).reshape(_POINTS, _POINTS)
-    by, (_, slope, drop, decay), speed = Scales(cells), STRIBECK.curve_of(cells), np.abs(cells["belt_speed"])
-    slope = slope + drop / decay * weakening(law, speed / decay, cells.get("delta", 1.0))[1]
-    ratio = damping_ratio(slope, by.mass, by.stiffness, cells["damping"], by.load)
-    return np.where(speed > 0, ratio, np.nan).reshape(_POINTS, _POINTS)
+    if law in SHAPES:
+        by, (_, slope, drop, decay), speed = Scales(cells), STRIBECK.curve_of(cells), np.abs(cells["belt_speed"])
+        slope = slope + drop / decay * weakening(law, speed / decay, cells.get("delta", 1.0))[1]
+        ratio = damping_ratio(slope, by.mass, by.stiffness, cells["damping"], by.load)
+        ratio = np.where(speed > 0, ratio, np.nan)
+    else:
+        ratio = by_theory("damping_ratio", cells, Options(law))
+    return _between(x, x.centres), _between(y, y.centres), ratio.reshape(_POINTS, _POINTS)
 
 
 def _between(axis: MapAxis, values: Floats) -> Floats:

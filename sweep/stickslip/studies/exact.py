@@ -124,28 +124,22 @@ def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options
 
 
 def _correction(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
-    """The step of Newton's method, the slope being that to a motion close by; and the time of the return."""
-    n = reach.size
-    both = taken(back, np.tile(np.arange(n), 2))
-    beside = reach * (1.0 + _DISTURBANCE)
-    returned, time = _return(both, np.concatenate([reach, beside]), np.tile(period, 2), options)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = (returned[n:] - returned[:n]) / (beside - reach)
-        return (returned[:n] - reach) / (1.0 - slope), time[:n]
+    """The step of Newton's method, the slope being that to a motion close by; and the time of the return.
 
-
-def _return(back: Parameters, reach: Floats, period: Floats, options: Options) -> tuple[Floats, Floats]:
-    """The next largest displacement after one at `reach`, near `period`, and when it comes."""
-    motion = sampled_motion(back, reach, period, 2, options)
+    The motion returns at its next largest displacement after that at `reach`, near `period`.
+    """
+    n, beside = reach.size, reach * (1.0 + _DISTURBANCE)
+    both, period = taken(back, np.tile(np.arange(n), 2)), np.tile(period, 2)
+    motion = sampled_motion(both, np.concatenate([reach, beside]), period, 2, options)
     x, v, a = motion["displacement"][:, -1], motion["velocity"][:, -1], motion["acceleration"][:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         late = v / a  # v changes linearly as long as this is short, and Newton's method makes it so
-        return x - plain.steady_displacement(back) - 0.5 * v * late, period - late
+        returned = x - plain.steady_displacement(both) - 0.5 * v * late
+        slope = (returned[n:] - returned[:n]) / (beside - reach)
+        return (returned[:n] - reach) / (1.0 - slope), (period - late)[:n]
 
 
-def sampled_motion(
-    back: Parameters, reach: Floats, period: Floats, samples: int, options: Options
-) -> dict[str, Floats]:
+def sampled_motion(back: Parameters, reach: Floats, period: Floats, samples: int, options: Options) -> Results:
     """Motions from rest at `reach` beyond steady sliding, over `period`; both ends included."""
     start = {"displacement": plain.steady_displacement(back) + reach, "velocity": np.zeros(reach.size)}
     return flows(back | start, period, samples, replace(options, rtol=_RTOL))
@@ -181,10 +175,8 @@ def velocities_at_rest_point(x: Floats, v: Floats, a: Floats) -> tuple[Floats, F
 
     Between two samples v is the cubic over x through their values and slopes, a/v. NaN where there are more passes.
     """
-    upward = (x[:, 1:] > 0) & (x[:, :-1] <= 0)
-    downward = (x[:, 1:] <= 0) & (x[:, :-1] > 0)
-    velocities = []
-    for passes in (upward, downward):
+    beyond, velocities = x > 0, []
+    for passes in (beyond[:, 1:] & ~beyond[:, :-1], ~beyond[:, 1:] & beyond[:, :-1]):  # upward, downward
         rows, at = np.arange(len(passes)), np.argmax(passes, axis=1)
         (x0, x1), (v0, v1), (a0, a1) = ((values[rows, at], values[rows, at + 1]) for values in (x, v, a))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -257,8 +249,7 @@ def _mirrored_box(cells: Parameters, box: Attractors) -> tuple[Floats, Floats, F
     ahead, steady = cells["belt_speed"] > 0, np.abs(plain.steady_displacement(cells))
     (left, right), (low, high) = box.displacement, box.velocity
     near, far = np.where(ahead, left, -right), np.where(ahead, right, -left)
-    slow, fast = np.where(ahead, low, -high), np.where(ahead, high, -low)
-    return steady - far, steady - near, slow, fast
+    return steady - far, steady - near, np.where(ahead, low, -high), np.where(ahead, high, -low)
 
 
 def _measures(x: Floats, v: Floats, a: Floats) -> Results:
@@ -266,13 +257,10 @@ def _measures(x: Floats, v: Floats, a: Floats) -> Results:
     above, below = velocities_at_rest_point(x, v, a)
     right, left, fastest, slowest = largest(x), -largest(-x), largest(v), -largest(-v)
     return {
-        "unstable_amplitude": 0.5 * (right - left),
-        "unstable_velocity_amplitude": 0.5 * (fastest - slowest),
-        "critical_shock_along": above,
-        "critical_shock_against": -below,
-        "critical_shift_along": -left,
-        "critical_shift_against": right,
-    }
+        "unstable_amplitude": 0.5 * (right - left), "unstable_velocity_amplitude": 0.5 * (fastest - slowest),
+        "critical_shock_along": above, "critical_shock_against": -below,
+        "critical_shift_along": -left, "critical_shift_against": right,
+    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

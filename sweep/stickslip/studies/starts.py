@@ -208,8 +208,7 @@ def _first_lost(cells: Parameters, steady: Floats, shift: Floats, shock: Floats,
     """Return how many times a disturbance of displacement and velocity is enough, per cell."""
 
     def looked(line: Integers, place: Floats) -> Looked:
-        x, v = steady[line] + place * shift[line], place * shock[line]
-        regimes = work.regimes(taken(cells, line), x, v)
+        regimes = work.regimes(taken(cells, line), steady[line] + place * shift[line], place * shock[line])
         return Looked(np.where(settled(regimes), _SETTLES, _LOST).astype(np.int8), decided(regimes))
 
     lines = steady.size
