@@ -6,6 +6,6 @@
     uncertain   probabilities where inputs scatter   study      what studies share
 
 Below them: `search` and `lines` (borders along lines), `plane` and `tracing` (in planes), `changes` and `margin_search`
-(changes of cells, and borders about them), `boxes` (which cells of a map are needed), `starts`, `phase_plane` and
-`exact` (from which states a motion settles), `draws` and `reduction` (of what is uncertain).
+(changes of cells, and borders about them), `boxes` (which cells of a map are needed), `starts` and `exact` (from
+which states a motion settles), `draws` and `reduction` (of what is uncertain).
 """

@@ -18,9 +18,8 @@ from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError, Path
 from stickslip.studies import starts
-from stickslip.studies.exact import exact_results
+from stickslip.studies.exact import exact_results, slips_on_curve
 from stickslip.studies.lines import CellsOrConfig, decided
-from stickslip.studies.phase_plane import slips_on_curve
 from stickslip.studies.study import MOST_ROWS, axis_names, joined, parts_over
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS

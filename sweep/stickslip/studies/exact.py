@@ -1,9 +1,23 @@
-"""The share that settles and the critical disturbances of cells whose phase plane is known, exactly (`phase_plane.py`).
+"""The share that settles and the critical disturbances of cells that slip on the plain Stribeck curve, exactly.
 
-What settles is inside the unstable cycle of the plain curve. It is found backwards in time, where it attracts, and
-sampled over one period. A cycle turns clockwise, since the velocity is the derivative of the displacement. It crosses
-velocity zero twice only, so that its area in a box [x1, x2] x [v1, v2] is the integral of clip(v, v1, v2) over
-clip(x, x1, x2).
+Where a curve has no hysteresis (slope and drop being not negative, and the belt moving), slip is a flow in the plane of
+displacement and velocity, and orbits of a plane do not cross. In q = w - |b|, with the slip speed w > 0, it is a
+Lienard system, q'' + F'(q) q' + q = 0, where F' = gamma + mu' rises with w:
+
+- Where the damping of steady sliding is not positive, it repels, and nothing settles.
+- Where it is positive, F'(q)/q falls for q < 0 and for q > 0. So at most one cycle runs in w > 0, and it is unstable
+  (the theorem of Zhang Zhifen, in Ye Yanqian et al., Theory of Limit Cycles, AMS 1986, backwards in time). If it is
+  there, exactly the states inside it settle, whatever the contact does at w = 0: nothing crosses it.
+- It is there if and only if the slip that begins at w = 0 on the curve comes back to w = 0. Backwards in time, the
+  region between that slip and w = 0 is then entered and never left, and steady sliding repels (Poincare and Bendixson);
+  and a slip that spirals into steady sliding would have to cross the cycle.
+- If there is none, every state settles unless a cycle of slip in both directions surrounds everything: as long as
+  static friction is that of the curve and does not age, so that motions from w = 0 continue as the slip above. Such a
+  cycle is excluded by a motion from farther out than any cycle can be, which ends in steady sliding.
+
+The unstable cycle is found backwards in time, where it attracts, and sampled over one period. A cycle turns clockwise,
+since the velocity is the derivative of the displacement. It crosses velocity zero twice only, so that its area in a box
+[x1, x2] x [v1, v2] is the integral of clip(v, v1, v2) over clip(x, x1, x2).
 
 x, v, a : displacements from steady sliding, velocities, accelerations (n, samples), evenly over a period, both ends
 included.
@@ -16,12 +30,15 @@ import numpy as np
 import scipy  # type: ignore[import-untyped]
 
 from stickslip.engine import Options, Results, Scales, flows, stop_flag
-from stickslip.studies import phase_plane as plain
 from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.starts import Attractors, Motions, settled
+from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.flags import REGIMES, STATUSES
+from stickslip.vocabulary.models import CURVE, STRIBECK
 
+_INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
+_FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes
 _RTOL = 1e-11  # of the cycle, whatever that of the map is
 _CLOSED = 1e-8  # how well the cycle must be known, over the displacement in a radian at the speed of the belt
 _SAMPLES, _MOST_SAMPLES = 513, 2**15 + 1  # of a cycle
@@ -36,6 +53,66 @@ _SLIP_CYCLE = STATUSES.index("slip_cycle")
 _CYCLES = [REGIMES.index(name) for name in ("stick_slip", "sustained")]
 _DISTURBANCES = [f"critical_{kind}_{way}" for kind in ("shock", "shift") for way in ("along", "against")]
 _MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", *_DISTURBANCES)
+
+
+def slips_on_curve(cells: Parameters, options: Options) -> Flags:
+    """Of which cells all but the last of the theorems above holds."""
+    if options.law != "stribeck":
+        return np.zeros(cells["mass"].size, np.bool_)
+    _, slope, drop, _ = STRIBECK.curve_of(cells)
+    plain = np.isnan(cells["mu_stop"]) & (slope >= 0) & (drop >= 0)
+    return np.asarray(plain & (cells["belt_speed"] != 0))
+
+
+def forward(cells: Parameters) -> Parameters:
+    """The same cells with the belt in the positive direction: those of the mirrored plane where it is not."""
+    return cells | {"belt_speed": np.abs(cells["belt_speed"])}
+
+
+def steady_displacement(cells: Parameters) -> Floats:
+    """Displacement of steady sliding (m), on the plain curve of the law stribeck."""
+    speed = np.abs(cells["belt_speed"])
+    by, friction = Scales(cells), stribeck(speed, *STRIBECK.curve_of(cells))
+    return np.asarray(np.sign(cells["belt_speed"]) * friction * by.load / by.stiffness)
+
+
+def backwards(cells: Parameters) -> Parameters:
+    """Cells of which the slip w > 0 is that of `cells` backwards in time, their displacement changing sign.
+
+    With x -> -x and t -> -t the equation m x'' + c x' + k x = N mu(w) keeps its form: c and mu change their signs, the
+    velocity does not. The level of friction only shifts the displacement; it is raised until no slip speed of interest
+    has a negative friction coefficient.
+    """
+    turned = {name: -cells[name] for name in ("damping", CURVE.slope, CURVE.drop)}
+    level = cells[CURVE.drop] + _FAR * cells[CURVE.slope] * np.abs(cells["belt_speed"])
+    return cells | turned | {CURVE.level: level, "mu_static": np.full_like(level, np.nan)}
+
+
+def start_on_cycle(cells: Parameters) -> Floats:
+    """A guess of how far the unstable cycle goes beyond steady sliding (m), inside it unless friction is strong."""
+    by, (_, slope, drop, decay) = Scales(cells), STRIBECK.curve_of(cells)
+    speed = unstable_amplitude(cells["belt_speed"], slope, drop, decay, cells["damping"], by.load)
+    speed = np.minimum(speed, _INSIDE * np.abs(cells["belt_speed"]))
+    return np.asarray(speed * by.time)
+
+
+def beyond_all_cycles(cells: Parameters) -> Floats:
+    """A displacement (m) at which, with the mass at rest, a state is outside of every cycle.
+
+    A loop of radius r (in speeds) is fed at most N drop over the displacement it covers at 0 < w < b, 2 b^2/r. It loses
+    to friction beyond, at least N level over 2 r, or c + N slope times pi r.
+    """
+    b, by = np.abs(cells["belt_speed"]), Scales(cells)
+    _, slope, drop, _ = STRIBECK.curve_of(cells)
+    viscous = cells["damping"] + by.load * slope
+    fed = by.load * drop * b**2
+    cube = np.divide(fed, viscous, out=np.zeros_like(fed), where=viscous > 0)
+    radius = _FAR * (b + by.load * STRIBECK.start_of(cells) / by.impedance + np.cbrt(cube))
+    beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * by.impedance / by.stiffness
+    return np.asarray(beyond)
+
+
+# --- the unstable cycle -----------------------------------------------------------------------------------------------
 
 
 class UnstableCycles(NamedTuple):
@@ -57,13 +134,13 @@ def find_cycles(cells: Parameters, work: Motions) -> UnstableCycles:
     a guess, which is good where friction is weak, and else from where that motion tends to. By itself it would tend to
     the cycle anyway, but too slowly to wait for where the damping is weak. There is only one cycle to be found.
     """
-    back = plain.backwards(cells)
+    back = backwards(cells)
     natural = 2.0 * np.pi * Scales(back).time
-    cycles = _corrected(back, plain.start_on_cycle(cells), natural, work.options)
+    cycles = _corrected(back, start_on_cycle(cells), natural, work.options)
     rest = ~cycles.closes
     if rest.any():
         part = taken(back, rest)
-        late = _corrected(part, *_approached(part, plain.start_on_cycle(taken(cells, rest)), work), work.options)
+        late = _corrected(part, *_approached(part, start_on_cycle(taken(cells, rest)), work), work.options)
         for first, later in zip(cycles, late, strict=True):
             first[rest] = later
     return cycles
@@ -74,7 +151,7 @@ def _approached(back: Parameters, guess: Floats, work: Motions) -> tuple[Floats,
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
     """
-    centre = plain.steady_displacement(back)
+    centre = steady_displacement(back)
     reach, period = np.full_like(guess, np.nan), np.full_like(guess, np.nan)
     patient = replace(work.options, rtol=_RTOL, horizon=np.inf, max_steps=_PATIENCE)
     for share in _STARTS:
@@ -134,14 +211,14 @@ def _correction(back: Parameters, reach: Floats, period: Floats, options: Option
     x, v, a = motion["displacement"][:, -1], motion["velocity"][:, -1], motion["acceleration"][:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         late = v / a  # v changes linearly as long as this is short, and Newton's method makes it so
-        returned = x - plain.steady_displacement(both) - 0.5 * v * late
+        returned = x - steady_displacement(both) - 0.5 * v * late
         slope = (returned[n:] - returned[:n]) / (beside - reach)
         return (returned[:n] - reach) / (1.0 - slope), (period - late)[:n]
 
 
 def sampled_motion(back: Parameters, reach: Floats, period: Floats, samples: int, options: Options) -> Results:
     """Motions from rest at `reach` beyond steady sliding, over `period`; both ends included."""
-    start = {"displacement": plain.steady_displacement(back) + reach, "velocity": np.zeros(reach.size)}
+    start = {"displacement": steady_displacement(back) + reach, "velocity": np.zeros(reach.size)}
     return flows(back | start, period, samples, replace(options, rtol=_RTOL))
 
 
@@ -193,13 +270,16 @@ def velocities_at_rest_point(x: Floats, v: Floats, a: Floats) -> tuple[Floats, F
 def _verdicts(cells: Parameters, stick: Labels, work: Motions) -> tuple[Flags, Flags, Flags]:
     """Of which cells the theorems say that nothing settles, that all states do, and that those inside the unstable
     cycle do. stick : the regime reached from sticking."""
-    known = plain.slips_on_curve(cells, work.options)
+    known = slips_on_curve(cells, work.options)
     if not known.any():
         return known, known, known
-    stable = plain.damping(cells) > 0
-    everywhere = known & stable & plain.sticks_on_curve(cells) & settled(stick)
+    slope = stribeck_slope(np.abs(cells["belt_speed"]), *STRIBECK.curve_of(cells)[1:])
+    stable = cells["damping"] + Scales(cells).load * slope > 0  # c + N mu'(b), of steady sliding
+    static = cells["mu_static"]  # that of the curve, where it is the same or not given
+    on_curve = (np.isnan(static) | (static == STRIBECK.start_of(cells))) & (cells["ageing_rate"] == 0)
+    everywhere = known & stable & on_curve & settled(stick)
     far = taken(cells, everywhere)
-    everywhere[everywhere] = settled(work.regimes(far, plain.beyond_all_cycles(far), np.zeros(far["mass"].size)))
+    everywhere[everywhere] = settled(work.regimes(far, beyond_all_cycles(far), np.zeros(far["mass"].size)))
     return known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES)
 
 
@@ -219,14 +299,14 @@ def exact_results(cells: Parameters, stick: Labels, box: Attractors, work: Motio
 
 def _inside_cycles(cells: Parameters, box: Attractors, work: Motions) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where it was not found, or its numbers contradict each other."""
-    ahead = plain.forward(cells)
-    cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
+    ahead = forward(cells)
+    cycles, back = find_cycles(ahead, work), backwards(ahead)
     results: Results = {name: np.full(cycles.period.size, np.nan) for name in _MEASURED}
     left, samples = np.flatnonzero(cycles.closes), _SAMPLES
     while left.size and samples <= _MOST_SAMPLES:
         part = taken(back, left)
         motion = sampled_motion(part, cycles.reach[left], cycles.period[left], samples, work.options)
-        x = motion["displacement"] - plain.steady_displacement(part)[:, np.newaxis]
+        x = motion["displacement"] - steady_displacement(part)[:, np.newaxis]
         v, a, ends = motion["velocity"], motion["acceleration"], _mirrored_box(taken(cells, left), box)
         area, coarse = (area_in_box(x[:, ::step], v[:, ::step], a[:, ::step], cycles.period[left], *ends)
                         for step in (1, 2))  # fmt: skip
@@ -246,7 +326,7 @@ def _mirrored_box(cells: Parameters, box: Attractors) -> tuple[Floats, Floats, F
 
     Where the belt goes the other way the whole plane is mirrored.
     """
-    ahead, steady = cells["belt_speed"] > 0, np.abs(plain.steady_displacement(cells))
+    ahead, steady = cells["belt_speed"] > 0, np.abs(steady_displacement(cells))
     (left, right), (low, high) = box.displacement, box.velocity
     near, far = np.where(ahead, left, -right), np.where(ahead, right, -left)
     return steady - far, steady - near, np.where(ahead, low, -high), np.where(ahead, high, -low)
@@ -278,7 +358,7 @@ class Loop:
 
 
 def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int = 257) -> Loop | None:
-    """The unstable cycle of a cell, where the theorems of `phase_plane.py` say that there is one; None elsewhere.
+    """The unstable cycle of a cell, where the theorems of above say that there is one; None elsewhere.
 
     cell : arrays of length 1. regime : the one it reaches from sticking. On a hysteretic or ageing contact, and under
     other laws than stribeck, nothing is known.
@@ -287,12 +367,12 @@ def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int
     with np.errstate(invalid="ignore"):
         if not _verdicts(cell, np.array([regime], np.int8), work)[2][0]:
             return None
-    ahead = plain.forward(cell)
-    cycles, back = find_cycles(ahead, work), plain.backwards(ahead)
+    ahead = forward(cell)
+    cycles, back = find_cycles(ahead, work), backwards(ahead)
     if not cycles.closes[0]:
         return None
     motion = sampled_motion(back, cycles.reach, cycles.period, samples, options)
     turn = float(np.sign(cell["belt_speed"][0]))
-    beyond = motion["displacement"][0] - plain.steady_displacement(back)[0]  # backwards in time its sign is changed
-    displacement = plain.steady_displacement(ahead)[0] - beyond
+    beyond = motion["displacement"][0] - steady_displacement(back)[0]  # backwards in time its sign is changed
+    displacement = steady_displacement(ahead)[0] - beyond
     return Loop(turn * displacement, turn * motion["velocity"][0], float(cycles.period[0]))

@@ -211,7 +211,7 @@ class RampStudy(Study):
     def _between(self, lines: Lines, work: Motions) -> Results:
         """By names of `_BETWEEN`, arrays (lines, values): unstable cycle, stability of steady sliding.
 
-        NaN where there is no unstable cycle, or it is not known exactly (`phase_plane.py` says of which cells it is).
+        NaN where there is no unstable cycle, or it is not known exactly (`exact.py` says of which cells it is).
         """
         values = self._values
         cells = self._at(np.tile(values, lines.size), np.repeat(lines, values.size))

@@ -157,10 +157,10 @@ class RefinedMap(Study):
             places = results[_PLACE][part].astype(np.int64)
             return places, {name: results[name][part] for name in columns(self.options)}
 
-        return Painter(self.tiles, computed, self._blank_cells)
+        def blank(count: int) -> Results:
+            return blank_results(count, self.options) | {"computed": np.zeros(count, np.int8)}
 
-    def _blank_cells(self, count: int) -> Results:
-        return blank_results(count, self.options) | {"computed": np.zeros(count, np.int8)}
+        return Painter(self.tiles, computed, blank)
 
 
 def _columns(refined: Refined, computed: Results) -> Results:

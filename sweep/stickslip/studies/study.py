@@ -49,11 +49,8 @@ class Meter:
     def items(self) -> float:
         """Items done; a whole number where no block is under way, or where an item is a cell."""
         with self._lock:
-            return self._done + sum(self._share(*block) for block in self._under_way.values())
-
-    def _share(self, items: int, cells: int) -> float:
-        """Return how many of some items so many cells are; where they take more than expected, not yet all."""
-        return min(cells / max(self._each, 1), items if self._each <= 1 else _MOST * items)
+            most = 1.0 if self._each <= 1 else _MOST  # where they take more cells than expected, not yet all
+            return self._done + sum(min(cells / max(self._each, 1), most * n) for n, cells in self._under_way.values())
 
 
 def joined(parts: Sequence[Results]) -> Results:
