@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
+from matplotlib.contour import QuadContourSet
 
 from stickslip.errors import PlotError
 from stickslip.plots.layout import save
@@ -71,8 +72,9 @@ def test_the_plot_says_whose_number_it_is_and_what_the_bands_mean():
 
 def test_red_is_hatched_where_it_is_since_it_is_as_dark_as_green():
     figure = plot_matrix(matrix("material", "belt_speed"))
-    (hatched,) = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
-    inside = [hatched.get_path().contains_point((j + 0.4, i + 0.6)) for i in range(3) for j in range(3)]
+    (area,) = (one for one in figure.axes[0].collections if isinstance(one, QuadContourSet))
+    (path,) = area.get_paths()
+    inside = [path.contains_point((j + 0.4, i + 0.6)) for i in range(3) for j in range(3)]
     assert inside == [band_of(n) == "red" for n in range(9)]
     assert [bool(entry.get_hatch()) for entry in figure.legends[0].get_patches()] == [False, False, False, True]
 
