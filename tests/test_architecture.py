@@ -43,8 +43,8 @@ INNER_FLOORS = {
         {"search", "study"}, {"boxes", "draws", "lines", "reduction", "tracing"}, {"changes", "plane", "starts"},
     ),
     "runs": (
-        {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},
-        {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},
+        {"work"}, {"formats", "lock"}, {"block_store"}, {"estimate", "output", "threads", "worker"}, {"cluster"},
+        {"session"}, {"collecting"},
     ),
 }  # fmt: skip
 ALL_LISTED = {"rig", "runs"}  # of which each file has a floor

@@ -86,9 +86,9 @@ def fit(
     table with several columns of friction, one a material, gives a fit of each.
     """
     from stickslip.config.select import seconds
-    from stickslip_materials.doubts import question_of_fit
     from stickslip_materials.fit import rank, report
     from stickslip_materials.fit.columns import newtons
+    from stickslip_materials.fit.files import question_of_fit
 
     weight = None if load is None else newtons(load)
     if at is not None and law in MEMORY_LAWS:

@@ -16,7 +16,7 @@ from stickslip.config.reader import make_config
 from stickslip.config.studies import section_of_call
 from stickslip.config.unit_warnings import unit_question
 from stickslip.config.yaml import Document
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip.progress import Watch, watched
@@ -42,9 +42,8 @@ from stickslip_materials.compare.system import (
     speeds_of,
     system_of,
 )  # fmt: skip
-from stickslip_materials.doubts import question_of_fit
 from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
-from stickslip_materials.fit.files import NO_CURVE
+from stickslip_materials.fit.files import NO_CURVE, question_of_fit
 
 Floats = NDArray[np.float64]
 Points = tuple[ArrayLike, ArrayLike] | CurveFit
