@@ -39,7 +39,9 @@ FLOORS = (
 )
 # The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
-    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
+    "studies": (
+        {"search", "study"}, {"boxes", "draws", "lines", "reduction", "tracing"}, {"changes", "plane", "starts"},
+    ),
     "runs": (
         {"work"}, {"formats", "lock"}, {"block_store"}, {"estimate", "output", "threads", "worker"}, {"cluster"},
         {"session"}, {"collecting"},

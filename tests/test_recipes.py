@@ -277,7 +277,7 @@ from stickslip.cli import main
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
 from stickslip.errors import ConfigError
-from stickslip.plots.pages.result import pictures_of, result_page
+from stickslip.plots.pages import pictures_of, result_page
 from stickslip.runs import work
 os.chdir({str(tmp_path)!r})
 def told(*words):

@@ -22,7 +22,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import load_config
 from stickslip.dataset.build import provenance
 from stickslip.plots.layout import Figure as Plot
-from stickslip.studies.borders import Looked, Scan, search_lines
+from stickslip.studies.search import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.select import point_text
 from stickslip.errors import ConfigError, Problem
-from stickslip.studies.borders.lines import broken_rules
+from stickslip.studies.lines import broken_rules
 from stickslip.vocabulary.cell_values import as_cells, scales_of
 from stickslip.vocabulary.cells import parameters_of
 from stickslip.vocabulary.display_units import Unit, unit_for

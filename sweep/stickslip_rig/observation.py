@@ -22,7 +22,7 @@ from stickslip.config.sections import Friction
 from stickslip.config.yaml import Document
 from stickslip.engine import Results, StopFlag
 from stickslip.errors import ConfigError, Path, QuantityError, StoppedError
-from stickslip.studies.uncertainty.inputs import drawn_cells
+from stickslip.studies.draws import drawn_cells
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES
@@ -211,7 +211,7 @@ class SimulatedRecords:
         members = tuple(Values.model_construct(name=name, values=tuple(v.tolist())) for name, v in drawn.items())
         axis = Group.model_construct(name="draw", members=members, labels=tuple(map(str, range(size))))
         tests = _Draws(self._config.without(*drawn).model_copy(update={"axes": (axis,)}), self._known)
-        _, possible = drawn_cells(tests.grid, np.arange(size), drawn, tests.options.law)
+        _, possible = drawn_cells(tests.grid, np.arange(size), drawn, tests.options)
         results: Results = {name: np.full(size, np.nan) for name in COMPARED}
         results["regime"] = np.full(size, REGIMES.index("failed"), np.int8)
         for test in tests.tests(np.flatnonzero(possible).tolist(), stop):

@@ -18,8 +18,8 @@ from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
 from stickslip.plots import pages, palette
 from stickslip.plots.layout import Figure, entitle, legend
+from stickslip.plots.maps import hatch_cells
 from stickslip.plots.pages import Cell, Column, Section
-from stickslip.plots.painting import hatch_cells
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip_rig.evaluation import as_records, shown_table, test_names, unfinished
 from stickslip_rig.quantities import RPN_NAME, SIGNALS

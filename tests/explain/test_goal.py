@@ -14,7 +14,7 @@ from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.dataset.polylines import polylines
 from stickslip.errors import ConfigError
-from stickslip.plots.kinds import kind_of
+from stickslip.plots import kind_of
 from stickslip.vocabulary.flags import REGIMES, VERDICTS, VIBRATING
 from stickslip_explain.goal.study import GoalStudy
 

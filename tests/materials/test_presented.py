@@ -143,7 +143,7 @@ def test_marks_in_python_come_from_the_same_table(folder):
 
 def test_levels_are_drawn_as_levels_by_command_page_and_python(tmp_path):
     from stickslip.files import writing
-    from stickslip.plots.pages.result import pictures_of
+    from stickslip.plots.pages import pictures_of
 
     coordinates = {"stiffness": [1.0, 2.0], "belt_speed": [0.1, 0.2, 0.3]}
     ds = stickslip.sweep(

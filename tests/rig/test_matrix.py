@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
+from matplotlib.contour import QuadContourSet
 
 from stickslip.config.reader import parse_config
 from stickslip.errors import PlotError
@@ -69,8 +70,9 @@ def test_a_matrix_of_any_number_of_dimensions_has_a_cell_for_each_test_in_the_or
 
 def test_red_is_hatched_where_it_is_since_it_is_as_dark_as_green():
     figure = plot_matrix(matrix("material", "belt_speed"))
-    (hatched,) = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
-    inside = [hatched.get_path().contains_point((j + 0.4, i + 0.6)) for i in range(3) for j in range(3)]
+    (area,) = (one for one in figure.axes[0].collections if isinstance(one, QuadContourSet))
+    (path,) = area.get_paths()
+    inside = [path.contains_point((j + 0.4, i + 0.6)) for i in range(3) for j in range(3)]
     assert inside == [band_of(n) == "red" for n in range(9)]
     assert [bool(entry.get_hatch()) for entry in figure.legends[0].get_patches()] == [False, False, False, True]
 

@@ -3,17 +3,12 @@
 import shutil
 
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
+from helpers.commands import call
 from helpers.configs import write_config
-from stickslip.cli import main
 
 MARK = "rig: stiffness=1 N/m, belt_speed=200 mm/s"
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")

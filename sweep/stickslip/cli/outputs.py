@@ -255,14 +255,13 @@ def save_page(ds: xr.Dataset, target: Path, picture: PictureOptions = PLAIN) -> 
     from stickslip.config.studies import result_class
     from stickslip.errors import PlotError
     from stickslip.plots import pages
-    from stickslip.plots.pages import result
 
     if plots.is_over_map(ds):
         try:
-            drawn = [result.Picture("borders between regimes", result_figure(ds, picture))]
+            drawn = [pages.Picture("borders between regimes", result_figure(ds, picture))]
         except PlotError as error:
-            drawn = [result.Picture(str(error))]
-        text = result.result_page(ds, drawn, picture.title)
+            drawn = [pages.Picture(str(error))]
+        text = pages.result_page(ds, drawn, picture.title)
     else:
         ds, drawn = picture.with_units(ds), []
         if (kind := result_class(ds)) and (own := kind.page(ds, picture.title)):
@@ -270,7 +269,7 @@ def save_page(ds: xr.Dataset, target: Path, picture: PictureOptions = PLAIN) -> 
             return show_file("page", target)
         if plots.is_drawn(ds):
             part = part_that_fits(ds)
-            drawn = result.pictures_of(part, picture.look(part), picture.title)
-        text = result.result_page(ds, drawn, picture.title)
+            drawn = pages.pictures_of(part, picture.look(part), picture.title)
+        text = pages.result_page(ds, drawn, picture.title)
     pages.write_page(target, text)
     show_file("page", target)

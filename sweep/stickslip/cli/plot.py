@@ -66,7 +66,7 @@ def plot(
     from stickslip.dataset.summary import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
-    from stickslip.plots.theory import law_with_theory
+    from stickslip.plots.marks import law_with_theory
 
     ds, picture = reading.look_into(file), PictureOptions(**options)
     of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,

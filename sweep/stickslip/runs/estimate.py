@@ -21,7 +21,7 @@ from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUSES
 
 if TYPE_CHECKING:
-    from stickslip.studies.uncertainty import SampleStudy
+    from stickslip.studies.uncertain import SampleStudy
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
 _TRIED = 8192  # cells, about
@@ -157,7 +157,7 @@ class NodeEstimate:
 
 def estimate(config: Config) -> Estimate:
     """Time a few cells of a configuration. Raises KeyboardInterrupt on Ctrl-C."""
-    from stickslip.studies.uncertainty import SampleStudy
+    from stickslip.studies.uncertain import SampleStudy
 
     work = Work(config)
     study, blocks, options = work.study, work.blocks, work.options

@@ -34,7 +34,7 @@ from stickslip.runs.work import KnownCells, MapStudy, Work, blocks_of_chunks, ch
 from stickslip.vocabulary.cells import Cells
 
 if TYPE_CHECKING:
-    from stickslip.studies.refinement import RefinedMap
+    from stickslip.studies.refine import RefinedMap
 
 _ANEW = "{fresh} computes it anew and replaces it; "
 _OTHER_FILE = "{output} names another file"

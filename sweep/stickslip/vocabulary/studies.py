@@ -13,19 +13,15 @@ if TYPE_CHECKING:
 
 # By the key of the section that asks for it, which is the name of the command and the attribute `result` as well.
 STUDIES: dict[str, StudyEntry] = {
-    "border": StudyEntry(
-        "stickslip.studies.borders.border:BorderStudy", "Find where along a parameter the regime changes."
-    ),
-    "contours": StudyEntry(
-        "stickslip.studies.borders.contours:ContourStudy", "Follow the borders of regimes in a plane."
-    ),
-    "margins": StudyEntry("stickslip.studies.margins.margins:MarginStudy"),
+    "border": StudyEntry("stickslip.studies.border:BorderStudy", "Find where along a parameter the regime changes."),
+    "contours": StudyEntry("stickslip.studies.contours:ContourStudy", "Follow the borders of regimes in a plane."),
+    "margins": StudyEntry("stickslip.studies.margins:MarginStudy"),
     "attractors": StudyEntry(
-        "stickslip.studies.attractors.study:AttractorStudy", "Find which regimes coexist, and what settles."
+        "stickslip.studies.attractors:AttractorStudy", "Find which regimes coexist, and what settles."
     ),
-    "ramp": StudyEntry("stickslip.studies.attractors.ramp:RampStudy", "Follow attractors up and down a parameter."),
-    "refine": StudyEntry("stickslip.studies.refinement.study:RefinedMap"),
-    "uncertain": StudyEntry("stickslip.studies.uncertainty.sampling:SampleStudy"),
+    "ramp": StudyEntry("stickslip.studies.ramp:RampStudy", "Follow attractors up and down a parameter."),
+    "refine": StudyEntry("stickslip.studies.refine:RefinedMap"),
+    "uncertain": StudyEntry("stickslip.studies.uncertain:SampleStudy"),
 } | extensions.brought("studies")
 BESIDE = {key: study for study, entry in STUDIES.items() for key in entry.beside}  # sections by key: their study
 WITH_UNCERTAIN = tuple(key for key, entry in STUDIES.items() if entry.with_uncertain)  # may stand beside this section

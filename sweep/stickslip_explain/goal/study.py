@@ -19,18 +19,15 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, sho
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders import ContourStudy, fine_enough
-from stickslip.studies.borders.contours import VARIABLES, lines_dataset
-from stickslip.studies.borders.lines import CellsOrConfig, Lines
-from stickslip.studies.borders.plane import OPEN, PlaneSearch
-from stickslip.studies.borders.search import Floats, Labels
-from stickslip.studies.borders.walk import scanned
-from stickslip.studies.margins.joint import ChangeSpace, turned_in
-from stickslip.studies.margins.reach import Reach, reach_of
-from stickslip.studies.margins.single import nearest
-from stickslip.studies.report import axis_names, parts_over
-from stickslip.studies.study import joined
-from stickslip.studies.uncertainty.design import Design
+from stickslip.studies.changes import Reach, reach_of
+from stickslip.studies.contours import VARIABLES, ContourStudy, lines_dataset
+from stickslip.studies.draws import Design
+from stickslip.studies.lines import CellsOrConfig, Lines, fine_enough
+from stickslip.studies.margin_search import ChangeSpace, nearest, turned_in
+from stickslip.studies.plane import OPEN, PlaneSearch
+from stickslip.studies.search import Floats, Labels
+from stickslip.studies.study import axis_names, joined, parts_over
+from stickslip.studies.tracing import scanned
 from stickslip.vocabulary.cells import taken
 from stickslip.vocabulary.display_units import customary, spoken
 from stickslip.vocabulary.flags import VERDICTS

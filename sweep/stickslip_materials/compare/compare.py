@@ -20,7 +20,9 @@ from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip.progress import Watch, watched
-from stickslip.studies.borders import Border, Scan, fine_enough
+from stickslip.studies.border import Border
+from stickslip.studies.lines import fine_enough
+from stickslip.studies.search import Scan
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cell_values import as_cells

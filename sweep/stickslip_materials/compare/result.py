@@ -70,7 +70,7 @@ class Comparison(Result):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Any:
         """The curves, and where each material becomes quiet. Raises PlotError."""
-        from stickslip.plots.kinds import check_plain
+        from stickslip.plots import check_plain
         from stickslip_materials.plots import plot_materials
 
         if variable is not None:

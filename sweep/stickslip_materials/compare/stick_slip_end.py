@@ -1,7 +1,7 @@
 """The belt speed above which a pair is quiet, for many friction curves in one system, measured or drawn.
 
 Quiet is a pair whose vibration, begun in stick with a relaxed spring, does not last: no stick-slip, and none without
-sticking. Along the belt speed each curve is a line, searched as borders are (`studies/borders/search.py`), where labels
+sticking. Along the belt speed each curve is a line, searched as borders are (`studies/search.py`), where labels
 are two: vibrates, or does not. The borders of curves drawn from a fit are the interval that the scatter of the
 measured points leaves.
 """
@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.engine import Options, compute
 from stickslip.errors import Interrupted
-from stickslip.studies.borders import Looked, Scan, search_lines, search_options
+from stickslip.studies.lines import search_options
+from stickslip.studies.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING

@@ -76,7 +76,7 @@ def test_results_of_another_search_or_a_map_are_not_overwritten(config, tmp_path
 
 
 def test_a_block_that_fails_is_recorded_and_tried_again(config, tmp_path, monkeypatch):
-    from stickslip.studies.borders.border import BorderStudy
+    from stickslip.studies.border import BorderStudy
 
     output, compute = tmp_path / "borders.nc", BorderStudy.compute
 

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import told
 from helpers.runs import same
 from stickslip import plots
 from stickslip.cli import main
@@ -54,11 +55,6 @@ def test_draws_of_missing_shards_are_carried_as_bounds(config, tmp_path):
 
 
 def test_the_command_tells_and_draws(config, tmp_path):
-    def told(*words):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exit_code == 0, done.output
-        return done.output
-
     assert "3,072 draws: stiffness (3) x draw (1024)" in told("validate", config)
     assert "3,072 draws" in told("plan", config)
     output, plot = tmp_path / "scatter.nc", tmp_path / "scatter.png"
