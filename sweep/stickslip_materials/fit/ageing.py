@@ -10,8 +10,16 @@ from numpy.typing import ArrayLike
 
 from stickslip.theory import static_friction
 from stickslip_materials.fit.likelihood import Likelihood
-from stickslip_materials.fit.quality import LEAST_EXPLAINED
-from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
+from stickslip_materials.fit.uncertainty import (
+    LEAST_EXPLAINED,
+    Floats,
+    Interval,
+    covariance,
+    points_of,
+    r_squared,
+    rms,
+    student,
+)
 
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
@@ -110,7 +118,7 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
     shortest, longest = float(t[t > 0].min()), float(t.max())
     likelihood = Likelihood(
         y, np.ones_like(y), partial(_columns, t),
-        (shortest / _BEYOND, longest * _BEYOND), np.eye(2), freedom=float(t.size - 3),
+        (shortest / _BEYOND, longest * _BEYOND), np.eye(2), 0, float(t.size - 3), student(t.size - 3),
     )  # fmt: skip
     if t0 is not None:
         return _fit_at(likelihood, t, float(t0), is_given=True)

@@ -18,8 +18,9 @@ from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.fitting import fit_curve, fit_repeats
+from stickslip_materials.fit.fitting import fit_curve
 from stickslip_materials.fit.points import Columns, kind_of, only, read_materials
+from stickslip_materials.fit.repeats import fit_repeats
 from stickslip_materials.fit.roles import Wanted
 
 Fit = TypeVar("Fit", CurveFit, AgeingFit)
