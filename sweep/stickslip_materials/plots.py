@@ -23,7 +23,7 @@ from stickslip.theory import reversal_speed
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.compare.dataset import speeds_of
+from stickslip_materials.compare.result import speeds_of
 from stickslip_materials.fit.memory import BRISTLES
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.examples import points_path
 from stickslip.errors import ConfigError, UnitWarning
-from stickslip_materials.compare.page import material_page
-from stickslip_materials.compare.table import RankTable
+from stickslip_materials.compare.table import RankTable, material_page
 from stickslip_materials.fit import CurveFit, draw_curves, fit_curve, fit_materials
 
 FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]

@@ -12,7 +12,7 @@ from stickslip import plots
 from stickslip.cli import main
 from stickslip.plots.layout import fit, resize
 from stickslip.plots.options import inches, marks_in
-from stickslip_materials.compare.page import material_page
+from stickslip_materials.compare.table import material_page
 
 NAMES = [
     "Fett A (lithiumverseift, Öl ISO VG 68)", "Gleitlack Größe 2 – äußere Führung Süd", "PTFE", "Trocken", "Wachs $1$",
