@@ -33,9 +33,9 @@ from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds
-from stickslip_materials.doubts import question_of_fit
 from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
 from stickslip_materials.fit.files import NO_CURVE
+from stickslip_materials.fit.report import question_of
 
 Amount = float | str
 Amounts = Amount | Iterable[Amount]
@@ -233,7 +233,7 @@ def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], 
     """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
     implausible friction and speeds."""
     curves = _curves(fits)
-    questions = [question_of_fit(curve.mu_start, fit.points) for curve, fit in zip(curves, fits, strict=True)]
+    questions = [question_of(fit) for fit in fits]
     plausible = [curve for curve, odd in zip(curves, questions, strict=True) if not odd] or curves
     zipped = {name: [getattr(curve, name) for curve in plausible] for name in CURVE}
     slowest = float(min(curve.searched[0] for curve in plausible))
@@ -275,7 +275,7 @@ def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], comparing: Comp
 def _compared(fits: Sequence[MaterialFit], comparing: Comparing, progress: Progress | None) -> xr.Dataset:
     """As `compare`, of fitted curves. progress : called with curves done, and in all."""
     curves = _curves(fits)
-    doubts = [question_of_fit(curve.mu_start, fit.points) or "" for curve, fit in zip(curves, fits, strict=True)]
+    doubts = [question_of(fit) or "" for fit in fits]
     drawn = {i: comparing.draw(curve) for i, curve in enumerate(curves) if curve.determined and not doubts[i]}
     known = [i for i, allowed in drawn.items() if allowed or not curves[i].has_intervals]
     for i in drawn.keys() - {*known}:
