@@ -104,7 +104,9 @@ def material_dataset(
 
 def _of_fits(curves: Sequence[CurveFit]) -> dict[str, Floats]:
     """The numbers of curves, by names of MATERIAL_VARIABLES."""
-    columns = {name: [getattr(curve, name) for curve in curves] for name in (*FITTED, "residual_rms", "points")}
+    columns: dict[str, Sequence[float]] = {
+        name: [getattr(curve, name) for curve in curves] for name in (*FITTED, "residual_rms", "points")
+    }
     slowest, fastest = zip(*(curve.speeds for curve in curves), strict=True)
     columns |= {"slowest_point": slowest, "fastest_point": fastest, "fit_good": [curve.good for curve in curves]}
     if any("mu_stop" in curve.coefficients() for curve in curves):

@@ -129,8 +129,9 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str,
     residuals = points.mu - points.curve(chosen.best) * points.units[0]
     matrix = _covariance(points, chosen, freedom)
     open_ends = dict.fromkeys(FITTED, (0.0, math.inf))
+    a1, a2, a3, a4 = map(float, chosen.best * points.units)
     fit = CurveFit(
-        *map(float, chosen.best * points.units),
+        *(a1, a2, a3, a4),
         standard_error=_errors(matrix),
         interval=open_ends if is_rough else points.intervals(form),
         covariance=matrix,
