@@ -190,7 +190,7 @@ class Likelihood:
         search.errordef = max(self.allowed + least - search.fval, 1e-12)  # of a bound that was left out
         try:
             search.minos(name, ncall=_CALLS)
-        except RuntimeError:
+        except (RuntimeError, np.linalg.LinAlgError):
             return -math.inf, math.inf
         errors, value = search.merrors[name], search.values[name]
         low = value + errors.lower if errors.lower_valid else -math.inf
