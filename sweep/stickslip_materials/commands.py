@@ -104,7 +104,7 @@ def fit(
         if at is not None:
             fail(f"--at ranks lubricants by their hold times, got --law {law}")
         spring = stiffness and params.si_quantity("--stiffness", stiffness, "N m-1", "a value above 0")
-        answer = _fit_memory(files, law, {"load": weight, "stiffness": spring or None}, plot)
+        answer = _fit_memory(files, {"law": law, "load": weight, "stiffness": spring or None}, plot)
     else:
         if stiffness is not None:
             fail(f"--stiffness goes with a law of rate-and-state friction, got --law {law}")
@@ -142,14 +142,14 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
     return answer
 
 
-def _fit_memory(files: Sequence[Path], law: str, given: dict[str, Any], plot: Path | None) -> dict[str, Any]:
-    """Contacts with memory, of each record. given : load and stiffness, as for `fit_memory_file`."""
+def _fit_memory(files: Sequence[Path], given: dict[str, Any], plot: Path | None) -> dict[str, Any]:
+    """Contacts with memory, of each record. given : as for `fit_memory_file`."""
     from stickslip_materials.fit import fit_memory_file, report
 
     fits = {}
     for file in files:
         with refuses_bad_input(file):
-            fits[file.name] = fit_memory_file(params.points_file(file), law, **given)
+            fits[file.name] = fit_memory_file(params.points_file(file), **given)
         screen.echo(f"{report.describe_memory(file.name, fits[file.name])}\n")
     save_plot(lambda plots: plots.plot_memory_fits(fits), plot)
     shown = ("law", "values", "interval", "residual_rms", "good", "quality")

@@ -183,9 +183,8 @@ def _speeds(called: str, given: Sequence[Amount]) -> list[float]:
     except QuantityError as error:
         raise ValueError(f"{called}: got {given!r}, expected {error.expected}") from None
     speeds = [_quantity("belt_speed", value, called) for value in alike]
-    for speed in speeds:
-        if not speed > 0:
-            raise ValueError(f"{called}: got {speed:g}, expected a speed above 0 m/s")
+    if speeds and not min(speeds) > 0:
+        raise ValueError(f"{called}: got {min(speeds):g}, expected a speed above 0 m/s")
     return speeds
 
 
@@ -303,10 +302,8 @@ def _compared(fits: Sequence[MaterialFit], comparing: Comparing, progress: Progr
 
 
 def _contradiction(scatter: dict[str, float | Floats], ends: tuple[float, float]) -> str:
-    """Why a border, whose ends these are, cannot stand beside what the curves drawn say; empty where it can.
-
-    An interval that misses the border by no more than the tolerance of the borders of drawn curves is widened to it.
-    """
+    """Why a border, whose ends these are, cannot stand beside what curves drawn say; empty where it can. An interval
+    that misses it by no more than the tolerance of the borders of drawn curves is widened to it."""
     if not scatter:
         return ""
     (least, most), (low, high) = ends, (float(scatter[f"quiet_above_{which}"]) for which in ("low", "high"))

@@ -63,8 +63,7 @@ class Comparing:
         return len(self.speeds) > 1 and not self.is_range
 
     def draw(self, curve: CurveFit) -> Drawn | None:
-        """Curves as likely as the points leave them; None where none can be drawn, or the points follow no such
-        curve."""
+        """Curves as likely as the points leave them; None where there are none, or the points follow no such curve."""
         if not curve.has_intervals:
             return None
         return draw_curves(curve, self.draws or _TO_TELL, self.seed, falling=True)
@@ -174,11 +173,8 @@ def scatter_of(drawn: Drawn, comparing: Comparing, scan: Scan) -> dict[str, floa
 
 
 def _borders(drawn: Drawn, comparing: Comparing, scan: Scan) -> QuietSpeeds:
-    """The borders of drawn curves.
-
-    A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
-    one whose friction would be negative within the range.
-    """
+    """The borders of drawn curves. One that falls for ever faster than the damper grows vibrates at any speed; so does,
+    as far as this can tell, one whose friction would be negative within the range."""
     options = replace(comparing.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
     tolerance = max(DRAWN_TO, comparing.search.tolerance)
     level, slope = drawn.coefficients[CURVE.level], drawn.coefficients[CURVE.slope]
