@@ -41,8 +41,8 @@ FLOORS = (
 INNER_FLOORS = {
     "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
     "runs": (
-        {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},
-        {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},
+        {"work"}, {"formats", "lock"}, {"block_store"}, {"estimate", "output", "threads", "worker"}, {"cluster"},
+        {"session"}, {"collecting"},
     ),
 }  # fmt: skip
 ALL_LISTED = {"rig", "runs"}  # of which each file has a floor

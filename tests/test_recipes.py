@@ -73,7 +73,7 @@ def test_a_unit_a_metric_and_a_law_are_a_row_each(copy):
     row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
     copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
     conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
-    copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
+    copy.insert("sweep/stickslip/engine/dispatch.py", "the models have the rest", conversion)
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
     copy.run(f"""
 import numpy as np
@@ -278,7 +278,7 @@ from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
 from stickslip.errors import ConfigError
 from stickslip.plots.pages.result import pictures_of, result_page
-from stickslip.runs import blocks
+from stickslip.runs import work
 os.chdir({str(tmp_path)!r})
 def told(*words):
     done = CliRunner().invoke(main, words)
@@ -293,7 +293,7 @@ assert fast.attrs["result"] == plots.kind_of(fast) == "pace" and os.path.getsize
 plain = make_config(load_config("pace.yaml").resolved() | dict(pace=dict(factor=3.0)))
 assert plain.study.factor == 3.0 and make_config(plain.resolved()) == plain
 np.testing.assert_array_equal(stickslip.run(plain)["pace"], fast["pace"])
-blocks._FEWEST = 8  # cells a block
+work._FEWEST = 8  # cells a block
 stickslip.run_shard(plain, "1/2", "store")
 assert np.isnan(stickslip.collect("store", "half.nc")["pace"]).any()
 stickslip.run_shard(plain, "2/2", "store")

@@ -20,7 +20,7 @@ from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import provenance
 from stickslip.plots.layout import Figure as Plot
 from stickslip.studies.borders import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import REGIMES

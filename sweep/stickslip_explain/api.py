@@ -15,7 +15,7 @@ from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError, ContradictionError
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
-from stickslip.runs.memory import CellsOrConfig, Subject
+from stickslip.runs.threads import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed

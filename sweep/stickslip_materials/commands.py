@@ -118,9 +118,10 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
     """Curves and ageing, of each material."""
     from stickslip.config.select import seconds
     from stickslip_materials.fit import rank, report
+    from stickslip_materials.fit.files import question_of
 
     for each in fits:
-        if each.curve and (question := report.question_of(each)):
+        if each.curve and (question := question_of(each)):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
         screen.echo(f"{each.name}\n{report.describe(each)}\n")
     answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}

@@ -20,8 +20,7 @@ from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of, shared_by
-from stickslip.dataset.build import given_cells, grid_coordinates, variable_of
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import given_cells, grid_coordinates, provenance, variable_of
 from stickslip.engine import (
     Options,
     Results,
@@ -36,7 +35,7 @@ from stickslip.engine import (
 )
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
-from stickslip.runs.memory import CellsOrConfig
+from stickslip.runs.threads import CellsOrConfig
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken

@@ -17,7 +17,7 @@ from stickslip import theory
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
-from stickslip.runs import blocks
+from stickslip.runs import work
 from stickslip.studies.borders import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
 
@@ -368,7 +368,7 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
 def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
     cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
     whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(blocks, "_FEWEST", 16)
+    monkeypatch.setattr(work, "_FEWEST", 16)
     portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
     xr.testing.assert_equal(portions, whole)
 

@@ -19,7 +19,7 @@ from helpers.configs import write_config
 from stickslip import progress
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
-from stickslip.runs import blocks, collecting
+from stickslip.runs import collecting
 from stickslip.runs.estimate import NodeEstimate
 
 RIG = """\
@@ -234,13 +234,6 @@ def test_a_log_gets_a_line_at_the_start_every_minute_and_at_the_end():
 
 
 # --- many nodes -------------------------------------------------------------------------------------------------------
-
-
-def test_shards_of_a_plan_are_those_of_the_run():
-    for count, nodes in ((24, 40), (7630, 40), (40, 40), (1, 1)):
-        whole = blocks.Blocks(count * 10, 10, count * 10)
-        sizes = [len(blocks.Shard(number, nodes).blocks(whole)) for number in range(1, nodes + 1)]
-        assert sum(sizes) == count and (sizes[0], sizes[-1]) == (max(sizes), min(sizes))
 
 
 def test_a_shard_lasts_as_long_as_its_threads_need_for_their_blocks():

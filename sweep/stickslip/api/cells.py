@@ -12,8 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.config.unit_warnings import friction_question_of_cells
-from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, trace_dataset
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, provenance, trace_dataset
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
 from stickslip.theory.memory import time_to_cycle

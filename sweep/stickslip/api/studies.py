@@ -10,7 +10,7 @@ from stickslip.config.studies import section_of_call, study_class
 from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError
 from stickslip.progress import Watch
-from stickslip.runs.memory import CellsOrConfig, Subject
+from stickslip.runs.threads import CellsOrConfig, Subject
 from stickslip.studies.attractors import Attractors, Ramp
 from stickslip.studies.borders import Border, Contours, Scan
 from stickslip.studies.margins import Margins

@@ -46,7 +46,7 @@ class PathOrUrl(click.Path):
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """Files of this folder that could have been named."""
-        from stickslip.files.sniff import RESULTS, names_in
+        from stickslip.files.locations import RESULTS, names_in
 
         if self._expected == "configuration":
             return next_step()
@@ -117,7 +117,7 @@ def requested_table() -> Path | None:
 
 def next_step() -> str:
     """Text on the next thing to do in this folder."""
-    from stickslip.files.sniff import CONFIGURATIONS, names_in
+    from stickslip.files.locations import CONFIGURATIONS, names_in
 
     if here := names_in(Path(), CONFIGURATIONS):
         return f"Configurations in this folder: {', '.join(here)}"

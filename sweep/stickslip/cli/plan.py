@@ -115,7 +115,7 @@ def _on_nodes(whole: Estimate, shared: NodeEstimate, lines: dict[str, str]) -> I
 def _shell_lines(config: Path, loaded: Config, shared: NodeEstimate) -> dict[str, str]:
     """The lines for the shell; shards are counted from 1."""
     from stickslip.files.locations import location
-    from stickslip.runs.workdir.block_store import beside
+    from stickslip.runs.block_store import beside
 
     output = loaded.output.file or f"{config.stem}.nc"
     named = [] if loaded.output.file else ["-o", output]

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from stickslip.config.studies import Study
     from stickslip.files.locations import Location
-    from stickslip.runs.blocks import Shard
     from stickslip.runs.session import Outcome, Request
+    from stickslip.runs.work import Shard
 
 FRESH = click.option("--fresh", is_flag=True, help="Start over, and replace a result of another configuration.")
 
@@ -88,7 +88,7 @@ def run(
 
 def shard_of(text: str | None, fresh: bool, output: Location | None) -> Shard | None:
     """The share of the blocks that `--shard` names. output : of all shards."""
-    from stickslip.runs.blocks import parse_shard
+    from stickslip.runs.work import parse_shard
 
     if text is None:
         return None

@@ -101,8 +101,8 @@ def status(config_or_store: str) -> dict[str, Any]:
     Names a configuration, or the folder of a store.
     """
     from stickslip.runs import collecting
+    from stickslip.runs.block_store import is_empty
     from stickslip.runs.session import request_for
-    from stickslip.runs.workdir.block_store import is_empty
 
     request = request_for(config_or_store, None, None, params.settings())
     output = request.output if request.place is None else None

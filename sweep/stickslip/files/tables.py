@@ -240,20 +240,13 @@ def _numbers(
     rows = [_texts(table, number, line) for number, line in lines]
     if any(len(row) != len(table.heading) for row in rows):
         return None
-    array = np.empty((len(columns), len(rows)))
-    for values, column in zip(array, columns, strict=True):
-        texts = [row[column] for row in rows]
-        if comma:
-            if any("." in text for text in texts):
-                return None
-            texts = [text.replace(",", ".") for text in texts]
-        # float() also takes "1_0", "nan" and digits of other scripts
-        if any("_" in text or not text.isascii() for text in texts):
-            return None
-        try:
-            values[:] = [float(text) for text in texts]
-        except ValueError:
-            return None
+    texts = [[row[column].strip() for row in rows] for column in columns]
+    if comma and any("." in text for column in texts for text in column):
+        return None
+    texts = [[text.replace(",", ".") if comma else text for text in column] for column in texts]
+    if not all(layout.NUMBER.fullmatch(text) for column in texts for text in column):
+        return None
+    array = np.array([[float(text) for text in column] for column in texts]).reshape(len(columns), len(rows))
     return array if np.isfinite(array).all() else None
 
 

@@ -19,7 +19,7 @@ from stickslip.config.reader import make_config
 from stickslip.config.studies import section_of_call
 from stickslip.config.unit_warnings import unit_question
 from stickslip.config.yaml import Document
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
 from stickslip.errors import ConfigError, QuantityError, UnitWarning
 from stickslip.progress import Watch, watched
@@ -34,8 +34,7 @@ from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds
 from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
-from stickslip_materials.fit.files import NO_CURVE
-from stickslip_materials.fit.report import question_of
+from stickslip_materials.fit.files import NO_CURVE, question_of
 
 Amount = float | str
 Amounts = Amount | Iterable[Amount]

@@ -4,12 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question
 from stickslip.config.yaml import write_yaml
-from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED
-from stickslip.vocabulary.parameter import SPEED
+from stickslip.vocabulary.models import CURVE, FITTED
 from stickslip_materials.fit.ageing import Ranking
 from stickslip_materials.fit.files import MaterialFit
 from stickslip_materials.fit.memory import MemoryFit
@@ -34,18 +30,6 @@ def describe(material: MaterialFit) -> str:
     rows = [_row(name, value, fit.interval[name]) + marks.get(name, "") for name, value in _values(material).items()]
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*head, *rows, worth, f"  {fit.quality}"])
-
-
-def question_of(material: MaterialFit) -> str | None:
-    """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
-    points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
-    fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
-    if fastest > SPEED["speed" in points.units]:
-        return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
-    if most > DOUBTED_FRICTION:
-        return friction_question(most, "measured friction")
-    follows = " It follows from the fit, not from a point."
-    return f"{friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > DOUBTED_FRICTION else None
 
 
 def describe_memory(name: str, fit: MemoryFit) -> str:

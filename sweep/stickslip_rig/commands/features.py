@@ -74,7 +74,7 @@ def features(
     drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's,
     and needs the acceleration.
     """
-    from stickslip.dataset.provenance import provenance
+    from stickslip.dataset.build import provenance
     from stickslip.files.targets import KINDS
     from stickslip_rig import api as rig
     from stickslip_rig.risk import band_of

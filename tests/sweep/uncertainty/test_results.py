@@ -12,7 +12,7 @@ from helpers.runs import same
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.errors import ArgumentError, PlotError
-from stickslip.runs import blocks
+from stickslip.runs import work
 
 TEXT = """\
 title: A pad whose speed scatters
@@ -35,7 +35,7 @@ def write(folder, axes=LINE, more="", steps=100_000):
 
 @pytest.fixture
 def config(tmp_path, monkeypatch):
-    monkeypatch.setattr(blocks, "_FEWEST", 300)
+    monkeypatch.setattr(work, "_FEWEST", 300)
     return write(tmp_path)
 
 

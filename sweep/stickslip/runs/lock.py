@@ -20,11 +20,9 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from stickslip.errors import StoreError, printable
-from stickslip.files.locations import Folder
-from stickslip.files.targets import host, is_alive, space
-from stickslip.runs.blocks import Shard
+from stickslip.files.targets import Folder, host, is_alive, space
+from stickslip.runs.work import Shard
 
-PREFIX = "lock"
 WHOLE = "lock.json"
 REFRESH, PATIENCE = 10.0, 120.0  # s
 _LONGEST = 100  # characters of a name that is shown
@@ -56,12 +54,16 @@ class Holder:
         return printable(f"{who}, process {self.pid}, since {since} (last seen {age:.0f} s ago)")
 
 
+def name_of(shard: Shard | None) -> str:
+    """The name of the lock of a shard, or of a whole run."""
+    return WHOLE if shard is None else f"lock-{shard.number}-of-{shard.count}.json"
+
+
 def shard_of(name: str) -> Shard | None:
     """The shard whose lock has this name; None for a whole run."""
-    match = re.fullmatch(rf"{PREFIX}-(\d+)-of-(\d+)\.json", name)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        return None
-    return Shard(int(match[1]), int(match[2]))
+    match = re.fullmatch(r"lock-(\d+)-of-(\d+)\.json", name)
+    shard = Shard(int(match[1]), int(match[2])) if match else None
+    return shard if shard and 1 <= shard.number <= shard.count else None
 
 
 def is_lock(name: str) -> bool:
@@ -81,12 +83,12 @@ def hold_lock(folder: Folder, shard: Shard | None, lost: Callable[[], None], not
 
     lost : called from another thread if the lock is taken over.
     """
-    lock = Lock(folder, WHOLE if shard is None else f"{PREFIX}-{shard.number}-of-{shard.count}.json", lost)
+    lock = Lock(folder, name_of(shard), lost)
     _make_room(folder, lock, notice)
     try:
         folder.create(lock.name, lock.content())
     except FileExistsError:
-        _refuse_or_remove(folder, lock.name, notice)
+        _make_room(folder, lock, notice)
         raise StoreError(f"{folder.where}: another run has just begun there\nhint: see stickslip status") from None
     try:
         _make_room(folder, lock, notice)  # whoever came in between sees this lock as well, and one of both gives way
@@ -145,25 +147,18 @@ class Lock:
 def _make_room(folder: Folder, lock: Lock, notice: Notice) -> None:
     """Refuse if others work there that exclude this lock; remove stale locks."""
     for name in filter(is_lock, folder.names()):
-        if name == lock.name and lock.ours:
+        if (name != lock.name and WHOLE not in (name, lock.name)) or (name == lock.name and lock.ours):
             continue
-        if name == lock.name or WHOLE in (name, lock.name):
-            _refuse_or_remove(folder, name, notice)
-
-
-def _refuse_or_remove(folder: Folder, name: str, notice: Notice) -> None:
-    holder = _read(folder, name)
-    if holder is None:  # gone in between, or not whole: a power cut, since locks are written at once
+        holder = _read(folder, name)
+        if holder and not holder.stale:
+            raise StoreError(
+                f"{folder.where}: another run works there: {holder}\n"
+                "hint: wait for it or stop it; a run that has died is noticed at once on its machine, "
+                f"elsewhere {PATIENCE / 60:.0f} minutes after its last heartbeat"
+            )
+        if holder:  # else gone in between, or not whole: a power cut, since locks are written at once
+            notice(f"took over from a run that has died: {holder}")
         folder.remove(name)
-    elif holder.stale:
-        notice(f"took over from a run that has died: {holder}")
-        folder.remove(name)
-    else:
-        raise StoreError(
-            f"{folder.where}: another run works there: {holder}\n"
-            "hint: wait for it or stop it; a run that has died is noticed at once on its machine, "
-            f"elsewhere {PATIENCE / 60:.0f} minutes after its last heartbeat"
-        )
 
 
 def _read(folder: Folder, name: str) -> Holder | None:

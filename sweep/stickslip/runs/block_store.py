@@ -17,13 +17,13 @@ from stickslip import engine, errors
 from stickslip._version import __version__
 from stickslip.config.model import Config
 from stickslip.config.reader import parse_config
-from stickslip.files.filters import PLAIN
-from stickslip.files.locations import TEMPORARY, Folder, Location
+from stickslip.files.chunks import PLAIN
+from stickslip.files.locations import Location
+from stickslip.files.targets import TEMPORARY, Folder
+from stickslip.runs import formats
+from stickslip.runs.formats import Manifest, StoredColumn, differences, fingerprint
+from stickslip.runs.lock import Notice, is_lock
 from stickslip.runs.work import Block, Work
-from stickslip.runs.workdir import manifest as manifests
-from stickslip.runs.workdir.encoding import StoredColumn, encode, opened
-from stickslip.runs.workdir.lock import Notice, is_lock
-from stickslip.runs.workdir.manifest import Manifest, described, differences, fingerprint
 
 SUFFIX = ".parts"
 START_OVER = "{fresh} starts over and replaces it; {output} names another file"
@@ -76,20 +76,19 @@ class BlockStore:
     def packed(self, number: int, block: Block) -> bytes:
         """The bytes of the file of a computed block."""
         by = {"reused": block.reused, "stickslip": __version__, "kernels": self.manifest.kernels[-1]}
-        return encode(self._identity(number) | by, block.results, self.packing, self.blocks.length)
+        return formats.block_bytes(self._identity(number) | by, block.results, self.packing, self.blocks.length)
 
     def put(self, number: int, data: bytes, work: Work | None = None) -> None:
         """Put a `packed` block on the disk. work : of one from elsewhere; raises DamagedBlockError for another."""
         if work is not None:
-            self._checked(number, data, work)
+            self.stored(number, work, data)
         self.folder.write(_block_name(number), data)
 
-    def stored(self, number: int, work: Work) -> dict[str, StoredColumn]:
-        """The columns of a block. Raises FileNotFoundError, or DamagedBlockError for what must not be used."""
-        return self._checked(number, self.folder.read(_block_name(number)), work)
-
-    def _checked(self, number: int, data: bytes, work: Work) -> dict[str, StoredColumn]:
-        header, columns = opened(data)
+    def stored(self, number: int, work: Work, data: bytes | None = None) -> dict[str, StoredColumn]:
+        """The columns of a block, of the file or of its bytes. Raises FileNotFoundError, or DamagedBlockError for what
+        must not be used.
+        """
+        header, columns = formats.opened_block(self.folder.read(_block_name(number)) if data is None else data)
         expected = self._identity(number)
         if wrong := [name for name, value in expected.items() if header.get(name) != value]:
             raise errors.DamagedBlockError(f"it belongs elsewhere (its {wrong[0]} is {header.get(wrong[0])!r})")
@@ -136,12 +135,12 @@ class BlockStore:
 
     def write_manifest(self) -> None:
         """Put the manifest on the disk."""
-        self.folder.write(manifests.NAME, manifests.encode(self.manifest))
+        self.folder.write(formats.MANIFEST, self.manifest.encoded())
 
     def config(self) -> Config:
         """The configuration the store was made from. Raises StoreError."""
         try:
-            text, source = self.manifest.configuration, f"{self.where}/{manifests.NAME}"
+            text, source = self.manifest.configuration, f"{self.where}/{formats.MANIFEST}"
             return parse_config(text, source).shown_in(self.manifest.written_in)
         except errors.ConfigError as error:
             message = f"{self.where}: made from a configuration that this version does not read\n{error}"
@@ -150,7 +149,7 @@ class BlockStore:
     def delete(self) -> None:
         """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
         clear(self.folder)
-        self.folder.remove(manifests.NAME)
+        self.folder.remove(formats.MANIFEST)
 
     def _identity(self, number: int) -> dict[str, Any]:
         """What a block says of itself."""
@@ -193,7 +192,7 @@ def _is_temporary(name: str) -> bool:
 def check_ours(folder: Folder) -> None:
     """Raise StoreError for a folder that holds other things and no manifest: it is not touched."""
     names = folder.names()
-    ours = (manifests.NAME in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
+    ours = (formats.MANIFEST in names, *(bool(_BLOCK.fullmatch(n) or is_lock(n)) for n in names))
     if names and not any(ours) and not all(map(_is_temporary, names)):
         raise errors.StoreError(
             f"{folder.where}: holds other things ({names[0]}, ...) and no working store, so it is left alone",
@@ -208,21 +207,11 @@ def is_empty(folder: Folder) -> bool:
 
 def find(folder: Folder) -> BlockStore:
     """The store in a folder, whatever it computes. Raises StoreError."""
-    manifest = _read(folder)
-    if manifest is None:
+    store = found_at(folder)
+    if store is None:
         check_ours(folder)
         raise errors.StoreError(f"{folder.where}: no working store there")
-    return BlockStore(folder, manifest)
-
-
-def check_before(folder: Folder, work: Work, shard: bool) -> None:
-    """Raise StoreError for the store of another configuration, before anybody's lock is touched.
-
-    shard : whether a shard is to be computed.
-    """
-    manifest = _read(folder)
-    if manifest is not None:
-        check_same(BlockStore(folder, manifest), work, shard)
+    return store
 
 
 def prepare(
@@ -230,47 +219,36 @@ def prepare(
 ) -> BlockStore:
     """The store of this work in a folder that is locked: created, resumed, or begun again if `fresh`.
 
-    A fresh run marks its store, and goes on with one that is marked so; with other kernels it begins again.
-
-    packing : of the blocks that are computed now. The blocks of a store that is resumed are cut as it says.
-    shards : into how many they are dealt.
-
-    Raises StoreError for a store of another configuration, or of another major version.
+    A fresh run marks its store, and goes on with one that is marked so; with other kernels it begins again. packing :
+    of the blocks that are computed now; those of a store that is resumed are cut as it says. shards : into how many
+    they are dealt. Raises StoreError for a store of another configuration, or of another major version.
     """
     try:
-        before = _read(folder)
+        before = found_at(folder)
     except errors.StoreError:
         if not fresh:
             raise
         before = None
-    if before is not None and (not fresh or _goes_on_fresh(before, work)):
-        manifest = _resumed(BlockStore(folder, before), work, notice)
-    else:
-        manifest = manifests.make(work, fresh)
+    digest = engine.kernels_digest()
+    if fresh and before is not None:
+        there, same = before.manifest, (fingerprint(work.config), work.size, digest)
+        goes_on = there.fresh and same == (there.fingerprint, there.blocks.size, there.kernels[-1])
+        before = before if goes_on else None
+    if before is None:
+        manifest = Manifest.of(work, fresh)
         if fresh:
             clear(folder)
-    manifest = replace(manifest, shards=shards)
-    store = BlockStore(folder, manifest, packing)
-    if manifest != before:
+    else:
+        check_same(before, work)
+        manifest = before.manifest
+        if digest != manifest.kernels[-1]:
+            if before.finished():
+                notice("the kernels were changed since this run began; blocks of both will make up the map")
+            manifest = replace(manifest, kernels=(*manifest.kernels, digest))
+    store = BlockStore(folder, replace(manifest, shards=shards), packing)
+    if before is None or store.manifest != before.manifest:
         store.write_manifest()
     return store
-
-
-def _goes_on_fresh(manifest: Manifest, work: Work) -> bool:
-    """Tell whether a store is that of the same fresh run, which was interrupted."""
-    same = (fingerprint(work.config), work.size, engine.kernels_digest())
-    return manifest.fresh and same == (manifest.fingerprint, manifest.blocks.size, manifest.kernels[-1])
-
-
-def _resumed(store: BlockStore, work: Work, notice: Notice) -> Manifest:
-    """The manifest of a store that this process goes on with."""
-    check_same(store, work)
-    manifest, digest = store.manifest, engine.kernels_digest()
-    if digest == manifest.kernels[-1]:
-        return manifest
-    if store.finished():
-        notice("the kernels were changed since this run began; blocks of both will make up the map")
-    return replace(manifest, kernels=(*manifest.kernels, digest))
 
 
 def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
@@ -288,7 +266,7 @@ def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
 def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
     """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
     differing = differences(there, here)
-    keys = described(differing) or "  the number of its cells"
+    keys = formats.described(differing) or "  the number of its cells"
     hint = remedy.replace("{keys}", ", ".join(differing))
     raise errors.StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 
@@ -298,18 +276,18 @@ def same_major(version: str) -> bool:
     return version.partition(".")[0] == __version__.partition(".")[0]
 
 
-def _read(folder: Folder) -> Manifest | None:
-    """The manifest in a folder, None if there is none. Raises StoreError for one that is damaged, or too old or new."""
+def found_at(folder: Folder) -> BlockStore | None:
+    """The store in a folder, None if there is none. Raises StoreError for one that is damaged, or too old or new."""
     try:
-        manifest = manifests.decode(folder.read(manifests.NAME))
+        manifest = formats.decoded(folder.read(formats.MANIFEST))
     except FileNotFoundError:
         return None
     except errors.DamagedManifestError as damaged:
-        message = f"{folder.where}/{manifests.NAME}: damaged, {damaged}"
+        message = f"{folder.where}/{formats.MANIFEST}: damaged, {damaged}"
         raise errors.StoreError(message, hint="{run} with {fresh} starts over") from None
-    if manifest.format != manifests.FORMAT or not same_major(manifest.stickslip):
+    if manifest.format != formats.FORMAT or not same_major(manifest.stickslip):
         raise errors.StoreError(
             f"{folder.where}: made by stickslip {manifest.stickslip}, and this is {__version__}",
             hint="resume with that version, or start over: {run} with {fresh}",
         )
-    return manifest
+    return BlockStore(folder, manifest)

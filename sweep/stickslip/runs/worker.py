@@ -10,15 +10,15 @@ import platform
 import signal
 from collections.abc import Mapping
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from stickslip._version import __version__
 from stickslip.errors import StoreError, UncomputedError, UnlikeWorkerError
 from stickslip.files.targets import host
 
 if TYPE_CHECKING:
+    from stickslip.runs.formats import Manifest
     from stickslip.runs.work import Work
-    from stickslip.runs.workdir.manifest import Manifest
 
 
 class Job(TypedDict):
@@ -38,14 +38,6 @@ class Job(TypedDict):
     versions: dict[str, str]
     law: bytes
     grid: bytes
-
-
-class Description(TypedDict):
-    """Host, processor and versions of a worker. processor : the kind that its kernels are compiled for."""
-
-    host: str
-    processor: str
-    versions: dict[str, str]
 
 
 @cache
@@ -80,11 +72,11 @@ def loaded() -> bool:
     return True
 
 
-def describe() -> Description:
-    """This worker, which has imported what its first block needs once it has said so."""
+def describe() -> dict[str, Any]:
+    """Host, processor and versions of this worker, which has imported what its first block needs once it says so."""
     from stickslip import engine
     from stickslip.config import reader  # noqa: F401
-    from stickslip.runs.workdir import block_store  # noqa: F401
+    from stickslip.runs import block_store  # noqa: F401
 
     return {"host": host(), "processor": engine.processor(), "versions": versions()}
 
@@ -104,8 +96,8 @@ def compute_block(job: Job, number: int) -> bytes | None:
 
 def _computed(job: Job, number: int) -> bytes | None:
     from stickslip import engine
-    from stickslip.files.locations import folder_at
-    from stickslip.runs.workdir.block_store import BlockStore
+    from stickslip.files.targets import folder_at
+    from stickslip.runs.block_store import BlockStore
 
     work, manifest = _loaded(job["configuration"], job["blocks"], job["law"], job["grid"])
     for law in work.study.kernels:
@@ -128,9 +120,8 @@ def _loaded(configuration: str, blocks: tuple[int, int, int], own_law: bytes, gr
     if own_law:
         pickle.loads(own_law)
     from stickslip.config.reader import parse_config
-    from stickslip.runs.blocks import Blocks
-    from stickslip.runs.work import Work
-    from stickslip.runs.workdir.manifest import make
+    from stickslip.runs.formats import Manifest
+    from stickslip.runs.work import Blocks, Work
 
     work = Work(parse_config(configuration), cut=Blocks(*blocks), grid=pickle.loads(grid) if grid else None)
-    return work, make(work)
+    return work, Manifest.of(work)
