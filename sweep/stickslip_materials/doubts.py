@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question
+from stickslip.config.describe import DOUBTED_FRICTION, friction_question
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.parameter import SPEED
 

@@ -20,7 +20,7 @@ from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, study_dataset
 from stickslip.errors import StoppedError
 from stickslip.studies.study import joined
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.flags import MODES, STATUSES
 from stickslip_rig import apparatus
 from stickslip_rig.checks import RigStudy

@@ -13,7 +13,7 @@ from openpyxl import load_workbook
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config.examples import points_path
+from stickslip.config.resolve import points_path
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip_materials.compare.page import material_page
 from stickslip_materials.compare.table import RankTable

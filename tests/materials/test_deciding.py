@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import stickslip
 from stickslip.cli import main
-from stickslip.config.examples import points_path
+from stickslip.config.resolve import points_path
 from stickslip.errors import UnitWarning
 from stickslip.plots import plot_materials
 from stickslip.vocabulary.flags import REGIMES

@@ -3,7 +3,7 @@
 import pytest
 
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.settings import CURVE_COLUMNS
+from stickslip.vocabulary.quantities import CURVE_COLUMNS
 from stickslip_materials.fit import read_materials
 from stickslip_materials.fit.headings import heading
 

@@ -27,7 +27,7 @@ from stickslip.runs.memory import compute_study
 from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.work import MapStudy, study_of
 from stickslip.runs.workdir.lock import Notice
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.flags import STUDIES
 from stickslip.vocabulary.suggest import or_meant
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.cli import screen
-from stickslip.cli.exits import drawing
 from stickslip.cli.params import requested_table
+from stickslip.cli.screen import drawing
 from stickslip.vocabulary.flags import flag_label
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ PLAIN = PictureOptions()
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
     from stickslip.api.cells import evaluate
-    from stickslip.config.select import shared_by
+    from stickslip.config.grid import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
     from stickslip.vocabulary.flags import REGIMES

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from math import prod
+from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -22,9 +23,9 @@ from stickslip.config.python import python_document
 from stickslip.config.sections import AnySection, StudySection, plain
 from stickslip.config.yaml import Setting, overridden
 from stickslip.errors import ArgumentError, Path, Problem, dotted
+from stickslip.vocabulary.flags import BESIDE, STUDIES, kind_of
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.studies import BESIDE, STUDIES, kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +41,13 @@ KEYS = (
 )  # of a file
 
 Moved = Callable[[int], None]
+
+
+def is_config(given: object) -> bool:
+    """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
+    return isinstance(given, Config | str | PathLike) or (
+        isinstance(given, Mapping) and any(key in KEYS for key in given)
+    )
 
 
 @cache

@@ -13,7 +13,7 @@ from stickslip.plots.layout import Figure
 from stickslip.plots.maps import plot_map
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.traces import plot_trace
-from stickslip.vocabulary.studies import kind_of
+from stickslip.vocabulary.flags import kind_of
 
 
 def subject(ds: xr.Dataset) -> str:

@@ -6,13 +6,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.grid import quantity_of
-from stickslip.config.select import shared_by
+from stickslip.config.grid import quantity_of, shared_by
 from stickslip.dataset.display import MapAxis
 from stickslip.engine import Options, by_theory
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import parameters_of
+from stickslip.vocabulary.cells import as_cells, parameters_of
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.config.grid import options_of
 from stickslip.config.model import Config
-from stickslip.config.reader import Given, as_config, is_config
+from stickslip.config.reader import Given, as_config
 from stickslip.config.sections import StudySection
-from stickslip.config.studies import Study, study_class
+from stickslip.config.studies import Study, is_config, study_class
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress, Results, SolverKeywords, spread, stop_flag, warm_up
 from stickslip.errors import Interrupted, StoppedError

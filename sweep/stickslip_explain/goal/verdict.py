@@ -18,8 +18,7 @@ from stickslip.studies.borders.plane import OPEN
 from stickslip.studies.borders.search import Floats, Integers, Labels
 from stickslip.studies.margins.single import MarginSearch
 from stickslip.studies.uncertainty.inputs import computed_where
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.vocabulary.cells import Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VERDICTS, VIBRATING
 from stickslip.vocabulary.models import model_of
 

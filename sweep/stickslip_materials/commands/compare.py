@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_page, save_plot, save_result, save_table, show_result
+from stickslip.cli.screen import JSON, Answer, refuses_bad_input, reports_errors
 from stickslip_materials.commands.fit import COLUMNS, column_choice, fit_files, show_columns
 
 if TYPE_CHECKING:

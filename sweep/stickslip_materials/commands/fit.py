@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot
+from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary.models import CURVE_LAWS
 
@@ -85,7 +85,7 @@ def fit(
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
-    from stickslip.config.select import seconds
+    from stickslip.config.grid import seconds
     from stickslip_materials.doubts import question_of_fit
     from stickslip_materials.fit import rank, report
     from stickslip_materials.fit.columns import newtons

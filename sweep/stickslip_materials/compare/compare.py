@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.config.examples import points_path
+from stickslip.config.describe import unit_question
 from stickslip.config.reader import make_config
+from stickslip.config.resolve import points_path
 from stickslip.config.studies import section_of_call
-from stickslip.config.unit_warnings import unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.provenance import provenance
 from stickslip.engine import Options, Progress
@@ -23,7 +23,7 @@ from stickslip.progress import Watch, watched
 from stickslip.studies.borders import Border, Scan, fine_enough
 from stickslip.theory import loss_of_stability, reversal_speed, stick_slip_limit, tendency
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import VIBRATING
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.quantities import PARAMETERS

@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.engine import Options, compute
 from stickslip.errors import Interrupted
 from stickslip.studies.borders import Looked, Scan, search_lines, search_options
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import CURVE
 from stickslip_materials.compare.system import CompareRequest

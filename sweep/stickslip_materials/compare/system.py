@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.engine import Options
 from stickslip.errors import QuantityError
 from stickslip.studies.borders import Border
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.units import each_with_unit, ends_of, is_number
 

@@ -9,7 +9,7 @@ import xarray as xr
 
 from stickslip.config.studies import Table
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.quantities import PARAMETERS

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.errors import ConfigError
 from stickslip.files.tables import Cell, Table
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.columns import HeadedTable

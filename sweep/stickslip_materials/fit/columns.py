@@ -12,7 +12,7 @@ from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.layout import NUMBER
 from stickslip.files.tables import Cell, Table, numbers, read_table
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.display_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed

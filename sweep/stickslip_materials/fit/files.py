@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.fitting import fit_curve, fit_repeats

@@ -17,7 +17,7 @@ from stickslip.errors import QuantityError
 from stickslip.files.layout import NUMBER
 from stickslip.files.tables import Table, first_cells
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip_materials.fit import words as known
 from stickslip_materials.fit.words import PERCENT, POINTS, PURE, plain
 

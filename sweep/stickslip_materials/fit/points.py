@@ -25,9 +25,9 @@ from stickslip.files.layout import NUMBER
 from stickslip.files.tables import Cell, Table
 from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.checks import check_conditions, check_record, check_units_above, check_waiting
 from stickslip_materials.fit.columns import HeadedTable, example, titled

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from stickslip.errors import ConfigError, QuantityError
 from stickslip.files.layout import NUMBER, is_number
 from stickslip.files.tables import Cell
-from stickslip.vocabulary.column_units import column_unit, is_column_unit
+from stickslip.vocabulary.display_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest
 from stickslip_materials.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons

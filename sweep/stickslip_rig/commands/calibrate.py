@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.exits import JSON, reports_errors
+from stickslip.cli.screen import JSON, reports_errors
 from stickslip_rig.commands.features import CONFIG_OPTION
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, save_table, show_result
+from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
 from stickslip_rig.commands import sounds
@@ -153,7 +153,7 @@ def _settings(config: Path | None, load: str | None, speed: str | None, bandwidt
 
 def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
     """The part of a record that two options ask for, in s."""
-    from stickslip.config.select import seconds
+    from stickslip.config.grid import seconds
 
     if begin is None and end is None:
         return None

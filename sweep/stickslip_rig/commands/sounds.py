@@ -9,7 +9,7 @@ import xarray as xr
 
 from stickslip import extensions
 from stickslip.cli import params, screen
-from stickslip.cli.exits import fail
+from stickslip.cli.screen import fail
 from stickslip.files.targets import Kind
 
 _WAV = Kind("sounds", (".wav",))

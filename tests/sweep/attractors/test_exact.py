@@ -9,8 +9,7 @@ from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.engine import Options, compute_range, stop_flag
 from stickslip.studies.attractors import Attractors, find_attractors
 from stickslip.theory import unstable_amplitude
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, as_cells
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}

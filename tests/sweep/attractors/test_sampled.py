@@ -7,8 +7,7 @@ from stickslip.engine import Options, stop_flag
 from stickslip.studies.attractors import Attractors, find_attractors
 from stickslip.studies.attractors.sampled import critical_disturbances, sampled_shares
 from stickslip.studies.attractors.starts import Motions, steady_state
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Cells, as_cells, taken
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}

@@ -40,7 +40,7 @@ _LEAN = {  # of workers on this machine, which have one kind of task and no dash
 }
 _HOW = (
     "hint: start one with `dask scheduler` and `dask worker tcp://HOST:8786`, and name it as tcp://HOST:8786; "
-    "--dask local starts processes on this machine, --dask none computes without Dask"
+    "execution.dask: local starts processes on this machine, none computes without Dask"
 )
 
 

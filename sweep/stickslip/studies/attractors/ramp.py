@@ -25,8 +25,7 @@ from stickslip.studies.attractors.starts import DISTURBANCE, SETTLED, Motions, s
 from stickslip.studies.borders.lines import CellsOrConfig, LineSection, Side, check_lines, opened
 from stickslip.studies.report import axis_names, parts_over, shown
 from stickslip.studies.study import joined
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES

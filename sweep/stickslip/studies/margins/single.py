@@ -10,8 +10,7 @@ from stickslip.engine import Options, StopFlag, solve
 from stickslip.studies.borders.lines import growth_of, guide_of
 from stickslip.studies.borders.search import Brackets, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
 from stickslip.studies.margins.reach import Reach
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.vocabulary.cells import Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import model_of
 
