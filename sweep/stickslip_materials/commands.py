@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_page, save_plot, save_result, save_table, show_result
+from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary.models import CURVE_LAWS
 
@@ -116,7 +116,7 @@ def fit(
 
 def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot: Path | None) -> dict[str, Any]:
     """Curves and ageing, of each material."""
-    from stickslip.config.select import seconds
+    from stickslip.config.grid import seconds
     from stickslip_materials.fit import rank, report
     from stickslip_materials.fit.files import question_of
 

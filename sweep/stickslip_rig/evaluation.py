@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
-from stickslip.config.studies import Table
+from stickslip.config.studies import ReportTable
 from stickslip.dataset.build import NO_FILL, attributes_of
 from stickslip.dataset.display import MapAxis
 from stickslip.vocabulary.display_units import number
@@ -340,13 +340,13 @@ SHOWN = (
 )
 
 
-def shown_table(ds: xr.Dataset) -> Table:
+def shown_table(ds: xr.Dataset) -> ReportTable:
     """The features of records or of the tests of a matrix as people read them; a dash where one is not defined."""
     table = as_records(ds)
     columns = [[number(value, 3) for value in rated(table, column.feature) / column.size] for column in SHOWN]
     rpn = [rpn_text(value) for value in table["model_rpn"].values.tolist()]
     rows = list(zip(map(str, table["record"].values.tolist()), rpn, *columns, strict=True))
-    return Table("All tests", ("record",), ("RPN", *(column.heading for column in SHOWN)), rows)
+    return ReportTable("All tests", ("record",), ("RPN", *(column.heading for column in SHOWN)), rows)
 
 
 def unfinished(matrix: xr.Dataset) -> Iterator[str]:

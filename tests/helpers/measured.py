@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stickslip.config.examples import points_path
+from stickslip.config.resolve import points_path
 
 FILES = [points_path(f"configs/measured/{name}.csv") for name in ("dry", "grease_a", "grease_b")]
 SYSTEM = {"mass": "100 g", "stiffness": "5 N/mm", "normal_load": "10 N", "damping": "1 N s/m"}

@@ -12,7 +12,7 @@ from openpyxl import load_workbook
 import stickslip
 from helpers.commands import call
 from helpers.measured import FILES, OPTIONS, SI, SYSTEM, law
-from stickslip.config.examples import points_path
+from stickslip.config.resolve import points_path
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip_materials.compare.table import RankTable, material_page
 from stickslip_materials.fit import draw_curves, fit_curve, fit_materials

@@ -18,8 +18,7 @@ from stickslip.studies.lines import Side
 from stickslip.studies.margin_search import MarginSearch
 from stickslip.studies.plane import OPEN
 from stickslip.studies.search import Floats, Integers, Labels, Looked
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.vocabulary.cells import Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VERDICTS, VIBRATING
 from stickslip.vocabulary.models import model_of
 

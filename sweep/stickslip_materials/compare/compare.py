@@ -14,10 +14,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.config.examples import points_path
+from stickslip.config.describe import unit_question
 from stickslip.config.reader import make_config
+from stickslip.config.resolve import points_path
 from stickslip.config.studies import section_of_call
-from stickslip.config.unit_warnings import unit_question
 from stickslip.config.yaml import Document
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
@@ -28,7 +28,7 @@ from stickslip.studies.lines import fine_enough
 from stickslip.studies.search import Scan
 from stickslip.theory import loss_of_stability, stick_slip_limit
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import as_cells, scales_of
+from stickslip.vocabulary.cells import as_cells, scales_of
 from stickslip.vocabulary.flags import VIBRATING
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.quantities import PARAMETERS

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.config.studies import Result, Table
+from stickslip.config.studies import ReportTable, Result
 from stickslip.dataset.build import NO_FILL, parameter_variable, shown_in, variable_of
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS, QUIET_STATES
@@ -158,7 +158,7 @@ class Comparison(Result):
     variables, subject, places = MATERIAL_VARIABLES, "quiet_above", "materials"
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """The ranks, the answer, and what is to be known of them."""
         from stickslip_materials.compare.table import RankTable
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.studies import Table
+from stickslip.config.studies import ReportTable
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
 from stickslip.vocabulary.models import BREAKAWAY, FORMULA
 from stickslip.vocabulary.quantities import PARAMETERS
@@ -59,7 +59,7 @@ class RankTable:
     def _span(self, speeds: Sequence[float]) -> str:
         return f"{' to '.join(map(self._speed, speeds))} {self.unit}"
 
-    def table(self) -> Table:
+    def table(self) -> ReportTable:
         """The ranks, the best material first."""
         rows = self._rows
         columns = {
@@ -82,7 +82,7 @@ class RankTable:
         columns["fit"] = ["not determined" if math.isnan(row.rank) else "good" if row.fit_good else "doubtful"
                           for row in rows]  # fmt: skip
         names = [*columns]
-        return Table("", names[:2], names[2:], [*zip(*columns.values(), strict=True)])
+        return ReportTable("", names[:2], names[2:], [*zip(*columns.values(), strict=True)])
 
     def _quiet(self, row: Any) -> str:
         return "-" if row.state == "not_determined" else _SIGNS.get(row.state, "") + self._speed(row.quiet_above)
@@ -190,9 +190,9 @@ def material_page(ds: xr.Dataset, title: str | None = None) -> str:
         ("Where this comes from", origin + pages.configuration(ds.attrs["configuration"])),
     ]
     sections = [
-        pages.Section("Which is quiet", pages.table(columns, table.rows) + pages.paragraph(system)),
-        pages.Section("Friction, and where vibration ends", pages.embedded(plot_materials(ds, title=""), alt)),
-        *([pages.Section("Notes", pages.terms(notes, "short"))] if notes else []),
+        pages.PageSection("Which is quiet", pages.table(columns, table.rows) + pages.paragraph(system)),
+        pages.PageSection("Friction, and where vibration ends", pages.embedded(plot_materials(ds, title=""), alt)),
+        *([pages.PageSection("Notes", pages.terms(notes, "short"))] if notes else []),
     ]
     sections[-1] = sections[-1]._replace(html=sections[-1].html + pages.details(small))
     return pages.page(str(ds.attrs["title"]) if title is None else title, ranking.answer(), sections)

@@ -4,7 +4,7 @@ and to records of contacts with memory (`fit_rate_state`, `fit_presliding`).
 Every fit comes with 95 % confidence intervals and with `quality`, a plain sentence on what the points do not determine.
 """
 
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, Rank, Ranking, fit_ageing, rank
 from stickslip_materials.fit.curve import CurveFit, Drawn, draw_curves
 from stickslip_materials.fit.files import MaterialFit, fit_ageing_file, fit_file, fit_materials, join_repeats

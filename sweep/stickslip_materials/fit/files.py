@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.parameter import SPEED, Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.fitting import fit_curve
@@ -196,7 +196,7 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
 
 def question_of(material: MaterialFit) -> str | None:
     """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
-    from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question  # pydantic takes its time
+    from stickslip.config.describe import DOUBTED_FRICTION, friction_question  # pydantic takes its time
 
     points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
     fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
