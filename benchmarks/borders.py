@@ -16,7 +16,7 @@ import stickslip
 from measure import Job, interleave
 from peers.scipy_events import cycle
 from problem import CURVE
-from stickslip.studies.borders import search
+from stickslip.studies import search
 
 BETWEEN, TOLERANCE = (0.01, 5.0), 1e-9
 RTOL = TOLERANCE / 100

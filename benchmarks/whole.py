@@ -28,7 +28,7 @@ import numpy as np
 import problem
 from measure import Job, interleave
 from startup import map_config
-from stickslip.config.examples import config_path
+from stickslip.config.resolve import config_path
 
 OF_MAP, OF_NINE = 2.0, 0.6  # times P2, asked
 QUICKSTART, HELP, LOOK, CALL = 1.2, 0.15, 1.0, 200e-6  # s, asked

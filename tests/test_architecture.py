@@ -39,10 +39,12 @@ FLOORS = (
 )
 # The same inside the rooms that are large; what lies beside the folders comes in where it is needed.
 INNER_FLOORS = {
-    "studies": ({"report", "study"}, {"borders", "refinement", "uncertainty"}, {"attractors", "margins"}),
+    "studies": (
+        {"search", "study"}, {"boxes", "draws", "lines", "reduction", "tracing"}, {"changes", "plane", "starts"},
+    ),
     "runs": (
-        {"blocks", "known_cells", "work", "memory"}, {"workdir"}, {"existing_output"},
-        {"estimate", "threads"}, {"dask", "assembly"}, {"session"}, {"collecting"},
+        {"work"}, {"formats", "lock"}, {"block_store"}, {"estimate", "output", "threads", "worker"}, {"cluster"},
+        {"session"}, {"collecting"},
     ),
 }  # fmt: skip
 ALL_LISTED = {"rig", "runs"}  # of which each file has a floor

@@ -73,7 +73,7 @@ def test_a_unit_a_metric_and_a_law_are_a_row_each(copy):
     row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
     copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
     conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
-    copy.insert("sweep/stickslip/engine/scales.py", "the models have the rest", conversion)
+    copy.insert("sweep/stickslip/engine/dispatch.py", "the models have the rest", conversion)
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
     copy.run(f"""
 import numpy as np
@@ -132,7 +132,7 @@ import numpy as np
 import stickslip
 from stickslip import sound
 from stickslip.engine import compute_rigs, Options, Sampling, stop_flag
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 quick = dict({CELL}, mass=0.001, stiffness=2000.0)
 damped, box = dict({CELL}, damping=0.05, belt_speed=0.4), dict(displacement=(0.0, 3.0), velocity=(-1.0, 1.0))
 hysteretic, drive = damped | dict(mu_stop=1.2), [np.array([[5.0, 0.0, 0.1], [5.0, 0.5, 0.0]])]
@@ -262,7 +262,7 @@ def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", TOY)
-    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/flags.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
@@ -277,8 +277,8 @@ from stickslip.cli import main
 from stickslip.config.reader import load_config, make_config
 from stickslip.config.schema import json_schema
 from stickslip.errors import ConfigError
-from stickslip.plots.pages.result import pictures_of, result_page
-from stickslip.runs import blocks
+from stickslip.plots.pages import pictures_of, result_page
+from stickslip.runs import work
 os.chdir({str(tmp_path)!r})
 def told(*words):
     done = CliRunner().invoke(main, words)
@@ -293,7 +293,7 @@ assert fast.attrs["result"] == plots.kind_of(fast) == "pace" and os.path.getsize
 plain = make_config(load_config("pace.yaml").resolved() | dict(pace=dict(factor=3.0)))
 assert plain.study.factor == 3.0 and make_config(plain.resolved()) == plain
 np.testing.assert_array_equal(stickslip.run(plain)["pace"], fast["pace"])
-blocks._FEWEST = 8  # cells a block
+work._FEWEST = 8  # cells a block
 stickslip.run_shard(plain, "1/2", "store")
 assert np.isnan(stickslip.collect("store", "half.nc")["pace"]).any()
 stickslip.run_shard(plain, "2/2", "store")
@@ -330,7 +330,7 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     copy = Copy(tmp_path, ["sweep", "kernels"])
     copy.write("sweep/stickslip/studies/pace.py", TOY.lstrip())
     copy.write("sweep/stickslip/plots/paces.py", PACES.lstrip())
-    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/flags.py", *STUDY_ROW)
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
     copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
@@ -409,7 +409,7 @@ assert result["regime"].values.tolist() == [2, 2, 2] and result["friction_limit"
 assert stickslip.border(cell | contact, "damping", (0.1, 40.0), law="dahl")["regime_below"].values.ravel()[0] == 2
 from stickslip.config.grid import build_grid
 from stickslip.engine import compute_rigs, kernels_for, Options, Sampling, stop_flag
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 options = Options(law="dahl")
 assert kernels_for(build_grid(config), options) == ("dahl",)
 drive = [np.array([[0.5, 0.0, 0.2], [2.0, 0.1, 0.0], [1.0, 0.1, -0.2]])]

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from stickslip.api.cells import evaluate, simulate
 from stickslip.api.studies import border as find_border
-from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config
-from stickslip.dataset.provenance import provenance
+from stickslip.config.resolve import config_path
+from stickslip.dataset.build import provenance
 from stickslip.plots.layout import Figure as Plot
-from stickslip.studies.borders import Looked, Scan, search_lines
+from stickslip.studies.search import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.quantities import PARAMETERS
 

@@ -8,14 +8,14 @@ import xarray as xr
 
 from stickslip.api.runs import run
 from stickslip.api.studies import Ends, rtol_of
+from stickslip.config.grid import in_si
 from stickslip.config.reader import parse_config
-from stickslip.config.select import in_si
 from stickslip.config.studies import section_of_call
 from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError, ContradictionError
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
-from stickslip.runs.memory import CellsOrConfig, Subject
+from stickslip.runs.threads import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed

@@ -23,7 +23,7 @@ from scipy import stats  # type: ignore[import-untyped]
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
-from stickslip.studies.uncertainty.inputs import computed_where, drawn_cells
+from stickslip.studies.draws import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
 from stickslip_explain.section import POINT, Measured, Observation
@@ -84,7 +84,7 @@ class Experiment:
         for i in self._cells:
             known = {**self.fixed, **self.observed[i].conditions}
             known_of_all = {name: np.full(size, value) for name, value in known.items()}
-            parts.append(drawn_cells(self.base, np.zeros(size, np.int64), {**drawn, **known_of_all}, self.law))
+            parts.append(drawn_cells(self.base, np.zeros(size, np.int64), {**drawn, **known_of_all}, self.options))
         cells = {name: np.concatenate([part[name] for part, _ in parts]) for name in parts[0][0]}
         return cells, np.concatenate([possible for _, possible in parts])
 
@@ -127,7 +127,7 @@ def results_over(
 ) -> Results:
     """The results of the cells of some axes. known : quantities they have in common. Raises StoppedError."""
     here = {name: np.full(grid.size, value) for name, value in known.items() if name not in grid.along}
-    cells, possible = drawn_cells(grid, np.arange(grid.size), here, options.law)
+    cells, possible = drawn_cells(grid, np.arange(grid.size), here, options)
     return computed_where(cells, possible, options, stop, moved)
 
 

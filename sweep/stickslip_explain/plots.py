@@ -12,8 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from stickslip.config.yaml import section_in
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.errors import PlotError
-from stickslip.plots.axes import apply
-from stickslip.plots.layout import Figure, annotate, entitle
+from stickslip.plots.layout import Figure, annotate, apply, entitle
 from stickslip.plots.palette import BLACK, GREY, SKY, WHITE, regime_label
 from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.flags import VIBRATING

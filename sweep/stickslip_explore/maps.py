@@ -20,7 +20,9 @@ from stickslip.engine import StopFlag, blocks, in_order, warm_up
 from stickslip.errors import StoppedError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.work import MapStudy
-from stickslip.studies import borders
+from stickslip.studies.border import Border, BorderStudy
+from stickslip.studies.contours import Contours, ContourStudy
+from stickslip.studies.lines import opened
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.models import model_of
@@ -309,12 +311,12 @@ def border_lines(config: Config, shown: MapPicture, stop: StopFlag) -> list[Line
     study: Study
     if len(ranges) == 2:
         of_axes = {axis.name: None for axis in ranges}
-        cells, (y, x) = borders.opened(config, of_axes, _BORDER_POINTS, options)
-        study = borders.ContourStudy(cells, y, x, section_of_call(borders.Contours, **limits), options)
+        cells, (y, x) = opened(config, of_axes, _BORDER_POINTS, options)
+        study = ContourStudy(cells, y, x, section_of_call(Contours, **limits), options)
     else:
-        section = section_of_call(borders.Border, along=ranges[0].name, **limits)
-        cells, (side,) = borders.opened(config, section.ranges(config), section.scan, options)
-        study = borders.BorderStudy(cells, side, section, options)
+        section = section_of_call(Border, along=ranges[0].name, **limits)
+        cells, (side,) = opened(config, section.ranges(config), section.scan, options)
+        study = BorderStudy(cells, side, section, options)
     try:
         results = study.compute(range(prod(study.shape)), stop)
     except StoppedError:

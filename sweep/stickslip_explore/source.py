@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from stickslip.config.grid import options_of, quantity_of
+from stickslip.config.grid import options_of, quantity_of, recipe_of
 from stickslip.config.model import Axis, Config
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
-from stickslip.config.select import recipe_of
 from stickslip.config.studies import study_class
 from stickslip.config.yaml import Setting
 from stickslip.engine import Options

@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.config.examples import points_path
-from stickslip.config.resolve import LAWS_FITTED, varied_paths
+from stickslip.config.resolve import LAWS_FITTED, points_path, varied_paths
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Place, UnitWarning
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.own_laws import fault_of_points
-from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
-from stickslip.vocabulary.settings import CURVE_COLUMNS
+from stickslip.vocabulary.quantities import CURVE_COLUMNS, MEASURED, QUANTITIES
 from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
@@ -41,29 +39,24 @@ def with_points(document: Document) -> Document:
 
     Where they are there (a resolved configuration), nothing is read; what is wrong is left to whoever checks it.
     """
+    from stickslip_materials.fit.points import read_points
+
     friction = document.data["friction"]
     given = friction["table"]
     plain = {"file": given} if isinstance(given, str) else given
-    file = plain.get("file") if isinstance(plain, dict) else None
-    if not (isinstance(file, str) and file.lower().endswith(".csv")) or {"speed", "mu"} & plain.keys():
+    name = plain.get("file") if isinstance(plain, dict) else None
+    if not (isinstance(name, str) and name.lower().endswith(".csv")) or {"speed", "mu"} & plain.keys():
         return document
-    table = {**plain, **_points(_named_file(document, file), file)}
-    return replace(document, data={**document.data, "friction": {**friction, "table": table}})
-
-
-def _points(path: FilePath, name: str) -> dict[str, list[float]]:
-    """The points of a file, called by this name. Raises ConfigError."""
-    from stickslip_materials.fit.points import read_points
-
-    points = read_points(path, CURVE_COLUMNS)
+    points = read_points(path := _named_file(document, name), CURVE_COLUMNS)
     if caution := points.caution():
-        warnings.warn(f"{name}: {caution}", UnitWarning, stacklevel=7)
+        warnings.warn(f"{name}: {caution}", UnitWarning, stacklevel=6)
     if fault := fault_of_points(points["speed"], points["mu"]):
         number, message = fault
         place = None if number is None else Place(points.lines[number], 1)
         hint = "a table is taken as it is: put the points in order and average those at one speed, or fit a curve"
         raise ConfigError.of(path, message, hint, place=place)
-    return {name: [float(value) for value in points[name]] for name in ("speed", "mu")}
+    table = plain | {column: points[column].tolist() for column in ("speed", "mu")}
+    return replace(document, data={**document.data, "friction": {**friction, "table": table}})
 
 
 # --- fits -------------------------------------------------------------------------------------------------------------
@@ -80,12 +73,11 @@ def with_fits(document: Document) -> Document:
     of a fit that they do not support.
     """
     data = document.data if isinstance(document.data, dict) else {}
-    friction, axes, uncertain = data.get("friction", {}), data.get("axes") or {}, data.get("uncertain") or {}
+    friction, axes, uncertain = (data.get(name) or {} for name in ("friction", "axes", "uncertain"))
     if not isinstance(friction, dict) or friction.get("law", "stribeck") not in LAWS_FITTED:
         return document
     axes = axes if isinstance(axes, dict) else {}
-    given = {*friction, *(str(path[-1]) for path in varied_paths(axes))}
-    if {*CURVE, *MEASURED} & given:
+    if {*CURVE, *MEASURED} & {*friction, *(str(path[-1]) for path in varied_paths(axes))}:
         return document
     for name, axis in axes.items():
         group = axis.get("zip") if isinstance(axis, dict) else None
@@ -122,7 +114,7 @@ def _in_section(document: Document, data: dict[str, Any], friction: dict[str, An
     """One curve for all cells, or an axis of several, the outermost."""
     fits = _fits(document, files)
     if len(fits) == 1 and not isinstance(friction["fit"], list):
-        return replace(document, data={**data, "friction": {**friction, **_coefficients(fits[0])}})
+        return replace(document, data={**data, "friction": {**friction, **fits[0].coefficients()}})
     axes = data.get("axes") or {}
     if not isinstance(axes, dict):
         return document  # the reader says what is wrong with it
@@ -135,16 +127,11 @@ def _in_section(document: Document, data: dict[str, Any], friction: dict[str, An
 
 def _in_group(axis: dict[str, Any], fits: list[MaterialFit]) -> dict[str, Any]:
     """A group with the coefficients of several curves in place of `fit`, whose labels they are unless it has some."""
-    curves = [_coefficients(fit) for fit in fits]
+    curves = [fit.coefficients() for fit in fits]
     names = dict.fromkeys(name for curve in curves for name in curve)
     columns = {name: [curve.get(name, "none") for curve in curves] for name in names}
     others = {key: value for key, value in axis["zip"].items() if key != "fit"}
     return {"labels": [fit.name for fit in fits]} | axis | {"zip": columns | others}
-
-
-def _coefficients(fit: MaterialFit) -> dict[str, float]:
-    assert fit.curve is not None
-    return fit.curve.coefficients()
 
 
 def _scattered(document: Document, data: dict[str, Any], uncertain: dict[str, Any], file: str) -> Document:

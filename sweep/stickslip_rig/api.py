@@ -11,33 +11,34 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from stickslip_rig.calibration import Calibration, calibrate
-from stickslip_rig.evaluation import features
+from stickslip_rig.evaluation import feature_table, features
+from stickslip_rig.quantities import RPN_NAME
 from stickslip_rig.records import make_record, read_record
-from stickslip_rig.risk import RPN_NAME, Risk
+from stickslip_rig.risk import Risk
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.settings import RecordSettings, Settings, load_settings
 from stickslip_rig.sticks import Sticks, find_sticks
-from stickslip_rig.tables import feature_table
 
 if TYPE_CHECKING:
+    from stickslip.api.runs import run as run_matrix
     from stickslip_rig.observation import SimulatedRecords
     from stickslip_rig.simulation import RigTests, load_rig, make_rig
 
 __all__ = [
     "Calibration", "FeatureSettings", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
     "SimulatedRecords", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "load_rig",
-    "load_settings", "make_record", "make_rig", "read_record", "run_matrix",  # noqa: F822
+    "load_settings", "make_record", "make_rig", "read_record", "run_matrix",
 ]  # fmt: skip
 
 _LATER = {
-    "RigTests": "stickslip_rig.simulation", "load_rig": "stickslip_rig.simulation",
-    "make_rig": "stickslip_rig.simulation", "SimulatedRecords": "stickslip_rig.observation",
+    "RigTests": "stickslip_rig.simulation:RigTests", "load_rig": "stickslip_rig.simulation:load_rig",
+    "make_rig": "stickslip_rig.simulation:make_rig", "run_matrix": "stickslip.api.runs:run",
+    "SimulatedRecords": "stickslip_rig.observation:SimulatedRecords",
 }  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    if name == "run_matrix":
-        return import_module("stickslip.api.runs").run
     if name not in _LATER:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_LATER[name]), name)
+    module, _, own = _LATER[name].partition(":")
+    return getattr(import_module(module), own)

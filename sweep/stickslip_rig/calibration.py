@@ -5,21 +5,35 @@ which they are expected one level away; weights are never negative. A number has
 what the residuals show if that is more. One at an end of the scale (1 or 10) says that the level is there or beyond:
 levels beyond it are no misfit, so such pairs do not count. Its quality is that of predictions: each pair is left out in
 turn, and the others predict it (in closed form).
+
+Pairs in files are the tables that `rig features -o` writes, to which people add a column.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan, sqrt
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import lsq_linear  # type: ignore[import-untyped]
 
+from stickslip.errors import ConfigError, Problem
+from stickslip.files.tables import cells, read_table
+from stickslip.vocabulary.suggest import listed
+from stickslip_materials.fit.columns import HeadedTable, factor
+from stickslip_materials.fit.headings import Heading
 from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, rms, student
-from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, RPN_NAME, Risk, decades
+from stickslip_materials.fit.words import plain
+from stickslip_rig.defects import reason_of
+from stickslip_rig.quantities import FEATURES, RPN_NAME
+from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, Risk, decades
 
 FITTED = ("base", *(f"weight_{name}" for name in INPUTS))
 ROUNDING_SD = 1.0 / sqrt(12.0)  # levels: a number is a level rounded
+RPN = "rpn"  # the column of measured numbers
+_COLUMNS = {RPN, "model_rpn", "remarks", "record", *INPUTS, *(f"{name}_limited" for name in INPUTS)}
+_EXAMPLE = "sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"
 _ROUNDS = 50  # of noise, of what counts, and of the fit in turn, at most; a few do
 _DETERMINED = 0.5  # of the variance of the prior, 1: what is left of it where the pairs say something of a parameter
 
@@ -28,9 +42,8 @@ _DETERMINED = 0.5  # of the variance of the prior, 1: what is left of it where t
 class Calibration:
     """A fitted risk model.
 
-    risk : with the range of the features of the pairs. interval : of base and weights, 95 %. unidentified : those of
-    which the pairs say little. noise : of a number, levels. level, rpn : fitted and measured, pair by pair.
-    left_out : the level of each pair from a fit to the others.
+    interval : of base and weights, 95 %. unidentified : those of which the pairs say little. noise : of a number,
+    levels. level, rpn : fitted and measured, pair by pair. left_out : the level of each pair from a fit to the others.
     default : its level without calibration. names : of the pairs. omitted : pairs without the features, and why.
     """
 
@@ -44,11 +57,6 @@ class Calibration:
     rpn: Floats
     names: tuple[str, ...] = ()
     omitted: tuple[str, ...] = ()
-
-    @property
-    def fitted(self) -> tuple[str, ...]:
-        """The names of the parameters that were fitted; the others are as they were."""
-        return tuple(self.interval)
 
     @property
     def residuals(self) -> Floats:
@@ -120,8 +128,6 @@ def calibrate(
     half = student(np.inf if noise == ROUNDING_SD else int(counts.sum())) * np.sqrt(np.diag(covariance))
     low = np.where(is_base, best - half, np.maximum(best - half, 0.0))
     fitted = dict(zip(FITTED, best.tolist(), strict=True))
-    for name, column in zip(INPUTS, columns, strict=True):
-        fitted |= {f"lowest_{name}": float(column.min()), f"highest_{name}": float(column.max())}
     return Calibration(
         risk=begin.model_copy(update=fitted),
         interval=dict(zip(FITTED, zip(low.tolist(), (best + half).tolist(), strict=True), strict=True)),
@@ -173,3 +179,65 @@ def _check_pairs(columns: Floats, rpn: Floats) -> None:
     if rpn.ndim != 1 or different <= parameters:
         of_them = f", {different} of different features," if different < rpn.size else ""
         raise ValueError(f"{rpn.size} pairs{of_them} for {parameters} parameters, expected at least {parameters + 1}")
+
+
+# --- pairs in files ---------------------------------------------------------------------------------------------------
+
+
+def calibrate_file(path: Path, start: Risk | None = None) -> Calibration:
+    """Fit the risk model to the pairs of a table: CSV or Excel.
+
+    Its column `rpn` holds the measured numbers; a row without one is left out. The features are columns named as in
+    `FEATURES` with their units, as `rig features -o` writes them; the band-limited ones where there are any. Records of
+    which a feature is not determined are left out, and named in `omitted`. start : its scales hold. Raises ConfigError.
+    """
+    headed = HeadedTable(read_table(path, _EXAMPLE, "pairs"), ())
+    columns, rows = _columns(headed), list(cells(headed.table))
+    whole = [row if len(row) == len(headed.headings) else None for row in rows]  # others are refused as they are read
+
+    def text(i: int, name: str, default: str = "") -> str:
+        row = whole[i]
+        return row[columns[name][0]].text if row and name in columns else default
+
+    names = {name: f"{name}_limited" if any(text(i, f"{name}_limited") for i in range(len(rows))) else name
+             for name in INPUTS} | {RPN: RPN}  # fmt: skip
+    used, omitted = [], []
+    for i in range(len(rows)):
+        if not whole[i] or all(text(i, name) for name in names.values()):
+            used.append(i)
+        elif text(i, RPN):
+            reason = reason_of(text(i, "remarks")) or "a feature is empty"
+            omitted.append(f"{text(i, 'record', f'row {i + 1}')} ({reason})")
+    headed.table = replace(headed.table, lines=tuple(headed.table.lines[i] for i in used))
+    hint = f"left out: {'; '.join(omitted)}" if omitted else None
+    if not used:
+        raise ConfigError(headed.table.name, [Problem((RPN,), "no row has a number and features", hint=hint)])
+    numbers = headed.values({name: columns[column] for name, column in names.items()})
+    for name, values in numbers.items():
+        low, high = (LOWEST, HIGHEST) if name == RPN else (0.0, np.inf)
+        for i in np.flatnonzero(~((values >= low) & (values <= high)))[:1].tolist():
+            bounds, cell = f">= {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}", rows[used[i]]
+            at = cell[columns[names[name]][0]]
+            raise ConfigError.of(headed.table.name, f"got {at.text}, expected a number {bounds}", place=at.place)
+    pairs = [text(i, "record", f"row {i + 1}") for i in used]
+    try:
+        return replace(calibrate(numbers, numbers[RPN], start, pairs), omitted=tuple(omitted))
+    except ValueError as error:
+        raise ConfigError(str(path), [Problem((), str(error), hint=hint)]) from None
+
+
+def _columns(headed: HeadedTable) -> Mapping[str, tuple[int, float]]:
+    """Position and factor to SI of the columns by name. Raises ConfigError, also if one is missing."""
+
+    def name_of(column: Heading) -> str | None:
+        name = plain(column.name).replace(" ", "_")
+        return name if name in _COLUMNS else None
+
+    def factor_of(name: str, column: Heading) -> float:
+        return factor(name, column.unit, FEATURES[name].units) if name in FEATURES else 1.0
+
+    columns = headed.find(name_of, factor_of, "remove one of the two columns")
+    if lacking := [name for name in (RPN, *INPUTS) if name not in columns]:
+        hint = "model_rpn is computed by this program: put the measured numbers beside it, in a column rpn"
+        raise headed.error(f"no column is called {listed(lacking, 'and')}", hint if RPN in lacking else None)
+    return columns

@@ -10,15 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from scipy import signal  # type: ignore[import-untyped]
 from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
 from stickslip.vocabulary.suggest import listed
-from stickslip_rig.drive_motion import counted_step, drive_displacement, drive_velocity, unusable_drive
-from stickslip_rig.dropouts import SHORT, bridged, dropouts, dropouts_of_acceleration, markers, spikes
-from stickslip_rig.hum import LAG, Tone, bend_of
+from stickslip_rig.drive_motion import DRIVE, drive_displacement, drive_velocity, unusable_drive
+from stickslip_rig.dropouts import SHORT, bridged, dropouts
+from stickslip_rig.hum import Tone
 from stickslip_rig.quantities import FORCES
-from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
+from stickslip_rig.records import acceleration_of, condition_of, force_of
 from stickslip_rig.signals import (
     Flags,
     Floats,
@@ -38,8 +37,7 @@ COUNTS = ("sticks", "slips", "drops", "impulse_rate", "stick_fraction", "time_to
 LIMITED = ("acceleration_max_limited", "acceleration_integral_limited")
 ACCELERATION = ("acceleration_max", "acceleration_integral", *LIMITED, "peak_frequency", "peak_acceleration")
 MOTION = ("energy_per_stroke", "strokes", "travel", "impulse_rate")
-DRIVE = ("drive_displacement", "drive_velocity")
-_CONTRADICTIONS = ("loading rate", "unit", "channels", "zero", "speed", "clock", "columns")
+_CONTRADICTIONS = ("loading rate", "unit", "zero", "speed", "clock", "columns")
 TOTALS = (*COUNTS, *ACCELERATION, *MOTION, "dynamic_force", "dynamic_friction", "drop_max", "static_force_first",
           "static_friction_first")  # fmt: skip
 
@@ -54,8 +52,6 @@ _OFFSET = 0.1  # of the sliding force
 _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
-_ENOUGH = 1_000_000  # samples to see whether channels belong together
-_LATE = 2e-3  # s: channels that are less apart share a clock
 SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
 _DIFFERS = 0.05  # of a way
 _FASTER = 0.2  # of a speed, with its noise
@@ -107,7 +103,7 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
     force = next(name for name in FORCES if name in record)
     defects, missing = [], np.zeros(record.sizes["time"], np.bool_)
     for name in (str(name) for name in record.data_vars if name != "stick"):
-        bad = _samples_that_are_none(record, name, force)
+        bad = dropouts(record, name, force)
         if not bad.any():
             continue
         text = f"{name} shows a marker, a spike or a value held in {_samples(record, bad)}; those samples are left out"
@@ -140,17 +136,6 @@ def mended(record: xr.Dataset, tolerance: float) -> tuple[xr.Dataset, list[Defec
     return record, defects
 
 
-def _samples_that_are_none(record: xr.Dataset, name: str, force: str) -> Flags:
-    """Samples of a channel that are none. force : the channel that the rig measures."""
-    values = record[name].values
-    if name == "acceleration":
-        return dropouts_of_acceleration(values, record[force].values)
-    if name == force:
-        return dropouts(values, acceleration_of(record), name == "friction_force" and has_inertia(record))
-    # friction beside a spring force jumps where the contact breaks away
-    return spikes(values, 4.0 * counted_step(values)) if name in DRIVE else markers(values)
-
-
 def _flat(values: Floats, acceleration: Floats) -> Flags:
     """Samples at the top or bottom of a channel that cut off a signal on its way: as steep in front as further off."""
     flat = np.zeros(values.size, np.bool_)
@@ -158,27 +143,23 @@ def _flat(values: Floats, acceleration: Floats) -> Flags:
     noisy = inner.size > 2 and noise_of(inner) > 1e-6 * np.ptp(values)
     quantum = float(np.abs(np.diff(values)[np.diff(values) != 0]).min(initial=np.inf))
     for extreme in (values.min(), values.max()):
-        starts, ends = runs_of(values == extreme)
+        at = values == extreme
+        starts, ends = runs_of(at)
         longest = (ends - starts + 1).max()
         usable = (ends - starts >= 2) & (starts > 6) & (ends < values.size - 7)
         starts, ends = starts[usable], ends[usable]
         if starts.size < 3 and not (starts.size and longest >= _LONG):
             continue
-        near_in, far_in = _changes(values, starts - 3, starts - 1), _changes(values, starts - 5, starts - 3)
-        near_out, far_out = _changes(values, ends + 1, ends + 3), _changes(values, ends + 3, ends + 5)
-        entry, leave = (near_in + far_in).sum(), (near_out + far_out).sum()
-        steep = near_in.sum() > 0.7 * far_in.sum() if entry > leave else near_out.sum() > 0.7 * far_out.sum()
+        before = np.stack([starts - 3, starts - 5, ends + 1, ends + 3])
+        near_in, far_in, near_out, far_out = np.abs(values[before + 2] - values[before]).sum(axis=1)
+        entry, leave = near_in + far_in, near_out + far_out
+        steep = near_in > 0.7 * far_in if entry > leave else near_out > 0.7 * far_out
         high = max(entry, leave) / starts.size > max(16.0 * quantum, 1e-6 * np.ptp(values))
-        at = values == extreme
         # steady sliding without noise is as flat, but then the specimen rests, and the force falls as it rose
         moves = np.abs(acceleration[at]).mean() > 0.3 * np.abs(acceleration).mean()
         if steep and high and (noisy or moves or leave > 1.5 * entry):
             flat |= at
     return flat
-
-
-def _changes(values: Floats, before: Positions, after: Positions) -> Floats:
-    return np.abs(values[after] - values[before])
 
 
 def _is_opposite(record: xr.Dataset, force: Floats) -> bool:
@@ -230,7 +211,7 @@ def of_scales(
 ) -> Iterator[Defect]:
     """Units, stiffness and speed that cannot be true together; channels and a zero that are not those of the motion."""
     record, ratio = sticks.record, sticks.loading / sticks.expected
-    force, acceleration, step = force_of(record), acceleration_of(record), 1.0 / float(values["sample_rate"])
+    force, acceleration = force_of(record), acceleration_of(record)
     mass, stiffness = condition_of(record, "mass"), condition_of(record, "stiffness")
     wrong = max(ratio, 1.0 / ratio) if np.isfinite(ratio) else 1.0
     known = [values[name] for name in FRICTION if np.isfinite(values[name])]
@@ -256,14 +237,6 @@ def of_scales(
         ends = f"{min(whole, clear):.3g} or {max(whole, clear):.3g} N"
         text = f"the sliding force is {ends}, as the drive rests before it reverses or not; record its displacement"
         yield Defect("drive", text, ("dynamic_force", "dynamic_friction"))
-    near, swapped = _shared(force, acceleration, step), _shared(acceleration, force, step)
-    if swapped.max() > 0.9 and near.max() < 0.5:
-        yield Defect("columns", "force and acceleration are of one motion only if they are swapped: are they?",
-                     (*ACCELERATION, *FORCE, *COUNTS))  # fmt: skip
-    late = (int(np.argmax(near)) - near.size // 2) * step
-    if near.max() > 0.5 and near[near.size // 2] < 0.7 * near.max() and abs(late) > _LATE:
-        spoils = FORCE if "spring_force" not in record else ()
-        yield Defect("channels", f"the acceleration is {late:+.3g} s late of the force: do they share a clock?", spoils)
     if "stick" not in record:
         yield from _of_counts(force, sticks)
     yield from _of_drive(samples, force_of(samples), drive_velocity(record, tolerance))
@@ -282,15 +255,6 @@ def _of_counts(force: Floats, sticks: Sticks) -> Iterator[Defect]:
     if large > max(2 * sticks.count, 2) or sticks.count > 2 * (max(sizes.size, swings) + strokes):
         count = f"{sticks.count} sticks and {sizes.size} drops of the force"
         yield Defect("columns", f"{count}: is each column what its heading says? Else it vibrates without sticking")
-
-
-def _shared(force: Floats, acceleration: Floats, step: float) -> Floats:
-    """Correlation of the bend of the force with that of the motion, up to half a second late or early."""
-    lag, force, acceleration = max(1, round(LAG / step)), force[:_ENOUGH], acceleration[:_ENOUGH]
-    own, other = bend_of(force, lag, step, "force"), bend_of(acceleration, lag, step, "acceleration")
-    most, middle = min(force.size // 4, round(0.5 / step)), force.size // 2
-    shared = np.abs(signal.correlate(other, own, mode="same", method="fft"))[middle - most : middle + most + 1]
-    return np.asarray(shared / max(float(np.linalg.norm(own) * np.linalg.norm(other)), 1e-300))
 
 
 def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats], natural: float) -> Iterator[Defect]:

@@ -18,6 +18,7 @@ from stickslip_rig.signals import (
     turning_points,
 )
 
+DRIVE = ("drive_displacement", "drive_velocity")
 _WIDEST = 1 / 20  # of the record, a window
 _QUIET = 0.25  # of the tolerance: how much of it the noise of the velocity may use up
 _COUNTED = 3.0  # times the mean step: the smallest one of a place that is counted

@@ -5,8 +5,11 @@ of the instrument.
 """
 
 import numpy as np
+import xarray as xr
 from scipy import ndimage  # type: ignore[import-untyped]
 
+from stickslip_rig.drive_motion import DRIVE, counted_step
+from stickslip_rig.records import acceleration_of, has_inertia
 from stickslip_rig.signals import Flags, Floats, noise_of, runs_of
 
 _HELD = 5  # samples of the same value, at least, that are suspected
@@ -24,29 +27,23 @@ _RETURNS = 0.25  # of a spike: how far the samples before and after it may be ap
 _MOST = 0.1  # of the samples: more of them are the signal
 
 
-def dropouts(force: Floats, acceleration: Floats, jumps: bool) -> Flags:
-    """Samples of a force that are none.
-
-    acceleration : of the specimen, 0 where it is not known. jumps : whether the force may, as friction does where the
-    contact breaks away.
-    """
-    bad = markers(force)
-    if bad.all():
-        return bad
-    if not jumps:
-        bad |= spikes(bridged(force, bad), _LEAST * float(np.abs(force[~bad]).max()))
-    return bad | _held(bridged(force, bad), acceleration)
-
-
-def dropouts_of_acceleration(acceleration: Floats, force: Floats) -> Flags:
-    """The same of an acceleration, which shows shocks: a sample beyond all others while the force does nothing."""
-    bad = markers(acceleration)
-    if bad.all():
-        return bad
-    spiky = spikes(bridged(acceleration, bad), _LEAST * float(np.abs(acceleration[~bad]).max()))
-    steps = np.abs(np.diff(force, append=force[-1]))
+def dropouts(record: xr.Dataset, name: str, force: str) -> Flags:
+    """Samples of a channel that are none. force : the channel that the rig measures."""
+    values = record[name].values
+    if name in DRIVE:
+        return spikes(values, 4.0 * counted_step(values))
+    bad = markers(values)
+    if bad.all() or name not in (force, "acceleration"):
+        return bad  # friction beside a spring force jumps where the contact breaks away
+    least = _LEAST * float(np.abs(values[~bad]).max())
+    if name == force:
+        if name != "friction_force" or not has_inertia(record):
+            bad |= spikes(bridged(values, bad), least)
+        return bad | _held(bridged(values, bad), acceleration_of(record))
+    spiky = spikes(bridged(values, bad), least)  # an acceleration shows shocks; but not while the force does nothing
+    steps = np.abs(np.diff(record[force].values, append=record[force].values[-1]))
     calm = ndimage.maximum_filter1d(steps, _SPAN) <= _CALM * float(np.median(steps))
-    beyond = np.abs(acceleration) > _BEYOND * float(np.abs(acceleration[~(bad | spiky)]).max())
+    beyond = np.abs(values) > _BEYOND * float(np.abs(values[~(bad | spiky)]).max())
     return np.asarray(bad | (spiky & calm & beyond))
 
 
@@ -57,32 +54,24 @@ def spikes(values: Floats, least: float) -> Flags:
     """
     bad = np.zeros(values.size, np.bool_)
     for _ in range(_ROUNDS):  # of spikes beside each other only some stand out at first
-        more = _isolated_spikes(bridged(values, bad), least)
+        whole = bridged(values, bad)
+        steps = np.diff(whole)
+        usual = _JUMP * ndimage.median_filter(np.abs(steps), _SPAN, mode="nearest")
+        jumps = np.flatnonzero(np.abs(steps) > np.maximum(usual, max(_JUMP * noise_of(whole), least))).tolist()
+        more = np.zeros_like(bad)
+        for k, start in enumerate(jumps):
+            near = [end for end in jumps[k + 1 : k + 1 + SHORT] if end - start <= SHORT]
+            for end in near if not more[start] else ():
+                inside = whole[start + 1 : end + 1]
+                line = np.linspace(whole[start], whole[end + 1], inside.size + 2)[1:-1]
+                away = (inside - line) * np.sign(steps[start])
+                if abs(whole[end + 1] - whole[start]) <= _RETURNS * away.min():
+                    more[start + 1 : end + 1] = True
+                    break
         if not more.any():
             break
         bad |= more
     return bad if bad.mean() <= _MOST else np.zeros_like(bad)
-
-
-def _isolated_spikes(values: Floats, least: float) -> Flags:
-    steps = np.diff(values)
-    usual = ndimage.median_filter(np.abs(steps), _SPAN, mode="nearest")
-    least = max(_JUMP * noise_of(values), least)
-    jumps = np.flatnonzero(np.abs(steps) > np.maximum(_JUMP * usual, least))
-    bad = np.zeros(values.size, np.bool_)
-    for k, start in enumerate(jumps.tolist()):
-        if bad[start]:
-            continue
-        for end in jumps[k + 1 : k + 1 + SHORT].tolist():
-            if end - start > SHORT:
-                break
-            inside = values[start + 1 : end + 1]
-            line = np.linspace(values[start], values[end + 1], inside.size + 2)[1:-1]
-            away = (inside - line) * np.sign(steps[start])
-            if abs(values[end + 1] - values[start]) <= _RETURNS * away.min():
-                bad[start + 1 : end + 1] = True
-                break
-    return bad
 
 
 def bridged(values: Floats, bad: Flags) -> Floats:

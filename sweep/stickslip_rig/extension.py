@@ -18,6 +18,6 @@ EXTENSION = Extension(
         )
     },
     marks={"model_rpn": "drive"},
-    resolvers={"explain.observed.*.record": "stickslip_rig.observed_records:with_records",
-               "explain.observed.*.drive": "stickslip_rig.observed_records:with_records"},
+    resolvers={"explain.observed.*.record": "stickslip_rig.observation:with_records",
+               "explain.observed.*.drive": "stickslip_rig.observation:with_records"},
 )  # fmt: skip

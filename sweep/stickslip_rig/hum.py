@@ -3,8 +3,8 @@
 While the contact sticks, or slides steadily, the force is a straight line for as long as a period of the hum, and its
 bend, the second difference over a few milliseconds, holds hum and noise alone. So hum is looked for where that is
 quiet: frequencies that stand out of their neighbourhood, with a phase that persists over the record, and which the
-acceleration does not follow as it follows a force of a spring, K a = F''. What passes is fitted, with an amplitude and
-a phase that may drift from second to second as those of mains do, and subtracted.
+acceleration does not follow as it follows a force of a spring, K a = F''. What passes is subtracted, demodulated: with
+an amplitude and a phase that may drift from second to second as those of mains do.
 """
 
 from __future__ import annotations
@@ -12,31 +12,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy import fft, interpolate, ndimage, signal, special  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+from scipy import ndimage, signal, special  # type: ignore[import-untyped]
 
 from stickslip_rig.signals import Flags, Floats, vertex
 
-LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
+_LAG = 3e-3  # s, of the second difference: passes 40 to 300 Hz, and hardly what is slower
 _SMOOTH = 0.02  # s, over which the bend is judged quiet: a period of mains
 _SEGMENT = 4.0  # s, of a periodogram
-_SEGMENTS = 200  # at most
-_BLOCK = 1.0  # s, within which amplitude and phase are constant
+_DRIFT = 0.5  # s, standard deviation of the window within which amplitude and phase are constant
+_BLOCKS = 10  # in that deviation
 _LOWEST, _HIGHEST = 15.0, 400.0  # Hz: mains and their harmonics, aliased or not
 _AROUND = 20.0  # Hz, the neighbourhood of a line
 _BY_CHANCE = 1e-11  # how often noise may look like a line in a bin
 _STANDS_OUT = 8.0  # times the median power of its neighbourhood, at least
 _LEAST = {"force": 1e-4, "acceleration": 1e-3}  # of the largest magnitude: what is weaker changes nothing
-_PERSISTS = 0.45  # coherence of the phase between blocks, less the scatter of the amplitude
-_APART = 3  # those blocks
+_PERSISTS = 0.45  # coherence of the phase from second to second, less the scatter of the amplitude
+_APART = 3  # those seconds
 _SEEN = 0.3  # of what the bend passes at most: lines near its zeros are not
 _ROUGH = 0.05  # of a line: what may be left of it where the channel is quiet
-_WANDERS = 0.02  # of a line: what may be left of it where parts of the record are not quiet
+_WANDERS = 0.3  # of the change of an amplitude in a second: what may be left of it in between
 _NEAR = 4.0  # Hz: what is nearer to a line is a side band of it
 _UNIFORM = 0.8  # of the record, from which on quiet parts prove nothing
 _ALIKE = 0.5  # of the larger: how far two lines of one motion may differ
 _MOST = 12  # lines
-_FITS = 20  # at most
+_ROUNDS = 6  # of demodulation: each leaves a part of what drifts fast
+Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Tone:
 
 def subtract_hum(force: Floats, acceleration: Floats, step: float) -> tuple[Floats, Floats, list[Tone]]:
     """Both channels, evenly spaced by `step` (s), without hum, and what was subtracted: nothing if there is none."""
-    lag = max(1, round(LAG / step))
+    lag = max(1, round(_LAG / step))
     if force.size < max(8 * lag, round(0.5 / step)) or 0.5 / step < 2 * _LOWEST:
         return force, acceleration, []
     channels = [_Channel("force", force, lag, step), _Channel("acceleration", acceleration, lag, step)]
@@ -65,90 +66,80 @@ class _Channel:
 
     def __init__(self, name: str, values: Floats, lag: int, step: float) -> None:
         self.name, self.values, self._lag, self._step = name, values, lag, step
-        self._edges = np.linspace(0, values.size, max(1, round(values.size * step / _BLOCK)) + 1).astype(np.intp)
-        self._within: Flags | None = None  # where another channel is quiet
         self._least = _LEAST[name] * float(np.abs(values).max())
-        self._look()
+        self._look(None)
 
-    def _look(self, spare: float = 0.0) -> None:
-        """Bend, and where it is about as small as in the quietest tenth of the record, with a power to spare."""
-        self.bend = bend_of(self.values, self._lag, self._step, self.name)
+    def _look(self, within: Flags | None, spare: float = 0.0) -> None:
+        """Bend, and where it is about as small as in the quietest tenth of the record, with a power to spare.
+
+        within : where another channel is quiet.
+        """
+        lag, values = self._lag, self.values
+        self.bend = np.zeros(values.size)
+        if self.name == "force":
+            self.bend[lag:-lag] = values[2 * lag :] - 2.0 * values[lag:-lag] + values[: -2 * lag]
+        else:
+            triangle = np.bartlett(2 * lag + 1)[1:-1] * lag * self._step**2
+            self.bend[lag:-lag] = signal.oaconvolve(values, triangle, mode="same")[lag:-lag]
         power = np.maximum(ndimage.uniform_filter1d(self.bend**2, max(3, round(_SMOOTH / self._step))), 0.0)
-        lowest = float(np.quantile(power[self._lag : -self._lag], 0.1))
+        lowest = float(np.quantile(power[lag:-lag], 0.1))
         self.quiet = power <= 6.0 * lowest + spare + 1e-24 * power.max()
-        self.quiet[: self._lag] = self.quiet[-self._lag :] = False
-        if self._within is not None and (self.quiet & self._within).mean() > 0.05:
-            self.quiet &= self._within
+        self.quiet[:lag] = self.quiet[-lag:] = False
+        if within is not None and (self.quiet & within).mean() > 0.05:
+            self.quiet &= within
 
-    def gain(self, frequency: ArrayLike) -> Floats:
-        """Factor by which the bend shows a sine of the channel; never less than the noise lets be seen."""
-        angle = np.pi * np.asarray(frequency) * self._step
+    def _gain(self, frequency: Floats | float) -> Floats:
+        """Factor by which the bend shows a sine of the channel."""
+        angle = np.pi * np.maximum(frequency, 1e-6) * self._step
         gain = -4.0 * np.sin(angle * self._lag) ** 2
-        if self.name != "force":
-            gain = -gain * (0.5 * self._step / np.sin(np.maximum(angle, 1e-9))) ** 2
-        return gain
+        return np.asarray(gain if self.name == "force" else -gain * (0.5 * self._step / np.sin(angle)) ** 2)
 
     def clean(self, other: _Channel, within: Flags | None = None) -> list[Tone]:
         """Subtract the lines that are no motion; `other` is the channel that would share it."""
-        original, frequencies, self._within = self.values, list[float](), within
-        self._look()
+        tones: list[Tone] = []
+        original, frequencies = self.values, list[float]()
+        self._look(within)
         while len(frequencies) < _MOST:
             lines = [f for f in self._lines() if all(abs(f - g) > _NEAR for g in frequencies)]
             if (new := self._first_hum(lines, other, frequencies)) is None:
                 break
             frequencies.append(new)
-            amplitudes = self._subtract(original, frequencies)
-        if not frequencies:
-            return []
-        fitted = self._fit(self.bend, self._phases(frequencies)) / self.gain(frequencies)
-        left = np.nanmax(np.abs(fitted), axis=0)
-        if np.isnan(fitted[:, 0]).mean() > 0.2:  # between the parts that are quiet it may wander
-            left = np.maximum(left, _WANDERS * amplitudes)
-        rows = sorted(zip(frequencies, amplitudes.tolist(), left.tolist(), strict=True))
-        return [Tone(self.name, *row) for row in rows]
+            tones = self._subtract(original, frequencies, within)
+        return sorted(tones, key=lambda tone: tone.frequency)
 
     def _lines(self) -> list[float]:
         """Frequencies (Hz) that stand out in the quiet parts, the strongest first."""
         size = min(self.bend.size, round(_SEGMENT / self._step))
-        window, padded = np.hanning(size + 2)[1:-1], fft.next_fast_len(4 * size)
-        power, weights = np.zeros(padded // 2 + 1), []
-        for start in range(0, self.bend.size - size + 1, max(1, size // 2, self.bend.size // _SEGMENTS)):
-            shown = self.quiet[start : start + size] * window
-            power += np.abs(fft.rfft(self.bend[start : start + size] * shown, padded)) ** 2
-            weights.append(float(shown.sum()) ** 2)
-        weight, squares = max(sum(weights), 1e-300), max(sum(w**2 for w in weights), 1e-300)
-        segments = min(weight**2 / squares, self.bend.size / size)
-        frequency = fft.rfftfreq(padded, self._step)
+        frequency, power = signal.welch(self.bend * self.quiet, 1.0 / self._step, nperseg=size, nfft=4 * size,
+                                        detrend=False, scaling="spectrum")  # fmt: skip
+        segments = max(1.0, self.bend.size / size)
         around = ndimage.median_filter(power, round(_AROUND / frequency[1]) | 1, mode="nearest")
+        chance = special.gammainccinv(segments, _BY_CHANCE) / special.gammaincinv(segments, 0.5)
         seen = (np.abs(np.sin(np.pi * self._lag * self._step * frequency)) > _SEEN) & (frequency >= _LOWEST)
-        seen &= frequency <= _HIGHEST
-        peaks = np.flatnonzero((power >= ndimage.maximum_filter1d(power, 9)) & seen)
-        peaks = peaks[power[peaks] > _standing_out(segments) * around[peaks]]
-        amplitude = 2.0 * np.sqrt(power[peaks] / weight) / np.abs(self.gain(frequency[peaks]))
-        peaks = peaks[amplitude > self._least]
-        return [_top_of(frequency, power, _mains(frequency, power, int(i))) for i in peaks[np.argsort(-power[peaks])]]
+        seen &= (frequency <= _HIGHEST) & (power > max(chance, _STANDS_OUT) * around)
+        seen &= np.sqrt(2.0 * power) > self._least * self.quiet.mean() * np.abs(self._gain(frequency))
+        peaks = np.flatnonzero(seen & (power >= ndimage.maximum_filter1d(power, 9)))
+        return [float(frequency[i] + vertex(np.log(power[i - 1 : i + 2])) * frequency[1])
+                for i in peaks[np.argsort(-power[peaks])] if 0 < i < power.size - 1]  # fmt: skip
 
     def _first_hum(self, lines: list[float], other: _Channel, known: list[float]) -> float | None:
         """The first line that persists and is no motion, nor a harmonic of one; None if there is none."""
         moving: list[float] = []
+        second = round(1.0 / self._step)
         for line in lines:
-            phases = self._phases([line])
-            own, its = self._fit(self.bend, phases)[:, 0], self._fit(other.bend, phases)[:, 0]
-            fitted = np.isfinite(own)
             if any(_harmonic(f, line) for f in moving):
                 continue
-            if self._moves(own[fitted], its[fitted], other):
+            own, its = (self._demodulated(bend, line)[second // 2 :: second] for bend in (self.bend, other.bend))
+            if self._moves(own, its, other):
                 moving.append(line)
-                continue
             # where it does not stand out all in all, it is cut out of a slower wave
-            everywhere = self._fit(self.bend, phases, np.ones(self.quiet.size, np.bool_))[fitted, 0]
-            if np.median(np.abs(everywhere)) < 0.5 * np.median(np.abs(own[fitted])):
+            elif np.median(np.abs(self._demodulated(self.bend, line, everywhere=True))) < 0.5 * np.median(np.abs(own)):
                 continue
-            if _persists(own[fitted], any(_harmonic(*sorted([f, line])) for f in known)):
+            elif _persists(own, any(_harmonic(*sorted([f, line])) for f in known)):
                 return line
         return None
 
-    def _moves(self, own: NDArray[np.complex128], its: NDArray[np.complex128], other: _Channel) -> bool:
+    def _moves(self, own: Complex, its: Complex, other: _Channel) -> bool:
         """True if two lines are of one motion: the bend of the force is the stiffness times that of the motion."""
         force, motion = (self.bend, other.bend) if self.name == "force" else (other.bend, self.bend)
         loud = np.abs(motion) >= np.quantile(np.abs(motion), 0.9)
@@ -158,49 +149,44 @@ class _Channel:
             own, its = np.abs(own), np.abs(its)
         return bool(np.linalg.norm(own - its) <= _ALIKE * max(np.linalg.norm(own), np.linalg.norm(its)))
 
-    def _phases(self, frequencies: list[float]) -> list[Floats]:
-        """Phases (rad) of the lines at all samples."""
-        time = np.arange(self.values.size, dtype=np.float64)
-        return [np.asarray(2.0 * np.pi * f * self._step * time, np.float64) for f in frequencies]
+    def _demodulated(self, bend: Floats, frequency: float, everywhere: bool = False) -> Complex:
+        """Complex amplitude of a line at each sample, from the quiet ones around it: of short blocks, under a Gaussian
+        window, between which it is interpolated."""
+        block = max(1, round(_DRIFT / _BLOCKS / self._step))
+        begins = np.arange(0, bend.size, block)
+        shown = np.ones(bend.size) if everywhere else self.quiet.astype(np.float64)
+        weights, values = (np.pad(each, (0, begins.size * block - bend.size)).reshape(-1, block)
+                           for each in (shown, shown * bend))  # fmt: skip
+        turn = -2j * np.pi * frequency * self._step
+        turned = (values @ np.exp(turn * np.arange(block))) * np.exp(turn * begins)
+        turned, weight = (ndimage.gaussian_filter1d(each, _BLOCKS, mode="constant")
+                          for each in (turned, weights.sum(axis=1)))  # fmt: skip
+        amplitudes = 2.0 * turned / np.maximum(weight, 0.02 * block)
+        return np.asarray(np.interp(np.arange(bend.size), begins + 0.5 * (block - 1), amplitudes))
 
-    def _fit(self, bend: Floats, phases: list[Floats], where: Flags | None = None) -> NDArray[np.complex128]:
-        """Complex amplitudes in each block by least squares over its quiet samples; NaN where they are few."""
-        where = self.quiet if where is None else where
-        amplitudes = np.full((self._edges.size - 1, len(phases)), np.nan, np.complex128)
-        for k, (start, stop) in enumerate(zip(self._edges[:-1], self._edges[1:], strict=True)):
-            at = np.flatnonzero(where[start:stop]) + start
-            if at.size < max(0.05 * (stop - start), 8 * len(phases)):
-                continue
-            angles = np.stack([phase[at] for phase in phases])
-            waves = np.concatenate([np.cos(angles), -np.sin(angles)])
-            parts = np.linalg.lstsq(waves @ waves.T, waves @ bend[at], rcond=1e-10)[0]
-            amplitudes[k] = parts[: len(phases)] + 1j * parts[len(phases) :]
-        return amplitudes
+    def _subtract(self, original: Floats, frequencies: list[float], within: Flags | None) -> list[Tone]:
+        """Make `values` the channel without lines, round by round; the lines, with what is left of them."""
+        turning = [np.exp(2j * np.pi * f * self._step * np.arange(original.size)) for f in frequencies]
+        lines: list[Complex] = [np.zeros(original.size, np.complex128) for _ in frequencies]
+        self.values = original
+        self._look(within)
+        for _ in range(_ROUNDS):
+            for k, frequency in enumerate(frequencies):
+                more = self._demodulated(self.bend, frequency) / self._gain(frequency)
+                lines[k] += more
+                self.values = self.values - np.real(more * turning[k])
+                sizes = np.median(np.abs(lines), axis=1) * self._gain(np.asarray(frequencies))
+                self._look(within, 0.5 * float(np.sum((_ROUGH * sizes) ** 2)))
+        return [Tone(self.name, f, float(np.median(np.abs(line))), self._left(f, line))
+                for f, line in zip(frequencies, lines, strict=True)]  # fmt: skip
 
-    def _subtract(self, original: Floats, frequencies: list[float]) -> Floats:
-        """Make `values` the channel without lines; their median amplitudes.
-
-        Several fits: the phases of the blocks, joined by straight lines, are those of the next, and so are the parts
-        that are quiet once most of the hum is gone.
-        """
-        bend, middles = bend_of(original, self._lag, self._step, self.name), 0.5 * (self._edges[1:] + self._edges[:-1])
-        phases, at = self._phases(frequencies), np.arange(original.size)
-        for phase, row in zip(phases, self._fit(bend, phases).T, strict=True):
-            phase += _turning(np.nan_to_num(row)) * at / (middles[-1] - middles[0] or 1.0) * (middles.size - 1)
-        for _ in range(_FITS):
-            before, fitted = self.quiet, self._fit(bend, phases) / self.gain(frequencies)
-            self.values = original.copy()
-            for phase, row in zip(phases, fitted.T, strict=True):
-                if not (known := np.isfinite(row)).any():
-                    continue
-                phase += _through(at, middles[known], np.unwrap(np.angle(row[known])))
-                self.values -= np.interp(at, middles[known], np.abs(row[known])) * np.cos(phase)
-            self._look(
-                0.5 * float(np.sum((_ROUGH * np.abs(np.nanmedian(fitted, axis=0) * self.gain(frequencies))) ** 2))
-            )
-            if np.count_nonzero(before != self.quiet) < 1e-3 * before.size:
-                break
-        return np.asarray(np.nanmedian(np.abs(fitted), axis=0))
+    def _left(self, frequency: float, line: Complex) -> float:
+        """The largest amplitude that is left of a line; or a share of how its own one changes in a second, if that is
+        more: hum drifts, and what comes and goes has some of the motion in it."""
+        second = round(1.0 / self._step)
+        changes = np.abs(line[second:]) - np.abs(line[:-second])
+        rest = np.abs(self._demodulated(self.bend, frequency) / self._gain(frequency)).max()
+        return max(float(rest), _WANDERS * float(np.sqrt(np.mean(changes**2))) if changes.size else 0.0)
 
 
 def _harmonic(low: float, high: float) -> bool:
@@ -208,60 +194,10 @@ def _harmonic(low: float, high: float) -> bool:
     return high > 1.5 * low and abs(high - round(high / low) * low) < 0.5
 
 
-def _persists(row: NDArray[np.complex128], harmonic: bool) -> bool:
-    """True if phase and amplitude last from block to block; the phase of a harmonic drifts several times as fast."""
+def _persists(row: Complex, harmonic: bool) -> bool:
+    """True if phase and amplitude last from second to second; the phase of a harmonic drifts several times as fast."""
     if row.size <= _APART:
         return True
     product, size = row[_APART:] * row[:-_APART].conj(), np.abs(row)
     coherence = 1.0 if harmonic else float(np.abs(product.sum()) / max(np.abs(product).sum(), 1e-300))
     return coherence - float(size.std() / size.mean()) >= _PERSISTS
-
-
-def _turning(row: NDArray[np.complex128]) -> float:
-    """Angle (rad) by which the phase turns from block to block; amplitudes of 0 are unknown."""
-    turns, agreement = np.linspace(-np.pi, np.pi, 401), np.zeros(401)
-    for apart in range(1, min(_APART, row.size - 1) + 1):
-        agreement += np.real(np.vdot(row[:-apart], row[apart:]) * np.exp(-1j * apart * turns))
-    return float(turns[np.argmax(agreement)])
-
-
-def _through(at: NDArray[np.intp], x: Floats, y: Floats) -> Floats:
-    """A smooth curve through points, continued straight beyond the first and the last of them."""
-    if x.size < 3:
-        return np.interp(at, x, y)
-    curve = interpolate.CubicSpline(x, y, bc_type="natural")
-    inside = np.clip(at, x[0], x[-1])
-    return np.asarray(curve(inside) + np.where(at < x[0], curve(x[0], 1), curve(x[-1], 1)) * (at - inside))
-
-
-def bend_of(values: Floats, lag: int, step: float, name: str) -> Floats:
-    """The second difference over `lag` samples to either side, 0 at the ends; of an acceleration that of its motion."""
-    bend = np.zeros(values.size)
-    if name == "force":
-        bend[lag:-lag] = values[2 * lag :] - 2.0 * values[lag:-lag] + values[: -2 * lag]
-    else:
-        triangle = np.bartlett(2 * lag + 1)[1:-1] * lag * step**2
-        bend[lag:-lag] = signal.oaconvolve(values, triangle, mode="same")[lag:-lag]
-    return bend
-
-
-def _standing_out(segments: float) -> float:
-    """The power, over the median one, that a bin of noise hardly ever exceeds: a sum of squares over the segments."""
-    segments = max(segments, 1.0)
-    return float(max(special.gammainccinv(segments, _BY_CHANCE) / special.gammaincinv(segments, 0.5), _STANDS_OUT))
-
-
-def _mains(frequency: Floats, power: Floats, peak: int) -> int:
-    """The bin of a multiple of 50 or 60 Hz, if the line might be there as well: quiet parts far apart allow both."""
-    for mains in (50.0, 60.0):
-        multiple = mains * max(1.0, round(float(frequency[peak]) / mains))
-        near = np.flatnonzero(np.abs(frequency - multiple) < 0.15)
-        if near.size and abs(frequency[peak] - multiple) < 0.7 and power[near].max() > 0.6 * power[peak]:
-            return int(near[np.argmax(power[near])])
-    return peak
-
-
-def _top_of(frequency: Floats, power: Floats, peak: int) -> float:
-    """The top of a parabola through the logarithms around a peak (Hz)."""
-    is_inside = 0 < peak < power.size - 1
-    return float(frequency[peak] + (vertex(np.log(power[peak - 1 : peak + 2])) if is_inside else 0.0) * frequency[1])

@@ -5,8 +5,8 @@ same inputs, range and bands:
 
     level = base + sum over the features f of weight_f log10(1 + f/scale_f),   number = level rounded, within 1 to 10
 
-It rises with every feature, logarithmically, as loudness does. A comment on `RISK` in the vocabulary says where the
-default values come from; `calibration.py` fits them to measured numbers.
+It rises with every feature, logarithmically, as loudness does. A comment on `RISK` says where the default values come
+from; `calibration.py` fits them to measured numbers.
 """
 
 import math
@@ -16,27 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.config.sections import Section, with_rows
-from stickslip_rig.vocabulary import RISK
+from stickslip_rig.quantities import RISK
 
-RPN_NAME = "model RPN, not the rig maker's"
-FORMULA = "base + sum of weight log10(1 + feature/scale) over sticks, acceleration_max and acceleration_integral"
 INPUTS = ("sticks", "acceleration_max", "acceleration_integral")
 LOWEST, HIGHEST = 1, 10
 BANDS = {"green": (1, 3), "yellow": (4, 5), "red": (6, 10)}  # the article's, page 4
 UNDEFINED = 0  # the code of the band where a feature is not known; the number is NaN
-_ROUNDED = 1e-5  # relative: a range is written with six digits
 
 
 class Risk(with_rows(Section, RISK)):  # type: ignore[misc]
-    """Parameters of the model RPN: base, and weight_ and scale_ of each of its three features.
-
-    lowest_, highest_ : of each feature among the pairs the model was calibrated with; None: not known.
-    """
-
-    @property
-    def is_calibrated(self) -> bool:
-        """True if the range of the pairs it was calibrated with is known, of any feature."""
-        return any(name.startswith(("lowest_", "highest_")) for name in self.resolved())
+    """Parameters of the model RPN: base, and weight_ and scale_ of each of its three features."""
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -56,19 +45,6 @@ class Risk(with_rows(Section, RISK)):  # type: ignore[misc]
     def number(self, inputs: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
         """The model RPN, a whole number from 1 to 10; NaN where a feature is not known."""
         return number_of(self.level(inputs))
-
-    def outside(self, inputs: Mapping[str, ArrayLike]) -> dict[str, NDArray[np.bool_]]:
-        """By feature, whether a value lies outside the range of the pairs the model was calibrated with.
-
-        inputs : as for `level`. False where no range is known, or no feature.
-        """
-        outside = {}
-        for name in INPUTS:
-            low, high = (getattr(self, f"{end}_{name}") for end in ("lowest", "highest"))
-            values = np.asarray(inputs[name], np.float64)
-            low, high = (math.nan if end is None else end for end in (low, high))
-            outside[name] = (values < low * (1.0 - _ROUNDED)) | (values > high * (1.0 + _ROUNDED))
-        return outside
 
 
 def decades(values: ArrayLike, scale: ArrayLike) -> NDArray[np.float64]:

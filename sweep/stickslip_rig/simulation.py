@@ -1,15 +1,27 @@
-"""Simulated rigs: records of tests as sensors would make them, and the features of a matrix of tests."""
+"""Simulated rigs: records of tests as sensors would make them, and the features of a matrix of tests.
+
+The plate moves in segments of constant acceleration: (duration in s, speed at its start in m/s, acceleration in m/s2).
+A test is a hold time (`waiting_time`), then reciprocating strokes, each followed by standstill (`dwell`).
+
+Sensors give evenly spaced samples, limited in bandwidth, with noise. The motion is sampled `oversampling` times as
+often as the record, where the acceleration is the mean over the time between two samples (the change of the velocity,
+so no jump of it is missed). There the sensor follows within its bandwidth, if it has one (a causal low-pass,
+Butterworth of order 4), and what is above the Nyquist frequency is removed before decimation: by a symmetric low-pass,
+flat to 0.82 of that frequency and 80 dB down from 0.98 of it on. So nothing is aliased, unless `oversampling` is 1.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy import signal  # type: ignore[import-untyped]
 
 from stickslip import engine
 from stickslip.config.grid import build_grid, options_of
@@ -20,20 +32,109 @@ from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, study_dataset
 from stickslip.errors import StoppedError
 from stickslip.studies.study import joined
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.flags import MODES, STATUSES
-from stickslip_rig import apparatus
-from stickslip_rig.checks import RigStudy
-from stickslip_rig.evaluation import PEAKS, features
-from stickslip_rig.quantities import EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
+from stickslip_rig.evaluation import PEAKS, features, rate, test_names
+from stickslip_rig.quantities import CONDITIONS, EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
 from stickslip_rig.records import make_record
-from stickslip_rig.sections import Drive, sections_of
-from stickslip_rig.signals import Floats
-from stickslip_rig.tables import rate, test_names
-from stickslip_rig.vocabulary import CONDITIONS
+from stickslip_rig.sections import PIECES, Drive, RigStudy, Sensor, sections_of
+from stickslip_rig.signals import Floats, band_limited
 
 _SAMPLES = 4_000_000  # of motions that are computed together
+_HALF_LENGTH = 32  # of the symmetric low-pass, in samples of the record
+_CUTOFF = 0.9  # of half the sampling rate: 6 dB down there
+_ATTENUATION = 80.0  # dB
 _REACHED = STATUSES.index("horizon_reached")
+
+
+# --- the plate --------------------------------------------------------------------------------------------------------
+
+
+def segments(drive: Drive, quantities: Mapping[str, float]) -> Floats:
+    """The segments of a test, shape (m, 3).
+
+    drive : of the profile "trapezoid" (from standstill to `belt_speed` within `ramp`, constant, and back) or "sine"
+        (half a period, with `belt_speed` in its middle, in straight pieces).
+    quantities : belt_speed, stroke, ramp, dwell, waiting_time.
+    """
+    stroke = _trapezoid(quantities) if drive.profile == "trapezoid" else _sine(quantities)
+    rest = np.array([[quantities["dwell"], 0.0, 0.0]])
+    there, back = np.concatenate([stroke, rest]), np.concatenate([stroke * (1.0, -1.0, -1.0), rest])
+    wait = np.array([[quantities["waiting_time"], 0.0, 0.0]])
+    whole = np.concatenate([wait, *(back if n % 2 else there for n in range(drive.strokes))])
+    return np.asarray(whole[whole[:, 0] > 0.0])
+
+
+def _trapezoid(quantities: Mapping[str, float]) -> Floats:
+    speed, ramp = quantities["belt_speed"], quantities["ramp"]
+    plateau = max(quantities["stroke"] / speed - ramp, 0.0)
+    return np.array([[ramp, 0.0, speed / ramp], [plateau, speed, 0.0], [ramp, speed, -speed / ramp]])
+
+
+def _sine(quantities: Mapping[str, float]) -> Floats:
+    """Speeds at the ends of the pieces lie on the sine; the stroke is that of the pieces, exactly."""
+    share = np.linspace(0.0, 1.0, PIECES + 1)
+    speed = quantities["belt_speed"] * np.sin(math.pi * share)
+    speed[-1] = 0.0
+    duration = quantities["stroke"] / np.trapezoid(speed, share)
+    piece = duration / PIECES
+    return np.stack([np.full(PIECES, piece), speed[:-1], np.diff(speed) / piece], axis=1)
+
+
+def motion(drive: Floats, time: Floats) -> tuple[Floats, Floats]:
+    """Speed and displacement of the plate at some times (s since the start of the drive)."""
+    ends = np.cumsum(drive[:, 0])
+    begins = ends - drive[:, 0]
+    ways = drive[:, 0] * (drive[:, 1] + 0.5 * drive[:, 0] * drive[:, 2])
+    at = np.minimum(np.searchsorted(ends, time, side="right"), len(drive) - 1)
+    since = time - begins[at]
+    speed = drive[at, 1] + drive[at, 2] * since
+    return speed, (np.cumsum(ways) - ways)[at] + since * 0.5 * (drive[at, 1] + speed)
+
+
+# --- the sensors ------------------------------------------------------------------------------------------------------
+
+
+def times(samples: int, sensor: Sensor) -> Floats:
+    """Times of the samples of a record, s since the first of `samples` samples of the motion."""
+    size = -(-(samples - 1) // sensor.oversampling)
+    return np.asarray((np.arange(size) + 0.5 / sensor.oversampling) / sensor.rate, np.float64)
+
+
+def accelerations(velocity: Floats, sensor: Sensor) -> Floats:
+    """Mean accelerations between the samples of the motion."""
+    return np.asarray(np.diff(velocity) * (sensor.rate * sensor.oversampling))
+
+
+def midway(values: Floats) -> Floats:
+    """Values between the samples of the motion, of something that does not jump."""
+    return np.asarray(0.5 * (values[1:] + values[:-1]))
+
+
+def sensed(values: Floats, sensor: Sensor, deviation: float = 0.0, noise: np.random.Generator | None = None) -> Floats:
+    """The sensor's record of a signal given between the samples of the motion.
+
+    deviation : of its white Gaussian noise, which is drawn from `noise`.
+    """
+    if sensor.bandwidth is not None:
+        values = band_limited(values, sensor.rate * sensor.oversampling, sensor.bandwidth)
+    if sensor.oversampling > 1:
+        padded = np.pad(values, _HALF_LENGTH * sensor.oversampling, mode="edge")
+        weights = _weights(int(sensor.oversampling))
+        values = signal.oaconvolve(padded, weights, mode="valid")[:: sensor.oversampling]
+    if noise is not None and deviation > 0.0:
+        values = values + noise.normal(0.0, deviation, values.size)
+    return np.asarray(values)
+
+
+@cache
+def _weights(oversampling: int) -> Floats:
+    """Of the symmetric low-pass."""
+    window = ("kaiser", signal.kaiser_beta(_ATTENUATION))
+    return np.asarray(signal.firwin(2 * _HALF_LENGTH * oversampling + 1, _CUTOFF / oversampling, window=window))
+
+
+# --- the tests --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -77,8 +178,8 @@ class RigTests(RigStudy):
         return test_names(xr.Dataset(coords=grid_coordinates(self.grid)), self.dims)
 
     def segments(self, number: int) -> Floats:
-        """The drive of a test, as `apparatus.segments` gives it."""
-        return apparatus.segments(self.drive, self._cell(number))
+        """The drive of a test, as `segments` gives it."""
+        return segments(self.drive, self._cell(number))
 
     def duration(self, number: int) -> float:
         """The duration of a test from the first stroke on, s."""
@@ -112,21 +213,21 @@ class RigTests(RigStudy):
     def _record(self, number: int, signals: Mapping[str, Floats], drive: Floats) -> xr.Dataset:
         """The sensors' record of a motion, from the first stroke on."""
         cell, sensor, noise = self._cell(number), self.sensor, self.noise(number)
-        acceleration = apparatus.accelerations(signals["velocity"], sensor)
-        spring = cell["stiffness"] * apparatus.midway(signals["displacement"])
+        acceleration = accelerations(signals["velocity"], sensor)
+        spring = cell["stiffness"] * midway(signals["displacement"])
         mass = float(scales_of(cell).mass)
-        friction = mass * acceleration + cell["damping"] * apparatus.midway(signals["velocity"]) + spring
+        friction = mass * acceleration + cell["damping"] * midway(signals["velocity"]) + spring
         sticks = (signals["mode"][1:] == MODES.index("stick")).astype(np.float64)
-        time = apparatus.times(signals["velocity"].size, sensor)
-        speed, way = apparatus.motion(drive, time + cell["waiting_time"])
+        time = times(signals["velocity"].size, sensor)
+        speed, way = motion(drive, time + cell["waiting_time"])
         sources: dict[str, Callable[[], Any]] = {
-            "spring_force": lambda: apparatus.sensed(spring, sensor, sensor.force_noise, noise),
-            "friction_force": lambda: apparatus.sensed(friction, sensor),
-            "acceleration": lambda: apparatus.sensed(acceleration, sensor, sensor.acceleration_noise, noise),
+            "spring_force": lambda: sensed(spring, sensor, sensor.force_noise, noise),
+            "friction_force": lambda: sensed(friction, sensor),
+            "acceleration": lambda: sensed(acceleration, sensor, sensor.acceleration_noise, noise),
             "drive_velocity": lambda: speed,
             "drive_displacement": lambda: way,
             # Through the same sensor, so that a stick ends where the force shows its end.
-            "stick": lambda: apparatus.sensed(sticks, sensor) > 0.5,
+            "stick": lambda: sensed(sticks, sensor) > 0.5,
         }
         recorded = {name: make() for name, make in sources.items() if name in self.recorded}
         conditions: dict[str, float | str] = {name: cell[name] for name in CONDITIONS if name in cell}

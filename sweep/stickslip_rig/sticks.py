@@ -19,7 +19,6 @@ from stickslip_rig.drive_motion import drive_velocity
 from stickslip_rig.records import condition_of, force_of
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.signals import (
-    Drops,
     Flags,
     Floats,
     Positions,
@@ -38,7 +37,6 @@ _WIDEST = 1 / 20  # of the record
 _CLEAR = 0.05  # of the largest force, beyond which its sign is that of the stroke
 _RARE = 0.2  # of the time between sticks: a drive does not rest for all but that
 _LEVEL = 0.02  # of a force, and of its rate in a stick: how far a constant one may wander
-_LOADED = 0.9  # of the median force of a stroke, from where on it may slide
 _FAST = 1.5  # of the loading rate in a stick: what changes faster is no stick
 _QUIET = 0.25  # of the tolerance: how much of it the noise of the slope may use up
 
@@ -268,35 +266,38 @@ class _Rates:
         return sharp_starts, sharp_ends
 
     def _with_slow_sticks(self, starts: Positions, ends: Positions) -> tuple[Positions, Positions, Flags, float]:
-        """The phases with those under a slow drive or one at rest; for the rest see `phases`."""
-        size, force, noise = self._force.size, np.abs(self._force), noise_of(self._force)
-        drops = find_drops(self._force, self._smallest_drop)
+        """The phases with those under a slow drive or one at rest, and the samples that are unclear.
+
+        From a drop of usual size to the next one the contact sticks, and before the first of a stroke. Usual is at
+        least half the size of those after which it sticks.
+        """
+        size, noise = self._force.size, noise_of(self._force)
+        drops, force = find_drops(self._force, self._smallest_drop), np.abs(self._force)
         bottoms = np.array([  # the first sample as low as the trough: that may lie anywhere on a noisy plateau
             a + int(np.argmax(force[a : b + 1] <= force[b] + 4.0 * noise))
             for a, b in zip(drops.starts.tolist(), drops.ends.tolist(), strict=True)
         ], np.intp)  # fmt: skip
-        other = ~within(starts, ends, size) & (np.abs(self._rate) <= _FAST * self._full)
-        for a, b in zip(drops.starts.tolist(), bottoms.tolist(), strict=True):
-            other[a : b + 1] = False
-        begins, stops = runs_of(other)
-        between = np.isin(begins - 1, ends) & np.isin(stops + 1, starts)
+        next_stick = np.append(starts, 2 * size)[np.searchsorted(starts, drops.starts + 1)]
+        again = next_stick - bottoms <= self._width
+        usual = drops.sizes >= 0.5 * float(np.median(drops.sizes[again])) if again.sum() > 1 else np.zeros_like(again)
+        begins, stops = np.append(0, bottoms + 1), np.append(drops.starts, size - 1)  # between drops
+        stroke = self._strokes()
+        first = np.append(-1, stroke[drops.starts]) != np.append(stroke[drops.starts], -1)  # of a stroke
+        follows = np.append(False, usual) | first & np.append(usual, False)
+        follows &= begins <= stops
+        slow = within(begins[follows], stops[follows], size) & (np.abs(self._rate) <= _FAST * self._full)
+        begins, stops = runs_of(slow & ~within(starts, ends, size))
         brief = max(self._width, int(np.median(bottoms - drops.starts)) if bottoms.size else 0)
-        lasting = between | (stops - begins >= brief)
-        begins, stops = begins[lasting], stops[lasting]
-        known = self._follow_drops(begins, drops, bottoms, starts)
-        unclear = self._unclear(within(begins[~known], stops[~known], size), noise)
-        order = np.argsort(np.concatenate([starts, begins[known]]), kind="stable")
-        slow = order >= starts.size
-        starts = np.concatenate([starts, begins[known]])[order]
-        ends = np.concatenate([ends, stops[known]])[order]
-        apart = starts[1:] - ends[:-1]
-        steady = np.abs(self._force[starts[1:]] - self._force[ends[:-1]]) <= (
-            _FAST * self._full * self._step * apart + 6.0 * noise
-        )
+        lasting = np.isin(begins - 1, ends) & np.isin(stops + 1, starts) | (stops - begins >= brief)
+        fast, begins, stops = starts, begins[lasting], stops[lasting]
+        starts, ends = np.sort(np.append(starts, begins)), np.sort(np.append(ends, stops))
+        gaps, is_fast = starts[1:] - ends[:-1], np.isin(starts, fast)
         last = np.append(bottoms, -1)[np.searchsorted(drops.starts, starts[1:]) - 1]  # of the drops before
-        together = (apart <= self._width) & steady & (last <= ends[:-1]) | (apart <= 1) & (slow[1:] | slow[:-1])
+        together = (gaps <= self._width) & (last <= ends[:-1]) | (gaps <= 1) & ~(is_fast[1:] & is_fast[:-1])
         starts, ends = _joined(starts, ends, together)
-        return starts, ends, unclear, self._rest(within(starts, ends, size))
+        sticks = within(starts, ends, size)
+        slides = ~sticks & ~within(drops.starts, bottoms, size)
+        return starts, ends, self._unclear(slides, noise), self._rest(sticks)
 
     def _rest(self, sticking: Flags) -> float:
         """Time (s) that a drive at full speed would have saved to load the spring as far."""
@@ -305,46 +306,22 @@ class _Rates:
         long = ends - starts > 2 * self._width
         return self._step * float(np.sum(1.0 - share[within(starts[long], ends[long], share.size)]))
 
-    def _follow_drops(self, begins: Positions, drops: Drops, bottoms: Positions, starts: Positions) -> Flags:
-        """True for positions that follow a drop of usual size, or precede one as the first of a stroke.
-
-        Usual is at least half the size of those after which the contact sticks.
-        """
-        next_stick = np.append(starts, 2 * self._force.size)[np.searchsorted(starts, drops.starts + 1)]
-        sticks_again = next_stick - bottoms <= self._width
-        if np.count_nonzero(sticks_again) < 2:
-            return np.zeros(begins.size, np.bool_)
-        usual = drops.sizes >= 0.5 * float(np.median(drops.sizes[sticks_again]))
-        stroke, after = self._strokes(), np.searchsorted(drops.starts, begins, "right")
-        own = np.concatenate([[-1], stroke[drops.starts], [-1]])  # none before the first drop and after the last
-        usual = np.concatenate([[False], usual, [False]])
-        here = stroke[begins]
-        before = own[after] == here
-        return np.where(before, usual[after], (own[after + 1] == here) & usual[after + 1])
-
     def _strokes(self) -> Positions:
         """For each sample, how often the force had changed its sign, by more than noise."""
         clear = np.flatnonzero(np.abs(self._force) > _CLEAR * np.abs(self._force).max())
         turns = clear[1:][np.diff(np.sign(self._force[clear])) != 0]
         return np.searchsorted(turns, np.arange(self._force.size), "right")
 
-    def _unclear(self, inside: Flags, noise: float) -> Flags:
-        """Samples of a constant force up to a reversal of the drive or the end, and of its rise after one."""
-        unclear = np.zeros(inside.size, np.bool_)
-        turns = np.flatnonzero(np.diff(self._strokes())) + 1
-        inside[turns] = False
-        lasting = min(4 * self._width + 1, inside.size - 2) | 1
+    def _unclear(self, slides: Flags, noise: float) -> Flags:
+        """Samples of a constant force, as far as it lasts up to a reversal of the drive or the end."""
+        unclear, lasting = np.zeros(slides.size, np.bool_), min(4 * self._width + 1, slides.size - 2) | 1
+        slides[np.flatnonzero(np.diff(self._strokes())) + 1] = False
         resting = np.abs(slope(self._force, self._step, lasting)) <= _LEVEL * self._full
-        starts, ends = runs_of(inside)
-        for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-            part = np.abs(self._force[start : end + 1])
-            if start - 1 in turns:
-                rising = int(np.argmax(part >= _LOADED * np.median(part)))
-                unclear[start - 1 : start + rising] = True
+        for start, end in zip(*(places.tolist() for places in runs_of(slides)), strict=True):
             quiet = np.flatnonzero(resting[start : end + 1])
             if quiet.size <= lasting:
                 continue
-            part = part[: int(quiet[-1]) + 1]
+            part = np.abs(self._force[start : start + int(quiet[-1]) + 1])
             value = float(np.median(part[-lasting:]))
             away = np.flatnonzero(np.abs(part - value) > max(5.0 * noise, _LEVEL * value))
             first = int(away[-1]) + 1 if away.size else 0

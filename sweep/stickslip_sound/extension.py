@@ -27,7 +27,7 @@ def sound_of_cell(
     seconds, slow, transient : as for `sound.of`. at : which cell, as for `ds.stickslip.cell`. Sounds of cells can be
     compared.
     """
-    from stickslip.config.select import shared_by
+    from stickslip.config.grid import shared_by
     from stickslip_sound.making import of
 
     cell, how = ds.stickslip.cell(**at), shared_by(ds)

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
-from stickslip.theory.ageing import static_friction
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.theory.contacts import static_friction
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_with
 from stickslip_sound.cycles import RTOL, cycles_of

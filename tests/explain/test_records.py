@@ -58,7 +58,7 @@ def observation(record, unknown=("stiffness", "a3"), **at):
     """What a configuration that is resolved says of a record."""
     said = observed(record, rig.make_rig(RIG).at(**at), unknown, scatter=False)
     at = {name: value for name, value in (RIG["system"] | at).items() if name not in unknown}
-    return at | {"record": "felt.csv", "drive": rig.make_rig(RIG).at(**at).resolved()} | said._asdict()
+    return at | {"record": "felt.csv", "drive": rig.make_rig(RIG).at(**at).resolved()} | said
 
 
 @cache

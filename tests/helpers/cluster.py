@@ -9,7 +9,7 @@ from pathlib import Path
 
 BLOCK = 64  # cells
 PRELOAD = Path(__file__).parents[1] / "sweep" / "runs" / "worker_preload.py"
-CLI = f"from stickslip.runs import blocks; blocks._FEWEST, blocks._BLOCKS = {BLOCK}, 10**9\n"
+CLI = f"from stickslip.runs import work; work._FEWEST, work._BLOCKS = {BLOCK}, 10**9\n"
 CLI += "from stickslip.cli import main; main(prog_name='stickslip')"
 
 

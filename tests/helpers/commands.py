@@ -27,3 +27,10 @@ def commands_of(group=main, before=""):
         if isinstance(command, click.Group):
             commands |= commands_of(command, f"{before}{name} ")
     return commands
+
+
+def told(*arguments: object, code: int = 0) -> str:
+    """All that a command prints that ends with this code."""
+    done = call(*arguments)
+    assert done.exit_code == code, done.output
+    return done.output

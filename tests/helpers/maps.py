@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from stickslip.dataset.build import cell_coordinates, evaluated_dataset, map_dataset, variable_of
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import cell_coordinates, evaluated_dataset, map_dataset, provenance, variable_of
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 

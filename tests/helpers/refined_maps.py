@@ -11,9 +11,9 @@ from stickslip import engine
 from stickslip.config.grid import build_grid, options_of
 from stickslip.config.model import Config
 from stickslip.config.reader import make_config
-from stickslip.runs.memory import compute_study
+from stickslip.runs.threads import compute_study
 from stickslip.runs.work import study_of
-from stickslip.studies.refinement import RefinedMap
+from stickslip.studies.refine import RefinedMap
 from stickslip.studies.study import joined
 
 _RANGE = 2**16  # cells computed or painted together

@@ -1,6 +1,8 @@
 """Runs stopped on the way, and results compared to the bit."""
 
 import os
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -63,3 +65,24 @@ def with_axes(path, stiffness, speeds):
 
 
 FEW, MANY = [1.0, 2.0, 5.0], [0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 9.0]
+
+
+# --- in processes of their own ----------------------------------------------------------------------------------------
+
+
+def environment(**more):
+    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONWARNINGS": "ignore"} | more
+
+
+def started(*arguments, **options):
+    """The command, under way."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment()}
+    return subprocess.Popen([sys.executable, "-m", "stickslip", *map(str, arguments)], **pipes | options)
+
+
+def called(*arguments, **options):
+    """Its exit code, and what it wrote to both channels."""
+    process = started(*arguments, **options)
+    out, errors = process.communicate(timeout=120)
+    assert "Traceback" not in errors, errors
+    return process.returncode, out, errors

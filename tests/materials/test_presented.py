@@ -5,14 +5,13 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from stickslip import plots
-from stickslip.cli import main
 from stickslip.plots.layout import fit, resize
 from stickslip.plots.options import inches, marks_in
-from stickslip_materials.compare.page import material_page
+from stickslip_materials.compare.table import material_page
 
 NAMES = [
     "Fett A (lithiumverseift, Öl ISO VG 68)", "Gleitlack Größe 2 – äußere Führung Süd", "PTFE", "Trocken", "Wachs $1$",
@@ -28,10 +27,6 @@ axes:
   stiffness: {start: 100 N/m, stop: 10000 N/m, num: 6, spacing: log}
   belt_speed: {start: 10 mm/s, stop: 1200 mm/s, num: 8}
 """
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +138,7 @@ def test_marks_in_python_come_from_the_same_table(folder):
 
 def test_levels_are_drawn_as_levels_by_command_page_and_python(tmp_path):
     from stickslip.files import writing
-    from stickslip.plots.pages.result import pictures_of
+    from stickslip.plots.pages import pictures_of
 
     coordinates = {"stiffness": [1.0, 2.0], "belt_speed": [0.1, 0.2, 0.3]}
     ds = stickslip.sweep(

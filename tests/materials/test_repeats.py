@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.nightly import few
-from stickslip.cli import main
 from stickslip.errors import ConfigError
 from stickslip.theory import loss_of_stability, stribeck
 from stickslip_materials.fit import draw_curves, fit_curve, fit_materials, fit_repeats
@@ -15,10 +14,6 @@ SPEEDS = np.geomspace(5e-4, 0.2, 12)
 TRUE = {"a1": 0.12, "a2": 0.2, "a3": 0.08, "a4": 0.01}
 DAMPING, LOAD = 0.5, 10.0
 SYSTEM = {"mass": 0.1, "stiffness": 5000.0, "normal_load": LOAD, "damping": DAMPING}
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 def border(a2, a3, a4, **_):

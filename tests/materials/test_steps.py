@@ -2,19 +2,14 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.theory import stribeck
 from stickslip_materials.fit import CURVE_COLUMNS, read_points, step_points
 
 CURVE = {"a1": 0.12, "a2": 0.2, "a3": 0.08, "a4": 0.01}
 SPEEDS = np.array([1, 2, 5, 10, 20, 50, 100, 200, 50, 10]) / 1000  # m/s
 RATE = 50  # samples a second
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 def record(speeds=SPEEDS, seconds=20.0, ramp=1.0, noise=0.01, memory=0.5, unrest=0.0, seed=1):

@@ -1,6 +1,8 @@
 """However the same points are written, they are read to the same numbers, or refused: never to others."""
 
+import csv
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 
 from stickslip.errors import ConfigError
 from stickslip_materials.fit import Wanted, read_materials
-from stickslip_materials.fit.points import kind_of
+from stickslip_rig.api import read_record
 
 SPELLINGS = {  # of units of speed, with what they are in m/s
     Fraction(1, 1000): (
@@ -91,7 +93,7 @@ def test_the_same_points_are_read_to_the_same_numbers_or_refused(
     path.write_bytes(end.join(lines).encode(encoding, "replace"))
     wanted = Wanted()
     try:
-        found = read_materials(path, kind_of(path, wanted), wanted)
+        found = read_materials(path, None, wanted)
     except ConfigError:
         return
     assert mute is None, "a unit that nobody understands was read"
@@ -107,7 +109,7 @@ def test_every_spelling_of_a_unit_is_read(unit, place, tmp_path):
     name, size = unit
     path = tmp_path / "points.csv"
     path.write_text(f"{place.format('speed', name)};mu\n" + "".join(f"{i};0.{i}\n" for i in range(1, 5)), "utf-8")
-    (one,) = read_materials(path, kind_of(path, Wanted())).values()
+    (one,) = read_materials(path, None).values()
     assert one["speed"].tolist() == pytest.approx([float(i * size) for i in range(1, 5)], rel=1e-15) and not one.assumed
 
 
@@ -118,4 +120,60 @@ def test_a_unit_that_is_not_understood_is_an_error(unit, place, tmp_path):
     first, _, below = place.format("speed", unit).partition("\n")
     path.write_text(f"{first};mu\n" + (f"{below};-\n" if below else "") + "1;0.3\n2;0.2\n3;0.1\n4;0.1\n", "utf-8")
     with pytest.raises(ConfigError):
-        read_materials(path, kind_of(path, Wanted()))
+        read_materials(path, None)
+
+
+# --- files as instruments write them, and what must come out of each: tests/data/instruments/expected.csv ------------
+
+FOLDER = Path(__file__).parents[1] / "data" / "instruments"
+EXPECTED = list(csv.DictReader((FOLDER / "expected.csv").read_text(encoding="utf-8").splitlines()))
+
+
+def workbook(text, path):
+    """The same table as a workbook, its numbers as numbers."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in csv.reader(text.splitlines(), delimiter=";"):
+        book.active.append([number(cell) for cell in row])
+    book.save(path)
+
+
+def number(text):
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return text or None
+
+
+def points_of(path, options):
+    wanted = Wanted(**dict(one.split("=") for one in options.split("|") if one))
+    return read_materials(path, None, wanted)
+
+
+@pytest.mark.parametrize("row", EXPECTED, ids=[row["file"] for row in EXPECTED])
+def test_a_file_of_an_instrument_is_read_right_or_refused(row, tmp_path):
+    path = FOLDER / row["file"]
+    if path.suffix == ".xlsx":
+        raw = path.with_suffix(".csv").read_bytes()
+        path = tmp_path / path.name
+        workbook(raw.decode("cp1252" if b"\xfc" in raw or b"\xdf" in raw else "utf-8"), path)
+    if row["kind"] == "refused":
+        with pytest.raises(ConfigError):
+            points_of(path, row["options"])
+        return
+    first, last, y = (float(row[name]) for name in ("first_x", "last_x", "first_y"))
+    if row["kind"] == "record":
+        record = read_record(path)
+        force = record[row["materials"].split("|")[0]]
+        assert "|".join(record.data_vars) == row["materials"] and record.sizes["time"] == int(row["points"])
+        assert record["time"].values[[0, -1]].tolist() == pytest.approx([first, last]) and float(force[0]) == y
+        assert float(record.get("normal_load", 0.0)) == float(row["load"] or 0)
+        return
+    found = points_of(path, row["options"])
+    assert "|".join(found) == row["materials"]
+    for points in found.values():
+        x = points["time" if row["kind"] == "ageing" else "speed"]
+        assert len(x) == int(row["points"]) and x[[0, -1]].tolist() == pytest.approx([first, last], rel=1e-12)
+        assert not points.assumed
+        assert not row["load"] or f"divided by {row['load']} N" in " ".join(points.notes)
+    assert next(iter(found.values()))["mu"][0] == pytest.approx(y, rel=1e-12)

@@ -81,7 +81,6 @@ CASES = {
     "force 1 N too high": (lambda rec: changed(rec, lambda _, f: f + 1.0), "zero"),
     "force drifting by 3 N": (lambda rec: changed(rec, lambda t, f: f + 3 * t / t[-1]), "zero"),
     "acceleration dead": (lambda rec: changed(rec, None, lambda _, a: 0 * a), "dead channel"),
-    "acceleration 10 ms late": (lambda rec: changed(rec, None, lambda _, a: np.roll(a, 20)), "channels"),
     "clock 1 % slower at the end": (lambda rec: rec.assign_coords(time=rec.time * (1 + rec.time / 2700)), "clock"),
 }  # fmt: skip
 

@@ -106,13 +106,6 @@ def test_the_displacement_of_the_specimen_is_not_taken_for_that_of_the_drive(noi
     assert "drive_displacement turns back whenever the force drops" in remarks(found)
 
 
-def test_force_and_acceleration_that_are_swapped_are_said():
-    force, acceleration = teeth(), shocks()
-    assert "columns" not in remarks(evaluated(force, acceleration=acceleration))
-    found = evaluated(acceleration, acceleration=force)
-    assert "swapped" in remarks(found) and np.isnan(float(found["sticks"]))
-
-
 def test_sticks_and_drops_that_do_not_belong_together_are_said():
     """Spikes as long as a slip are no samples that one could leave out."""
     force = teeth()

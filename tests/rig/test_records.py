@@ -41,15 +41,6 @@ def test_units_are_those_of_the_header_and_conditions_those_of_the_remarks(tmp_p
     assert found["acceleration"].attrs["units"] == "m s-2"
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
-def test_the_encoding_does_not_matter(tmp_path, encoding):
-    path = tmp_path / "felt.csv"
-    rows = [f"{t};1;{t / 2:g};".replace(".", ",") for t in range(20)]  # with the empty cell of a spreadsheet
-    path.write_bytes("\r\n".join(["sep=;", "Time [ms];Force [N];a [m/s²];", *rows]).encode(encoding))
-    found = read_record(path)
-    assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
-
-
 def test_a_configuration_names_columns_units_and_conditions(tmp_path):
     config = tmp_path / "rig.yaml"
     config.write_text(
@@ -89,7 +80,6 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
     "heading, rows, expected",
     [
         (GOOD, [*ROWS, "20, x, 0"], "felt.csv:22:5: force [N]: got 'x', expected a number"),
-        (GOOD, [*ROWS, "20, , 0"], "felt.csv:22:5: force [N]: empty, expected a number"),
         (GOOD, [*ROWS, "20, nan, 0"], "a signal has no gaps"),
         (GOOD, [*ROWS, "20, 1"], "felt.csv:22:5: got 2 values, expected 3, one for each column (commas separate them)"),
         (GOOD, ["0,0, 0,1, 0,2", *ROWS], "so write decimal points"),
@@ -102,7 +92,6 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
             ROWS,
             "felt.csv:1:1: got 'time [N]', expected the unit of a time\n  hint: N is a unit of force",
         ),
-        ("time [furlong], force, a", ROWS, "expected the unit of a time"),
         ("time, force, a [kg]", ROWS, "expected the unit of an acceleration\n  hint: kg is a unit of mass"),
         ("time, forze, a", ROWS, "felt.csv:1:7: got 'forze', expected time, force"),
         ("time, forze, a", ROWS, "did you mean 'force'?"),
@@ -117,15 +106,6 @@ def test_the_force_of_the_spring_comes_from_friction_and_mass():
 def test_what_is_wrong_is_said_with_line_and_column(tmp_path, heading, rows, expected):
     said = complaint(read_record, write(tmp_path, heading, rows))
     assert expected in said, said
-
-
-def test_files_that_are_none(tmp_path):
-    assert "no such file" in complaint(read_record, tmp_path / "none.csv")
-    assert "this is a folder" in complaint(read_record, tmp_path)
-    (tmp_path / "zip.csv").write_bytes(b"PK\x03\x04" + bytes(40))
-    assert "this is an archive" in complaint(read_record, tmp_path / "zip.csv")
-    (tmp_path / "empty.csv").write_text("# nothing\n\n")
-    assert "no line names the columns" in complaint(read_record, tmp_path / "empty.csv")
 
 
 def test_units_in_two_places_must_agree(tmp_path):
@@ -196,6 +176,15 @@ def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
     assert feature_table({"a": measured, "b": again}, Settings()).sizes["record"] == 2
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
+def test_the_encoding_does_not_matter(tmp_path, encoding):
+    path = tmp_path / "felt.csv"
+    rows = [f"{t};1;{t / 2:g};".replace(".", ",") for t in range(20)]  # with the empty cell of a spreadsheet
+    path.write_bytes("\r\n".join(["sep=;", "Time [ms];Force [N];a [m/s²];", *rows]).encode(encoding))
+    found = read_record(path)
+    assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
+
+
 @pytest.mark.parametrize(
     "heading, names",
     [
@@ -210,11 +199,3 @@ def test_records_of_german_and_of_our_headings_are_one_table(tmp_path):
 def test_headings_of_three_languages(tmp_path, heading, names):
     found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
     assert list(found.data_vars) == names
-
-
-@pytest.mark.parametrize(
-    "heading", ["time [Ms]; force; a", "time; force [Kilo]; a", "t [s]; force [N]; a [m/s]", "time; F x; a"]
-)
-def test_a_unit_of_a_record_that_is_not_understood_is_an_error(tmp_path, heading):
-    with pytest.raises(ConfigError):
-        read_record(write(tmp_path, heading, [f"{t};{t};{t}" for t in range(20)]))

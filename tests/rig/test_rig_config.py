@@ -10,8 +10,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.reader import command_for, load_config, parse_config
 from stickslip.errors import ConfigError
 from stickslip_rig.api import load_rig
-from stickslip_rig.checks import MOST_TESTS
-from stickslip_rig.sections import sections_of
+from stickslip_rig.sections import MOST_TESTS, sections_of
 
 SYSTEM = "system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}\n"
 FRICTION = "friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}\n"
@@ -35,7 +34,6 @@ def refused(text, read=parse_rig):
     [
         ("  ramp: 3 s\n", "my.yaml:5:9: drive.ramp: got 3 s, expected at most stroke/belt_speed = 2 s"),
         ("  profile: square\n", "my.yaml:5:12: drive.profile: got 'square', expected trapezoid or sine"),
-        ("  dwell: -1 s\n", "my.yaml:5:10: drive.dwell: got '-1 s', expected a time of at least 0 s"),
         ("  strokes: 0\n", "my.yaml:5:12: drive.strokes: got 0, expected a whole number from 1 to 10000"),
         ("  dwel: 1 s\n", "my.yaml:5:3: drive.dwel: unknown key, expected profile, strokes"),
         ("start: {velocity: 0}\n", "my.yaml:5:9: start.velocity: expected none: a rig starts sticking"),
@@ -52,11 +50,8 @@ def refused(text, read=parse_rig):
         ("  profile: sine\n  ramp: 1 s\n", "my.yaml:6:9: drive.ramp: got a ramp with the profile sine, expected none"),
         ("sensor: {rate: 1 GHz}\n", "my.yaml:5:16: sensor.rate: the longest test (12.12 s) takes 9.7e+10 samples"),
         ("sensor: {rate: 0.5 Hz}\n", "my.yaml:5:16: sensor.rate: the shortest test (12.12 s) has 6 samples"),
-        ("sensor: {rate: 0}\n", "my.yaml:5:16: sensor.rate: got 0, expected a frequency above 0 1/s"),
         ("sensor: {bandwidth: 500 Hz}\n", "my.yaml:5:21: sensor.bandwidth: got 500 Hz, expected less than half the"),
         ("features: {bandwidth: 2 kHz}\n", "my.yaml:5:23: features.bandwidth: got 2000 Hz, expected less than half"),
-        ("sensor: {force_noise: -1 N}\n", "my.yaml:5:23: sensor.force_noise: got '-1 N', expected a force from 0 to"),
-        ("sensor: {oversampling: 0}\n", "my.yaml:5:24: sensor.oversampling: got 0, expected a whole number from 1"),
         ("record: {}\n", "my.yaml:5:1: record: unknown key, expected title, system"),
     ],
 )
@@ -72,12 +67,6 @@ def test_the_speed_of_the_drive_is_above_zero(speed):
     assert "system.belt_speed" in line and "expected a speed above 0 m/s, that of the drive" in line
     (line, _) = refused(TEXT.replace(", belt_speed: 10 mm/s", "") + f"axes: {{belt_speed: [{speed}, 1 m/s]}}\n")
     assert line.startswith("my.yaml:5:21: axes.belt_speed[0]: got ")
-
-
-def test_the_default_ramp_fits_into_the_stroke_too():
-    (line, _) = refused(TEXT.replace("stroke: 20 mm", "stroke: 0.1 mm"))
-    assert line == "my.yaml:3:1: drive.ramp: got 0.02 s, expected at most stroke/belt_speed = 0.01 s"
-    assert parse_rig(TEXT.replace("stroke: 20 mm", "stroke: 0.1 mm\n  profile: sine")).study.profile == "sine"
 
 
 def test_a_rig_is_no_map_and_a_map_no_rig(tmp_path):
@@ -98,13 +87,6 @@ def test_a_rig_is_no_map_and_a_map_no_rig(tmp_path):
 def test_a_map_has_no_drive_to_vary(axis):
     (line, _) = refused(MAP.replace("mass", "stiffness: 1, mass") + f"axes: {{{axis}}}\n", parse_config)
     assert line.endswith("stroke belongs to drive, which a map has not")
-
-
-def test_mistakes_of_the_rig_and_of_its_judges_are_reported_at_once_in_the_order_of_the_file():
-    text = TEXT.replace("20 mm\n", "-1\n") + "features: {bandwith: 2 kHz}\nrisk: {base: heavy}\ncolour: red\n"
-    lines = [line for line in refused(text) if not line.startswith("  hint")]
-    assert [line.split(": ")[1] for line in lines] == ["drive.stroke", "features.bandwith", "risk.base", "colour"]
-    assert [int(line.split(":")[1]) for line in lines] == [4, 5, 6, 7]
 
 
 def test_too_many_tests_are_refused_at_once():

@@ -8,7 +8,7 @@ import pytest
 from helpers.nightly import few
 from helpers.scipy_rig import Rig, trapezoidal
 from stickslip_rig.api import Risk, features, find_sticks, make_record
-from stickslip_rig.tables import risk_inputs
+from stickslip_rig.evaluation import risk_inputs
 
 MASS, STIFFNESS, LOAD, SPEED = 0.1, 5000.0, 10.0, 0.01
 SIGNALS = ("spring_force", "friction_force", "acceleration", "drive_velocity", "stick")

@@ -9,7 +9,7 @@ import stickslip
 from helpers.rig_cases import data, exact, random_data, reference, rig
 from stickslip.vocabulary.flags import STATUSES
 from stickslip.vocabulary.models import CURVE_LAWS
-from stickslip_rig import apparatus
+from stickslip_rig import simulation as apparatus
 from stickslip_rig.api import RigTests, features, make_rig, run_matrix
 from stickslip_rig.quantities import EXACT, FEATURES
 from stickslip_rig.sections import Sensor, sections_of

@@ -1,4 +1,4 @@
-"""`listen`, `simulate` and `rig --sound`: what they say, and what they write."""
+"""`listen` and `simulate`: what they say, and what they write."""
 
 import json
 from io import BytesIO
@@ -23,12 +23,6 @@ title: pads
 system: {mass: 100 g, normal_load: 10 N}
 friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
 axes: {stiffness: [1 N/mm, 5 N/mm, 20 N/mm], belt_speed: [20 mm/s, 0.1 m/s, 0.5 m/s, 3 m/s]}
-"""
-RIG = """\
-title: A rig
-system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
-friction: {mu_start: 0.4, mu_reversal: 0.3, v_reversal: 100 mm/s, a4: 20 mm/s}
-drive: {stroke: 2 mm}
 """
 
 
@@ -216,41 +210,7 @@ def test_a_picture_of_a_sound_shows_its_tone():
     plots.plot_sound(np.zeros(44_100), rate).savefig(BytesIO(), format="png")  # silence
 
 
-# --- the rig ----------------------------------------------------------------------------------------------------------
-
-
-def test_tests_of_a_rig_are_heard_as_their_specimens_accelerate(tmp_path, monkeypatch):
-    """The record's own acceleration, at the rate of its sensor, is the same motion."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "rig.yaml").write_text(RIG + "sensor: {rate: 4 kHz, acceleration_noise: 1 m/s2}\n")
-    said = call("rig", "rig.yaml", "--sound", "test.wav", "-o", "features.nc")
-    rate, stored = wavfile.read("test.wav")
-    with xr.open_dataset("features.nc") as ds:
-        assert "sounds" in said and rate == 44_100
-        heard = np.abs(stored).max() / 32767 * sound.FULL_SCALE
-        assert heard == pytest.approx(float(ds["acceleration_max_exact"]), rel=0.15)
-    (tmp_path / "two.yaml").write_text(RIG.replace("mass: 100 g, ", "") + "axes: {mass: [100 g, 200 g]}\n")
-    call("rig", "two.yaml", "--sound", "sounds")
-    assert sorted(p.name for p in (tmp_path / "sounds").iterdir()) == ["test0.wav", "test1.wav"]
-    assert "name a folder" in call("rig", "two.yaml", "--sound", "two.wav", code=2)
-
-
-def test_measured_records_are_heard_beside_them(tmp_path, monkeypatch):
-    """Two records of 2 kHz, one of them twice as strong."""
-    monkeypatch.chdir(tmp_path)
-    times = np.arange(4000) / 2000.0
-    for name, strength in (("felt", 10.0), ("dry one", 20.0)):
-        a = strength * np.sin(2.0 * np.pi * 300.0 * times)
-        rows = "\n".join(f"{t:.6f},{1.0 + 0.1 * v:.6f},{v:.6f}" for t, v in zip(times, a, strict=True))
-        (tmp_path / f"{name}.csv").write_text(f"time [s],force [N],acceleration [m/s2]\n{rows}\n")
-    said = call(
-        "rig", "features", "felt.csv", "dry one.csv", "--load", "10 N", "--speed", "10 mm/s", "--sound", "heard"
-    )
-    assert "sounds" in said
-    assert sorted(p.name for p in (tmp_path / "heard").iterdir()) == ["dry_one.wav", "felt.wav"]
-    felt, dry = (wavfile.read(tmp_path / "heard" / name)[1] / 32767 for name in ("felt.wav", "dry_one.wav"))
-    assert felt.size == pytest.approx(2 * 44_100, abs=50)
-    assert np.abs(felt).max() == pytest.approx(0.1, rel=0.05) and np.abs(dry).max() == pytest.approx(0.2, rel=0.05)
+# --- records ----------------------------------------------------------------------------------------------------------
 
 
 def test_a_record_is_resampled_to_its_pitch():

@@ -12,7 +12,7 @@ import stickslip
 from article import FIGURES, Written, borders, gallery, make
 from article.recipe import cell, configuration, stick_slip_border
 from stickslip import theory
-from stickslip.config.examples import config_names
+from stickslip.config.resolve import config_names
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = 100_000  # bytes; plots are kept in the repository

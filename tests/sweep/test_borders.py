@@ -17,8 +17,8 @@ from stickslip import theory
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
-from stickslip.runs import blocks
-from stickslip.studies.borders import Looked, Scan, search_lines
+from stickslip.runs import work
+from stickslip.studies.search import Looked, Scan, search_lines
 from stickslip.vocabulary.flags import METHODS, REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
@@ -196,9 +196,6 @@ def test_a_dataset_of_borders_says_what_it_is():
     assert {"source", "history", "configuration"} <= set(ds.attrs)
 
 
-# --- configurations ---------------------------------------------------------------------------------------------------
-
-
 # --- the search alone, on labels we choose ----------------------------------------------------------------------------
 
 
@@ -294,23 +291,6 @@ def test_a_border_at_zero_is_found_to_a_share_of_the_range():
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"along": "belt_sped"}, "along: got 'belt_sped'"),
-        ({"between": (np.nan, 1.0)}, "between: got [nan, 1.0], expected a finite number in m/s"),
-        ({"along": "mu_stop", "between": (0.5, 2.0)}, "mu_stop[0]: got 2, expected at most mu_start"),
-        ({"along": "damping", "between": None}, "between: missing; cells need a range of damping"),
-        ({"scan": 1}, "scan: got 1, expected a whole number from 2 to"),
-        ({"cells_or_config": {"mass": 1.0}}, "stiffness is missing"),
-    ],
-)  # fmt: skip
-def test_bad_input_is_named_with_what_is_allowed(change, message):
-    asked = {"cells_or_config": PAIR | {"belt_speed": 0.1}, "along": "belt_speed", "between": BELT}
-    with pytest.raises(ValueError, match=re.escape(message)):
-        stickslip.border(**(asked | change))
-
-
-@pytest.mark.parametrize(
     ("text", "how", "message"),
     [
         (GOOD, {"along": "belt_speed"}, "between: missing; belt_speed is no axis of the configuration"),
@@ -368,7 +348,7 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
 def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
     cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
     whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(blocks, "_FEWEST", 16)
+    monkeypatch.setattr(work, "_FEWEST", 16)
     portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
     xr.testing.assert_equal(portions, whole)
 

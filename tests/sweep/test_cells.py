@@ -2,20 +2,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.quantities import PARAMETERS_OF
 
-PAIR = {
-    "mass": 1.0,
-    "stiffness": 10.0,
-    "normal_load": 1.0,
-    "belt_speed": 0.1,
-    "a1": 1.0,
-    "a2": 0.1,
-    "a3": 0.3,
-    "a4": 0.1,
-}
+PAIR = {"mass": 1.0, "stiffness": 10.0, "normal_load": 1.0, "belt_speed": 0.1}
+PAIR |= {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 
 
 def test_defaults_complete_a_cell():

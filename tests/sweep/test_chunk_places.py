@@ -9,7 +9,7 @@ import pytest
 import stickslip
 from helpers.maps import plane
 from stickslip.errors import StoreError
-from stickslip.files import reading, seal, writing
+from stickslip.files import chunks, reading, writing
 
 KINDS = ["nc", "zarr"]
 
@@ -75,12 +75,12 @@ def test_a_whole_variable_of_another_map_with_its_marks_is_refused(pair):
     for number in chunks_of(ours, "period"):
         copy_chunk(theirs, "period", number, ours, "period", number)
     if ours.is_dir():
-        shutil.copytree(theirs / seal.GROUP, ours / seal.GROUP, dirs_exist_ok=True)
+        shutil.copytree(theirs / chunks.GROUP, ours / chunks.GROUP, dirs_exist_ok=True)
         with pytest.raises(StoreError, match="is not what was written there"):
             stickslip.open(ours)
         return
     with h5py.File(theirs) as a, h5py.File(ours, "r+") as b:
-        b[seal.GROUP][seal.TABLE][...] = a[seal.GROUP][seal.TABLE][...]
+        b[chunks.GROUP][chunks.TABLE][...] = a[chunks.GROUP][chunks.TABLE][...]
     with pytest.raises(StoreError, match="is not what was written there"):
         stickslip.open(ours)
 
@@ -93,11 +93,11 @@ def test_an_axis_of_another_map_is_refused_when_the_file_is_opened(pair):
 
 def test_a_file_whose_marks_are_gone_is_refused(pair):
     if pair[0].is_dir():
-        shutil.rmtree(pair[0] / seal.GROUP)
+        shutil.rmtree(pair[0] / chunks.GROUP)
     else:
         with h5py.File(pair[0], "r+") as file:
-            del file[seal.GROUP]
-    with pytest.raises(StoreError, match=f"{seal.MARKED} is not there\nhint: .*{seal.SEAL}"):
+            del file[chunks.GROUP]
+    with pytest.raises(StoreError, match=f"{chunks.MARKED} is not there\nhint: .*{chunks.SEAL}"):
         stickslip.open(pair[0])
 
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.maps import plane
-from stickslip.files import filters, netcdf, reading, writing
+from stickslip.files import chunks, netcdf, reading, writing
+from stickslip.files.chunks import NOBODY_WROTE
 from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
-from stickslip.files.seal import NOBODY_WROTE
 
 TYPES = ("i1", "i4", "f8")
 
@@ -85,7 +85,7 @@ def test_a_checksum_is_that_of_the_plain_sums(data):
     for high, low in zip(data[::2], data[1::2] + b"\0", strict=False):
         simple = _folded(simple + (high << 8 | low))
         double = _folded(double + simple)
-    assert filters.fletcher32(np.frombuffer(data, np.uint8)) == double << 16 | simple
+    assert chunks.fletcher32(np.frombuffer(data, np.uint8)) == double << 16 | simple
 
 
 def _folded(total):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.dataset import coarse
-from stickslip.dataset.coarse import chunks, cut
+from stickslip.dataset.coarse import chunks
 
 
 def array(values) -> xr.DataArray:
@@ -79,9 +79,3 @@ def test_chunks_cover_every_cell_once_along_stored_ones(lengths, chunk, most):
         assert size <= max(most, chunk ** len(lengths))
         assert all(part.start % chunk == 0 for part in found.values())
     assert (counted == 1).all()
-
-
-def test_chunks_run_along_the_last_dimension_first():
-    found = list(cut({"y": 3, "x": 4}, {"y": 2, "x": 3}))
-    assert [(piece["y"].start, piece["x"].start) for piece in found] == [(0, 0), (0, 3), (2, 0), (2, 3)]
-    assert found[-1] == {"y": slice(2, 3), "x": slice(3, 4)}

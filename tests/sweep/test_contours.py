@@ -1,24 +1,21 @@
 """Contours of regimes, against closed forms, borders along single lines and SciPy."""
 
-import re
-
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
 import stickslip
-from helpers.configs import GOOD, write_config
+from helpers.configs import write_config
 from stickslip import theory
 from stickslip.config.reader import parse_config
 from stickslip.dataset.polylines import polylines
 from stickslip.engine import stop_flag
-from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.studies.borders import Contours, ContourStudy, fine_enough, opened
-from stickslip.studies.borders import plane as plane_search
-from stickslip.studies.borders.tracing import Crossing, Segment, chained, joined, meeting_points
-from stickslip.studies.borders.walk import Points, border_cells
+from stickslip.studies import plane as plane_search
+from stickslip.studies.contours import Contours, ContourStudy
+from stickslip.studies.lines import fine_enough, opened
+from stickslip.studies.tracing import Crossing, Points, Segment, border_cells, chained, joined, meeting_points
 from stickslip.vocabulary.flags import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
@@ -144,43 +141,6 @@ def test_a_plane_without_borders_has_no_lines_and_says_so(tmp_path):
     xr.testing.assert_equal(stickslip.open(writing.write(ds, tmp_path / "none.nc")).load(), ds)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"axes": None}, "axes: missing; cells need the names of the two parameters"),
-        ({"axes": ("belt_speed", "belt_speed")}, "expected a list of the names of two different parameters"),
-        ({"between": {"mass": (1, 2)}}, "between: got a range for 'mass', expected stiffness or belt_speed"),
-        ({"between": {"belt_speed": (1, 2)}}, "between: missing; cells need a range of stiffness"),
-        ({"points": 1}, "points: got 1, expected a whole number from 2 to"),
-    ],
-)
-def test_bad_input_is_named_with_what_is_allowed(change, message):
-    asked = {"cells_or_config": PAIR, "axes": ("stiffness", "belt_speed"),
-             "between": {"stiffness": (1.0, 2.0), "belt_speed": (0.1, 1.0)}}  # fmt: skip
-    with pytest.raises(ValueError, match=re.escape(message)):
-        stickslip.contours(**(asked | change))
-
-
-@pytest.mark.parametrize(
-    ("section", "message"),
-    [
-        ("{axes: [belt_speed]}", "contours.axes: got"),
-        ("{axes: [belt_speed, mas]}", "did you mean mass?"),
-        ("{between: {damping: [0, 1]}}", "contours.between: got a range for 'damping', expected"),
-        ("{axes: [damping, belt_speed]}", "damping is no axis of the configuration, so it needs a range"),
-        (
-            "{axes: [mu_stop, belt_speed], between: {mu_stop: [0, 2]}}",
-            "between.mu_stop: got [0, 2], expected at most",
-        ),
-    ],
-)
-def test_a_section_that_cannot_be_is_refused_with_its_line(section, message):
-    text = "\n".join(line for line in GOOD.splitlines() if "stiffness" not in line and "belt_speed" not in line)
-    text += "\naxes:\n  stiffness: {start: 1, stop: 2, num: 3}\n  belt_speed: {start: 0.1, stop: 1, num: 3}\n"
-    with pytest.raises(ConfigError, match=re.escape(message)):
-        parse_config(f"{text}contours: {section}\n")
-
-
 # --- the walk and the lines, on labels we choose ----------------------------------------------------------------------
 
 
@@ -196,11 +156,6 @@ def test_all_cells_of_a_circle_are_found_from_a_coarse_scan():
     corners = np.stack([whole[:-1, :-1], whole[1:, :-1], whole[:-1, 1:], whole[1:, 1:]])
     expected = np.argwhere((corners != corners[0]).any(axis=0))
     np.testing.assert_array_equal(cells[np.lexsort(cells.T[::-1])], expected)
-
-
-def test_a_loop_between_places_of_the_scan_is_missed():
-    points = labelled(lambda x, y: 1 + ((x - 0.31) ** 2 + (y - 0.31) ** 2 < 1e-3), 257)
-    assert len(border_cells(points, 5)) == 0 and len(border_cells(points, 65)) > 0
 
 
 @pytest.mark.parametrize(
@@ -228,13 +183,8 @@ def test_lines_run_from_end_to_end_with_the_smaller_label_on_the_left():
     open_line = [Segment(1, 0, 2, 1), Segment(1, 2, 1, 2), Segment(3, 2, 2, 1)]
     loop = [Segment(10, 11, 1, 3), Segment(11, 12, 1, 3), Segment(10, 12, 3, 1)]
     line, ring = chained(open_line + loop)
-    assert line.nodes == (0, 1, 2, 3) and (line.left, line.right) == (1, 2) and not line.closed
-    assert ring.closed and ring.nodes[0] == ring.nodes[-1] and set(ring.nodes) == {10, 11, 12}
-
-
-def test_lines_end_where_three_regimes_meet():
-    arms = [Segment(0, 9, 1, 2), Segment(1, 9, 2, 3), Segment(2, 9, 3, 1)]
-    assert sorted(chain.nodes for chain in chained(arms)) == [(0, 9), (1, 9), (9, 2)]
+    assert line.nodes == (0, 1, 2, 3) and (line.left, line.right) == (1, 2)
+    assert ring.nodes[0] == ring.nodes[-1] and set(ring.nodes) == {10, 11, 12}
 
 
 def test_the_point_where_three_labels_meet_is_closed_in_upon():

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from helpers.maps import axis, make_grid, make_map, make_results, plane
-from stickslip.dataset import provenance as made_by
-from stickslip.dataset.build import map_dataset, trace_dataset
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset import build as made_by
+from stickslip.dataset.build import map_dataset, provenance, trace_dataset
 from stickslip.vocabulary.flags import FLAGS, MODES, REGIMES, STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
@@ -85,13 +84,13 @@ def test_provenance_names_source_configuration_and_time():
 
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
-    """A git repository with one commit, in which provenance.py seems to lie."""
+    """A git repository with one commit, in which build.py seems to lie."""
 
     def git(*arguments):
         command = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", *arguments]
         return subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.strip()
 
-    file = tmp_path / "sweep/stickslip/dataset/provenance.py"
+    file = tmp_path / "sweep/stickslip/dataset/build.py"
     file.parent.mkdir(parents=True)
     file.write_text("")
     try:
@@ -104,22 +103,16 @@ def checkout(tmp_path, monkeypatch):
     return tmp_path, git("rev-parse", "HEAD")
 
 
-def test_source_names_the_commit_and_whether_files_differ_from_it(checkout):
+def test_source_names_the_commit_and_whether_files_differ_from_it_and_needs_no_git(checkout, monkeypatch):
     root, commit = checkout
     assert provenance("", title="")["source"].endswith(f"git {commit}")
-    (root / "sweep/stickslip/dataset/provenance.py").write_text("edited")
+    (root / "sweep/stickslip/dataset/build.py").write_text("edited")
     made_by._revision.cache_clear()
     assert made_by.git_revision() == f"{commit}-dirty"
-
-
-def test_provenance_needs_no_git(checkout, monkeypatch):
+    made_by._revision.cache_clear()
     monkeypatch.setenv("PATH", "")
-    assert made_by.git_revision() is None
-    assert "git" not in provenance("", title="")["source"]
-
-
-def test_an_installed_package_does_not_report_the_repository_around_it(checkout, monkeypatch):
-    root, _ = checkout
-    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset/provenance.py"
+    assert made_by.git_revision() is None and "git" not in provenance("", title="")["source"]
+    inside = root / ".venv/lib/python3.11/site-packages/stickslip/dataset/build.py"  # of a package that is installed
+    monkeypatch.undo()
     monkeypatch.setattr(made_by, "__file__", str(inside))
     assert made_by.git_revision() is None

@@ -10,7 +10,7 @@ from helpers.nightly import few
 from stickslip import sound
 from stickslip.config.reader import parse_config
 from stickslip.dataset.display import MapAxis
-from stickslip.plots.theory import over_plane
+from stickslip.plots.marks import by_formula
 from stickslip.vocabulary.flags import REGIMES
 from stickslip_sound.loudness import a_weighting
 
@@ -68,7 +68,7 @@ def test_a_cell_picked_out_of_a_map_is_the_cell_of_that_map(contact, map_of):
 @pytest.mark.parametrize("contact", MEMORY)
 def test_the_line_of_theory_over_few_cells_is_at_the_critical_stiffness(contact, map_of):
     ds = map_of(contact)
-    speeds, stiffness, ratio = over_plane(ds, "damping_ratio", MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness"))
+    speeds, stiffness, ratio = by_formula(ds, MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness"))
     some = slice(None, None, 16)
     cells = ds.stickslip.cell(stiffness=1e4, belt_speed=1.0) | {"belt_speed": speeds[some] * 1e-3}
     law = parse_config(ds.attrs["configuration"]).friction.law
@@ -82,14 +82,8 @@ def test_the_line_of_theory_over_few_cells_is_at_the_critical_stiffness(contact,
 
 
 def test_no_line_of_theory_is_made_up_where_cells_alone_know_it(map_of):
-    ds = map_of("curve")
-    assert over_plane(ds, "damping_ratio", MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness")) is None
-    assert (
-        over_plane(
-            map_of("bristles").drop_vars("a1"), "damping_ratio", MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness")
-        )
-        is None
-    )
+    for ds in (map_of("table"), map_of("bristles").drop_vars("a1")):
+        assert by_formula(ds, MapAxis(ds, "belt_speed"), MapAxis(ds, "stiffness")) is None
 
 
 @pytest.mark.slow

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from stickslip import engine
 from stickslip.engine import Options, compute
 from stickslip.engine import cells as maps
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, as_cells
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 
@@ -154,23 +153,6 @@ def test_a_kernel_under_way_leaves_within_a_moment_of_being_told(kernels):
     assert rows[0][1] == 0
 
 
-def test_blocks_are_queued_as_they_are_needed():
-    asked = []
-
-    class Slow(Cells):
-        def __getitem__(self, part):
-            asked.append(part.start)
-            time.sleep(0.01)
-            return super().__getitem__(part)
-
-    def stop_early(done, of):
-        if done:
-            raise KeyboardInterrupt
-
-    compute(Slow.of(mixed(2000)), Options(block=10, threads=1), stop_early)
-    assert len(asked) < 10
-
-
 def test_an_error_in_a_block_comes_out_as_it_is():
     class Broken(Cells):
         def __getitem__(self, part):
@@ -215,10 +197,3 @@ def test_blocks_hold_every_cell_once_and_in_order(size, threads, block):
     parts = list(engine.blocks(size, Options(threads=threads, block=block)))
     assert [n for part in parts for n in part] == list(range(size))
     assert all(0 < len(part) <= block for part in parts)
-
-
-def test_blocks_are_long_and_the_last_ones_short():
-    assert [len(part) for part in engine.blocks(10_000, Options(threads=1, block=4096))] == [4096, 4096, 1808]
-    shared = [len(part) for part in engine.blocks(100_000, Options(threads=2, block=4096))]
-    assert shared[0] == 4096 and shared[-1] <= 512 and shared == sorted(shared, reverse=True)
-    assert [len(part) for part in engine.blocks(600, Options(threads=2))] == [512, 88]

@@ -7,12 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.dataset import export
-from stickslip.errors import StoreError
 from stickslip.files import tables
 from stickslip_materials.fit import CURVE_COLUMNS, read_materials
 
@@ -26,10 +24,6 @@ axes:
   belt_speed: {start: 0.1, stop: 3, num: 4}
 friction: {a2: 0.1, a4: 0.1}
 """
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")
@@ -81,20 +75,6 @@ def test_a_table_larger_than_memory_is_written_a_chunk_at_a_time(tmp_path, monke
     np.testing.assert_array_equal(found["y"], np.repeat(np.arange(40), 700))
 
 
-def test_a_failing_write_leaves_the_good_table_as_it_was(small, tmp_path, monkeypatch):
-    target = tmp_path / "map.csv"
-    export.write_table(small, target, ["regime"])
-    before = target.read_bytes()
-
-    def fail(*_):
-        raise OSError("disk full")
-
-    monkeypatch.setattr(export, "_rounded", fail)
-    with pytest.raises(StoreError, match=r"map\.csv: cannot be written \(disk full\)"):
-        export.write_table(small, target)
-    assert target.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["map.csv"]
-
-
 RESULTS = {
     "cells": lambda: stickslip.evaluate({**CELL, "stiffness": [1.0, 10.0, 100.0]}),
     "borders": lambda: stickslip.border({**CELL, "stiffness": [1.0, 10.0]}, "belt_speed", (0.01, 5.0), scan=16),
@@ -142,12 +122,12 @@ def test_the_command_exports_what_is_asked_for(small, tmp_path, monkeypatch):
 def test_a_run_keeps_its_map_and_makes_the_table_of_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.yaml").write_text(MAP)
-    done = call("run", "small.yaml", "-o", "found.csv", "--no-plot")
+    done = call("run", "small.yaml", "-o", "found.csv")
     assert done.exit_code == 0, done.output
     assert {p.name for p in tmp_path.iterdir()} == {"small.yaml", "found.nc", "found.csv"}
     assert len(pd.read_csv("found.csv")) == 24
     (tmp_path / "found.csv").unlink()
-    again = call("run", "small.yaml", "-o", "found.csv", "--no-plot")
+    again = call("run", "small.yaml", "-o", "found.csv")
     assert "is complete already" in again.stdout and len(pd.read_csv("found.csv")) == 24
 
 

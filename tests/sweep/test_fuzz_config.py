@@ -19,7 +19,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, FitWarning, UnitWarning
-from stickslip.studies.uncertainty.inputs import Inputs
+from stickslip.studies.draws import Inputs
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF
 

@@ -6,9 +6,8 @@ import stickslip
 from stickslip.cli import main
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import parse_config
-from stickslip.dataset.build import map_dataset
+from stickslip.dataset.build import map_dataset, provenance
 from stickslip.dataset.coarse import chunks
-from stickslip.dataset.provenance import provenance
 from stickslip.dataset.summary import remark, summary, survey
 from stickslip.errors import ConfigError
 from stickslip.files import writing

@@ -12,7 +12,7 @@ from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
 from stickslip.plots import pages
 from stickslip.plots.fixed_values import fixed_values
-from stickslip.plots.pages.result import Picture, pictures_of, result_page
+from stickslip.plots.pages import Picture, pictures_of, result_page
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'
@@ -151,7 +151,7 @@ axes: {stiffness: [1 N/mm, 2 N/mm]}
 
 def test_parts_escape_their_text():
     columns = pages.Column(HOSTILE, HOSTILE), pages.Column("b", is_text=True)
-    html = pages.table(columns, [[HOSTILE, pages.Cell(HOSTILE, "green")]]) + pages.terms([(HOSTILE, HOSTILE)])
+    html = pages.table(columns, [[HOSTILE, pages.PageCell(HOSTILE, "green")]]) + pages.terms([(HOSTILE, HOSTILE)])
     html += pages.paragraph(HOSTILE) + pages.warning(HOSTILE) + pages.configuration(HOSTILE)
     assert "<script" not in html and html.count("&lt;script&gt;") == 9
 

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.contour import QuadContourSet
+from scipy.optimize import brentq
 
 from helpers.maps import axis, make_map, plane
 from helpers.plotted import legend_of, panels_of, speeds, stiffnesses
+from stickslip import theory
 from stickslip.dataset.build import axis_variable
 from stickslip.dataset.polylines import joined_crossings, matched
 from stickslip.errors import PlotError
@@ -15,19 +18,33 @@ from stickslip.vocabulary.quantities import QUANTITIES
 # --- linear theory ----------------------------------------------------------------------------------------------------
 
 
+def linear_borders_of(figure):
+    """Points (x, y) of the borders of linear theory, by level."""
+    contours = [one for one in figure.axes[0].collections if isinstance(one, QuadContourSet) and not one.filled]
+    return {one.levels[0]: np.concatenate([path.vertices for path in one.get_paths()]).T for one in contours}
+
+
 def test_linear_borders_lie_where_the_damping_ratio_is_zero_and_one():
     ds = make_map(axis("stiffness", np.geomspace(0.01, 10, 60), "log"), speeds(80), damping=0.2)
     figure = plot_map(ds)
     assert {"damping ratio 0 (linear)", "damping ratio 1 (linear)"} <= set(legend_of(figure))
-    levels = {}
-    for contour in figure.axes[0].collections[1:]:
-        points = np.concatenate([path.vertices for path in contour.get_paths() if len(path.vertices)])
-        found = ds["damping_ratio"].interp(
-            belt_speed=("p", points[:, 0]), stiffness=("p", points[:, 1])
-        )  # linear, as the contour is
-        levels[contour.levels[0]] = np.abs(found - contour.levels[0]).max()
-    assert set(levels) == {0.0, 1.0}
-    assert max(levels.values()) < 0.05
+    lines = linear_borders_of(figure)
+    assert set(lines) == {0.0, 1.0}
+    for level, (speed, stiffness) in lines.items():
+        slope = theory.stribeck_slope(speed, *(float(ds[name]) for name in ("a2", "a3", "a4")))
+        np.testing.assert_allclose(theory.damping_ratio(slope, 1.0, stiffness, 0.2, 1.0), level, atol=0.01)
+
+
+@pytest.mark.parametrize("law", ["stribeck", "rational", "stribeck_delta"])
+def test_a_refined_map_has_the_borders_of_the_closed_form(law):
+    """Most of its cells have no damping ratio; sliding loses stability where the curve has its minimum."""
+    ds = make_map(stiffnesses(), speeds(40), delta=1.0, damping=0.0).drop_vars("damping_ratio")
+    ds = ds.assign_attrs(refine_box=8, configuration=f"friction: {{law: {law}}}\n")
+    ((speed, _),) = linear_borders_of(plot_map(ds)).values()
+    a2, a3, a4 = (float(ds[name]) for name in ("a2", "a3", "a4"))
+    z = brentq(lambda z: a2 + a3 / a4 * theory.curve.weakening(law, z, 1.0)[1], 0.1, 10.0)
+    np.testing.assert_allclose(speed, z * a4, rtol=1e-3)
+    assert not linear_borders_of(plot_map(ds.drop_vars("mass"))), "of which theory knows too little"
 
 
 def test_borders_outside_the_map_are_neither_drawn_nor_promised():

@@ -12,7 +12,7 @@ from helpers.maps import plane
 from stickslip.dataset.summary import summary
 from stickslip.errors import StoreError
 from stickslip.files import reading, writing
-from stickslip.files.seal import SEAL
+from stickslip.files.chunks import SEAL
 from stickslip.plots import maps
 
 KINDS = ["nc", "zarr"]

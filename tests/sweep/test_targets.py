@@ -6,10 +6,9 @@ import stat
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
+from helpers.commands import call
 from helpers.configs import write_config
-from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import targets
 from stickslip.files.locations import location
@@ -20,7 +19,6 @@ COMPARED = ("--mass", "1 kg", "--stiffness", "1 N/m", "--load", "1 N")
 COMMANDS = {  # what writes a file: the words before its name, and the suffixes it may have
     "run -o": (("run", "c.yaml", "-o"), (".nc", ".zarr", ".csv")),
     "run --plot": (("run", "c.yaml", "-o", "map.nc", "--plot"), (".png", ".pdf")),
-    "run --report": (("run", "c.yaml", "-o", "map.nc", "--report"), (".html",)),
     "border -o": (("border", "c.yaml", "--along", "stiffness", "-o"), (".nc",)),
     "border --plot": (("border", "c.yaml", "--along", "stiffness", "--plot"), (".png",)),
     "contours -o": (("contours", "c.yaml", "-o"), (".csv",)),
@@ -43,7 +41,6 @@ COMMANDS = {  # what writes a file: the words before its name, and the suffixes 
     "rig run -o": (("rig", "run", "c.yaml", "-o"), (".nc",)),
     "rig run --plot": (("rig", "run", "c.yaml", "--plot"), (".png",)),
     "rig run --report": (("rig", "run", "c.yaml", "--report"), (".html",)),
-    "rig run --sound": (("rig", "run", "c.yaml", "--sound"), (".wav",)),
     "rig features -o": (("rig", "features", "r.csv", "-o"), (".csv", ".nc")),
     "rig features --plot": (("rig", "features", "r.csv", "--plot"), (".png",)),
     "explore --static": (("explore", "c.yaml", "--static"), (".html",)),
@@ -51,56 +48,36 @@ COMMANDS = {  # what writes a file: the words before its name, and the suffixes 
 }
 
 
-def a_device_behind_a_link(here, suffix):
-    os.symlink("/dev/null", here / f"x{suffix}")
-    return here / f"x{suffix}"
+def hostile_place(kind, here, suffix):
+    """A path at which nothing can be written, in a folder."""
+    place = here / f"x{suffix}"
+    match kind:
+        case "device behind a link" | "link to a link to a device":
+            os.symlink("/dev/null", place)
+            if "link to a link" in kind:
+                os.symlink(place, place := here / f"y{suffix}")
+        case "pipe":
+            os.mkfifo(place)
+        case "folder":
+            place.mkdir()
+        case "link to itself":
+            os.symlink(place, place)
+        case "place where nothing can be made":
+            place = Path(f"/proc/x{suffix}")
+        case "file in the place of the folder":
+            (here / "file").write_text("")
+            place = here / "file" / place.name
+        case "name too long":
+            place = here / f"{'x' * 256}{suffix}"
+        case "name that is not utf8":
+            place = here / f"\udcff{suffix}"
+    return place
 
 
-def a_link_to_a_link_to_a_device(here, suffix):
-    os.symlink(a_device_behind_a_link(here, suffix), here / f"y{suffix}")
-    return here / f"y{suffix}"
-
-
-def a_pipe(here, suffix):
-    os.mkfifo(here / f"x{suffix}")
-    return here / f"x{suffix}"
-
-
-def a_folder(here, suffix):
-    (here / f"x{suffix}").mkdir()
-    return here / f"x{suffix}"
-
-
-def a_link_to_itself(here, suffix):
-    os.symlink(here / f"x{suffix}", here / f"x{suffix}")
-    return here / f"x{suffix}"
-
-
-def a_place_where_nothing_can_be_made(_here, suffix):
-    return Path(f"/proc/x{suffix}")
-
-
-def a_file_in_the_place_of_the_folder(here, suffix):
-    (here / "file").write_text("")
-    return here / "file" / f"x{suffix}"
-
-
-def a_name_too_long(here, suffix):
-    return here / f"{'x' * 256}{suffix}"
-
-
-def a_name_that_is_not_utf8(here, suffix):
-    return here / f"\udcff{suffix}"
-
-
-HOSTILE = [
-    a_device_behind_a_link, a_link_to_a_link_to_a_device, a_pipe, a_folder, a_link_to_itself,
-    a_place_where_nothing_can_be_made, a_file_in_the_place_of_the_folder, a_name_too_long, a_name_that_is_not_utf8,
-]  # fmt: skip
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(one) for one in arguments])
+HOSTILE = (
+    "device behind a link", "link to a link to a device", "pipe", "folder", "link to itself",
+    "place where nothing can be made", "file in the place of the folder", "name too long", "name that is not utf8",
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -114,10 +91,10 @@ def test_what_cannot_be_written_is_refused_by_every_command_before_anything_is_r
     """No input is there, which would be told if it were read first."""
     command, suffixes = words
     for number, suffix in enumerate(suffixes):
-        for hostile in (a_device_behind_a_link, a_pipe, a_place_where_nothing_can_be_made):
-            folder = here / f"{number}{hostile.__name__}"
+        for kind in ("device behind a link", "pipe", "place where nothing can be made"):
+            folder = here / f"{number}{kind}"
             folder.mkdir()
-            place = hostile(folder, suffix)
+            place = hostile_place(kind, folder, suffix)
             before = {path: stat.S_IFMT(os.lstat(path).st_mode) for path in folder.iterdir()}
             done = call(*command, place)
             assert done.exit_code == 2 and not done.stdout, done.output
@@ -125,24 +102,24 @@ def test_what_cannot_be_written_is_refused_by_every_command_before_anything_is_r
             assert {path: stat.S_IFMT(os.lstat(path).st_mode) for path in folder.iterdir()} == before
 
 
-@pytest.mark.parametrize("hostile", HOSTILE, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("hostile", HOSTILE)
 @pytest.mark.parametrize("kind", targets.KINDS)
 def test_each_kind_of_file_is_refused_where_it_cannot_be_written(kind, hostile, tmp_path):
     for number, suffix in enumerate(targets.KINDS[kind].suffixes):
         folder = tmp_path / str(number)
         folder.mkdir()
-        place = hostile(folder, suffix)
+        place = hostile_place(hostile, folder, suffix)
         before = sorted(folder.rglob("*"))
         with pytest.raises(StoreError):
             targets.check_target(place, kind)
         assert sorted(folder.rglob("*")) == before
 
 
-@pytest.mark.parametrize("hostile", HOSTILE, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("hostile", HOSTILE)
 def test_nothing_but_a_regular_file_is_replaced_by_whatever_writes(hostile, tmp_path):
-    if hostile is a_name_that_is_not_utf8:
+    if hostile == "name that is not utf8":
         pytest.skip("can be written, but not told")
-    place = hostile(tmp_path, ".csv")
+    place = hostile_place(hostile, tmp_path, ".csv")
     with pytest.raises(StoreError), targets.replaced(place) as temporary:
         temporary.write_text("x")
     assert not list(tmp_path.glob(".*.part"))

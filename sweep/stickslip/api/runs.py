@@ -14,7 +14,7 @@ import xarray as xr
 from stickslip.config.model import Config
 from stickslip.config.reader import Given, as_config, make_config
 from stickslip.config.sections import HERE
-from stickslip.dataset.provenance import provenance
+from stickslip.dataset.build import provenance
 from stickslip.dataset.summary import table_remark
 from stickslip.engine import Progress, compute
 from stickslip.errors import ClusterError, ExtrapolationWarning, Interrupted
@@ -22,12 +22,11 @@ from stickslip.files.locations import location
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs import collecting, session
-from stickslip.runs.blocks import parse_shard
-from stickslip.runs.memory import compute_study
+from stickslip.runs.lock import Notice
 from stickslip.runs.session import OnError, Outcome, Request, request_for
-from stickslip.runs.work import MapStudy, study_of
-from stickslip.runs.workdir.lock import Notice
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.runs.threads import compute_study
+from stickslip.runs.work import MapStudy, parse_shard, study_of
+from stickslip.vocabulary.flags import STUDIES
 from stickslip.vocabulary.suggest import or_meant
 
 if TYPE_CHECKING:

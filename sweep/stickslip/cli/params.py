@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.exits import fail
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.cli.screen import fail
+from stickslip.vocabulary.flags import STUDIES
 
 if TYPE_CHECKING:
+    from stickslip.config.grid import Recipe
     from stickslip.config.model import Config
-    from stickslip.config.select import Recipe
     from stickslip.config.yaml import Setting
     from stickslip.files.locations import Location
     from stickslip.files.targets import Kind
@@ -46,7 +46,7 @@ class PathOrUrl(click.Path):
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """Files of this folder that could have been named."""
-        from stickslip.files.sniff import RESULTS, names_in
+        from stickslip.files.locations import RESULTS, names_in
 
         if self._expected == "configuration":
             return next_step()
@@ -117,7 +117,7 @@ def requested_table() -> Path | None:
 
 def next_step() -> str:
     """Text on the next thing to do in this folder."""
-    from stickslip.files.sniff import CONFIGURATIONS, names_in
+    from stickslip.files.locations import CONFIGURATIONS, names_in
 
     if here := names_in(Path(), CONFIGURATIONS):
         return f"Configurations in this folder: {', '.join(here)}"
@@ -136,27 +136,13 @@ def _setting(_context: click.Context, _option: click.Parameter, texts: tuple[str
         raise click.BadParameter(str(error)) from None
 
 
-class _Threads(click.IntRange):
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """A number, or auto as it is."""
-        return value if value == "auto" else super().convert(value, param, ctx)
-
-
 SET = screen.remembered_option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE", read=_setting,
     help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
 )  # fmt: skip
-THREADS = screen.remembered_option(
-    "--threads", type=_Threads(1), metavar="N|auto",
-    help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
-)  # fmt: skip
 OUTPUT = click.option(
     "-o", "--output", type=Target("result", "table"), callback=_result_beside,
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
-)  # fmt: skip
-DASK = click.option(
-    "--dask", metavar="ADDRESS",
-    help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
 )  # fmt: skip
 AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
@@ -188,14 +174,14 @@ def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those abo
 
 def config_file(path: Location) -> Any:
     """The file of a configuration: the one named or, with a notice, the one of the package that is called so."""
-    from stickslip.config.examples import existing_config
+    from stickslip.config.resolve import existing_config
 
     return _noticed(path, existing_config(path)) if isinstance(path, Path) else path
 
 
 def points_file(path: Path) -> Path:
     """A table of measured points: the file named or, with a notice, the one of the package that is called so."""
-    from stickslip.config.examples import points_path
+    from stickslip.config.resolve import points_path
 
     return _noticed(path, points_path(path))
 
@@ -207,7 +193,7 @@ def _noticed(path: Path, file: Path) -> Path:
 
 
 def configuration(path: Location) -> Config:
-    """The configuration in a file, with `--set` and `--threads` put in. Raises ConfigError."""
+    """The configuration in a file, with `--set` put in. Raises ConfigError."""
     from stickslip.config.reader import load_config
 
     return load_config(str(path), settings())
@@ -215,8 +201,8 @@ def configuration(path: Location) -> Config:
 
 def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result. Raises ConfigError, StoreError."""
+    from stickslip.config.grid import recipe_of
     from stickslip.config.sections import OUTPUT_SUFFIXES
-    from stickslip.config.select import recipe_of
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
@@ -226,17 +212,8 @@ def recipe_in(path: Location) -> Recipe:
 
 
 def settings() -> tuple[Setting, ...]:
-    """Settings of the configuration that `--set` and `--threads` of this call give."""
-    from stickslip.config.yaml import Setting
-
-    threads = screen.remembered("threads")
-    of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
-    return (*(screen.remembered("settings") or ()), *of_threads)
-
-
-def settings_again() -> list[str]:
-    """The words of `--set` and `--threads`, for a command that is to be called in the same way."""
-    return [word for given in settings() for word in given.option.split(" ", 1)]
+    """Settings of the configuration that `--set` of this call gives."""
+    return screen.remembered("settings") or ()
 
 
 def pairs(texts: tuple[str, ...]) -> dict[str, str]:

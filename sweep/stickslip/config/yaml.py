@@ -16,7 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.reader import ReaderError
 
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted
-from stickslip.files.sniff import CONFIGURATIONS, neighbours, wrong_file_type
+from stickslip.files.locations import CONFIGURATIONS, neighbours, wrong_file_type
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
 DEEPEST = 20  # levels; a configuration has four
@@ -27,6 +27,7 @@ _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
 }
 _KEY = re.compile(r"[^.\[\]\s]+(?:\[\d+\])*(?:\.[^.\[\]\s]+(?:\[\d+\])*)*")
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
 _BY_MESSAGE = (  # what the message of the parser contains
     ("'\\t'", "indent with spaces, not with tabs"),
     ("escape", "in double quotes a backslash begins an escape: use single quotes, or / in paths"),

@@ -1,12 +1,10 @@
 """Arrays in, labelled datasets out; and what is said and selected of a dataset.
 
-build       cells given; maps, trajectories    provenance  the global attributes
+build       cells given; maps, trajectories; the global attributes
 display     units, words and axes              selection   parts of a dataset
 polylines   borders as lines                   coarse      maps in chunks, and in pixels
 summary     regimes of a map, cells that need attention
 export      tables for other programs
 """
 
-from stickslip.files.lazy_duck_arrays import wait_for_imports
-
-wait_for_imports()
+import stickslip.files.reading  # noqa: F401  (has xarray wait for others to import dask)

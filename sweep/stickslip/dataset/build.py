@@ -11,27 +11,42 @@ The conventions are CF. They shape two things here: neither flags nor coordinate
 also make xarray read floats), and attributes are text, numbers or arrays of one type.
 """
 
+import os
+import platform
+import subprocess
 from collections.abc import Hashable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from math import prod
+from pathlib import Path
+from time import gmtime, strftime
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip._version import __version__
 from stickslip.config.grid import quantity_of
 from stickslip.engine import Options
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import as_cells, check_names, numbers_of
-from stickslip.vocabulary.cells import Cells, Coordinate, Parameters
+from stickslip.vocabulary.cells import Cells, Coordinate, Parameters, as_cells, check_names, numbers_of
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
 from stickslip.vocabulary.suggest import listed
+
+CONVENTIONS = "CF-1.11"  # a test holds the compliance checker to it
+REFERENCES = (
+    "Controlling Stick-Slip Noise Generation with Lubricants, Sound & Vibration, June 2016: equation of motion, "
+    "Eq. (1); Stribeck curve, Eq. (2); hysteretic curve, Eq. (2a); stick-slip tendency, Eq. (3)"
+)
+INCOMPLETE = "incomplete"  # attribute of a result that lacks blocks, unless its cells say so themselves
+_REPORTED_PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4")
 
 NO_FILL = {"_FillValue": None}
 _OF_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis that is given, which stay
@@ -310,3 +325,54 @@ def attributes_of(declared: Variable, meanings: tuple[str, ...] = ()) -> dict[st
     if messages:
         attributes["comment"] = "; ".join(f"{name}: {message}" for name, message in messages.items())
     return attributes
+
+
+# --- the global attributes: what made the numbers, from what, when ----------------------------------------------------
+
+
+def provenance(configuration: str, *, title: str, action: str = "computed") -> dict[str, str]:
+    """The global attributes of a dataset.
+
+    configuration : the resolved configuration as text, everything needed to compute the dataset again.
+    action : what was done, for the history line (a command, say).
+    """
+    now, revision = strftime("%Y-%m-%dT%H:%M:%SZ", gmtime()), git_revision()
+    return {
+        "Conventions": CONVENTIONS,
+        "title": title,
+        "source": f"stickslip {__version__}" + (f", git {revision}" if revision else ""),
+        "history": f"{now} stickslip {__version__}: {action}",
+        "references": REFERENCES,
+        "date_created": now,
+        "software": software(),
+        "configuration": configuration,
+    }
+
+
+def git_revision() -> str | None:
+    """Commit of the checkout this file is in, "-dirty" appended if tracked files differ; None outside a checkout."""
+    return _revision(__file__)
+
+
+@cache  # a process runs the files it has loaded, whatever becomes of them
+def _revision(file: str) -> str | None:
+    root = Path(file).resolve().parents[3]
+    if not (root / ".git").exists():  # an installed package: do not report the repository of whoever uses it
+        return None
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=environment)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip() or None
+
+
+@cache  # read from the files of the packages, a millisecond
+def software() -> str:
+    """Versions of what the numbers depend on, and the kind of machine."""
+    versions = [f"Python {platform.python_version()}"]
+    for package in _REPORTED_PACKAGES:
+        with suppress(PackageNotFoundError):
+            versions.append(f"{package} {version(package)}")
+    return ", ".join([*versions, f"{platform.system()} {platform.machine()}"])

@@ -54,13 +54,6 @@ def si_unit(array: xr.DataArray) -> Unit:
     return Unit(units.spelled(str(array.attrs.get("units", "1"))))
 
 
-def displayed(array: xr.DataArray) -> tuple[NDArray[np.float64], str]:
-    """The values of an array as people see them, and their unit as people type it."""
-    values = np.asarray(array.values, np.float64)
-    unit = unit_of(array, values)
-    return unit.of(values), unit.name
-
-
 def with_units(ds: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
     """The dataset, whose named variables and coordinates are shown in other units. Raises PlotError."""
     ds = ds.copy()

@@ -1,25 +1,32 @@
 """The seam to the kernels: SI outside, kernel units inside.
 
-Only this package knows the kernels. `scales.py` converts, `cells.py` has blocks of cells on a pool of threads
-(`threads.py`), `traces.py` cells over time, `rigs.py` specimens on a belt that follows a drive; `compiled.py`
-knows what is in the cache.
+Only this package knows the kernels. `dispatch.py` converts, and has the kernels that suit a cell compute it; `cells.py`
+has blocks of cells on a pool of threads, `traces.py` cells over time and specimens on a belt that follows a drive;
+`compiled.py` knows what is in the cache.
 """
 
-from stickslip.engine.cells import blank_results, blocks, bytes_per_cell, compute, compute_range, solve
+from stickslip.engine.cells import (
+    blank_results,
+    blocks,
+    bytes_per_cell,
+    compute,
+    compute_range,
+    in_order,
+    processors,
+    solve,
+    spread,
+    stop_flag,
+)
 from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
-from stickslip.engine.dispatch import friction_at_belt_speed, kernels_for
+from stickslip.engine.dispatch import by_theory, friction_at_belt_speed, kernels_for, to_kernel
 from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
-from stickslip.engine.rigs import RigRuns, Sampling, compute_rigs
-from stickslip.engine.scales import by_theory, to_kernel, to_si
-from stickslip.engine.threads import in_order, processors, spread, stop_flag
-from stickslip.engine.traces import flows, sampled, trajectory
-from stickslip.errors import NotReachedError
+from stickslip.engine.traces import RigRuns, Sampling, compute_rigs, flows, sampled, trajectory
 from stickslip.vocabulary.scales import Scales
 
 __all__ = [
-    "Computed", "NotReachedError", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",
+    "Computed", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",
     "SolverKeywords", "StopFlag", "blank_results", "blocks", "by_theory", "bytes_per_cell", "columns", "compute",
     "compute_range", "compute_rigs", "flows", "friction_at_belt_speed", "in_order", "is_cached", "kernels_digest",
-    "kernels_for", "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel", "to_si",
+    "kernels_for", "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel",
     "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -1,31 +1,99 @@
-"""Many cells: blocks of them through the kernels.
+"""Many cells: blocks of them through the kernels, on threads, since the kernels run without the interpreter's lock.
 
 Cells whose answer hangs on less than the error of the integration are integrated again, more tightly. They are few,
 since they lie beside a border of regimes, or have next to no friction at speed. Which they are depends on the cell
 alone, so its numbers do not depend on its neighbours.
 """
 
-from collections.abc import Callable, Iterator
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from itertools import islice
 from math import ceil
 from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine.compiled import warm_up
-from stickslip.engine.dispatch import has_own_kernels, run_regimes
+from stickslip.engine.dispatch import has_own_kernels, run_regimes, to_kernel, to_si
 from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns
-from stickslip.engine.scales import to_kernel, to_si
-from stickslip.engine.threads import processors, spread, stop_flag
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip_kernels import layout
 from stickslip_kernels.allocate import new_regimes
 
+T = TypeVar("T")
+Item = TypeVar("Item")
+
+Floats = NDArray[np.float64]
+_ERRORS = 2.0  # tolerances: verdicts this close to a border may be wrong (those that were lay within 0.2 of them)
+_GROWTH = 10.0  # of errors, from where on they show
+_STEP, _TIGHTEST = 1e-3, 1e-12  # of a tolerance to the next; what the kernels were tested to
 _LINE = 8  # numbers in a line of the processor's cache
 _EVERY = 1.0  # s between calls that tell of cells finished, about
 _TRIED, _FEWEST = 512, 64  # cells computed together before it is known how long they take, and at least
 _SMALLEST_BLOCK = 512  # many times the lanes; below, lanes idle at the end of each block
+_QUEUED_PER_THREAD = 4
+_PATIENCE = 0.2  # s between checks for Ctrl-C where waiting cannot be interrupted (Windows)
+
+
+def processors() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def stop_flag() -> StopFlag:
+    """A flag that the kernels poll; once it is 1 they return within milliseconds."""
+    return np.zeros(1, np.int64)
+
+
+def spread(
+    work: Callable[[Item], T], items: Iterable[Item], threads: int | None, stop: StopFlag,
+    finished: Callable[[list[T]], None],
+) -> None:  # fmt: skip
+    """Call `work` with every item, on threads (None: one per processor), a few of them waiting at any time.
+
+    finished : called from this thread with what has come back, in no order, and now and then with nothing.
+    Ctrl-C, or an error in a thread, raises `stop`, waits for the threads to leave, and comes out as it is.
+    """
+    threads = threads or processors()
+    waiting, pending = iter(items), set[Future[T]]()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            while True:
+                # A few items wait in the queue, not all: what is looked at on each return stays short.
+                room = _QUEUED_PER_THREAD * threads - len(pending)
+                pending |= {pool.submit(work, item) for item in islice(waiting, room)}
+                if not pending:
+                    return
+                done, pending = wait(pending, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+                finished([future.result() for future in done])
+        except BaseException:
+            stop[0] = 1
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def in_order(work: Callable[[Item], T], items: Iterable[Item], threads: int | None) -> Iterator[T]:
+    """Yield what `work` makes of the items, in order, on threads (None: one per processor) that are a few ahead."""
+    threads = threads or processors()
+    waiting: deque[Future[T]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for item in items:
+                waiting.append(pool.submit(work, item))
+                if len(waiting) > 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+# --- blocks -----------------------------------------------------------------------------------------------------------
 
 
 def blocks(size: int, options: Options) -> Iterator[range]:
@@ -76,14 +144,9 @@ def compute(cells: Cells, options: Options, progress: Progress | None = None) ->
 
 
 def compute_range(
-    cells: Cells,
-    start: int,
-    end: int,
-    options: Options,
-    stop: StopFlag,
-    moved: Callable[[int], None] | None = None,
+    cells: Cells, start: int, end: int, options: Options, stop: StopFlag, moved: Callable[[int], None] | None = None,
     often: bool = False,
-) -> Results:
+) -> Results:  # fmt: skip
     """The cells from `start` to `end`, by this thread alone: the numbers of `compute`, cell for cell.
 
     Raises StoppedError once `stop` is raised: half of them say nothing. moved : called with cells finished, now and
@@ -149,7 +212,7 @@ def _room(size: int, options: Options) -> Results:
     return {name: next(room) if kind == np.float64 else np.empty(size, kind) for name, kind in kinds.items()}
 
 
-def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[NDArray[np.float64], int]:
+def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[Floats, int]:
     """One block through the kernels: the rows, and how many cells were finished.
 
     Rows are an odd number of cache lines apart: results of a cell a power of two apart would displace each other.
@@ -171,7 +234,7 @@ def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[NDAr
     return rows, done
 
 
-def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
+def _longest_first(cells: Floats) -> NDArray[np.intp]:
     """An order of these cells (kernel units) in which no lane has long to run when the queue is empty.
 
     To a fixed horizon the work is about that of the slips: each lasts a period of the free oscillation, each stick
@@ -184,11 +247,6 @@ def _longest_first(cells: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 # --- margins ----------------------------------------------------------------------------------------------------------
-
-Floats = NDArray[np.float64]
-_ERRORS = 2.0  # tolerances: verdicts this close to a border may be wrong (those that were lay within 0.2 of them)
-_GROWTH = 10.0  # of errors, from where on they show
-_STEP, _TIGHTEST = 1e-3, 1e-12  # of a tolerance to the next; what the kernels were tested to
 
 
 def integrate_closely(cells: Floats, rows: Floats, options: Options, stop: StopFlag) -> None:

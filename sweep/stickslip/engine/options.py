@@ -13,19 +13,11 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.vocabulary.models import (
-    LAWS,
-    Model,
-    OnBristles,
-    law_of_contact,
-    law_remedy,
-    model_of,
-    own_law,
-    own_names,
-)
+from stickslip.vocabulary import models
+from stickslip.vocabulary.models import Model, OnBristles, own_law
 from stickslip.vocabulary.own_laws import Table, is_law
-from stickslip.vocabulary.results import VARIABLES, variables_of_model
-from stickslip.vocabulary.settings import EXECUTION, SOLVER
+from stickslip.vocabulary.quantities import EXECUTION, SOLVER
+from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
 from stickslip_kernels import layout
 
 Results = dict[str, NDArray[Any]]
@@ -65,8 +57,8 @@ class Options:
 
     def __post_init__(self) -> None:
         if not is_law(self.law):
-            remedy = law_remedy(self.law)
-            names = ", ".join((*LAWS, *own_names()))
+            remedy = models.law_remedy(self.law)
+            names = ", ".join((*models.LAWS, *models.own_names()))
             raise ValueError(f"law: got {self.law!r}, expected {names}{f'; {remedy}' if remedy else ''}")
         if own := own_law(self.law):  # which a process that gets these options may not know
             object.__setattr__(self, "law", own if self.law == own else OnBristles(own))
@@ -106,7 +98,7 @@ class Options:
 
     def for_contact(self, names: Container[Any]) -> Options:
         """The same for cells with quantities of these names, which may make the contact one of bristles."""
-        law = law_of_contact(self.law, names)
+        law = models.law_of_contact(self.law, names)
         return self if law == self.law else replace(self, law=law)
 
     @property
@@ -155,11 +147,11 @@ class Computed:
 
 def columns(options: Options) -> Mapping[str, np.dtype[Any]]:
     """Names and types of what `compute` gives, in its order."""
-    return _columns(model_of(options.law), options.early_stop, options.variables)
+    return _columns(models.model_of(options.law), options.early_stop, options.variables)
 
 
 @lru_cache
 def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
-    names = [v.name for v in variables_of_model(model).values() if v.when != "full" or not early_stop]
+    names = [v.name for v in VARIABLES_OF[model].values() if v.when != "full" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}

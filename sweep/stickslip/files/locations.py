@@ -1,31 +1,22 @@
-"""Places of results and of working stores: a path of this machine, or a URL that fsspec opens.
-
-A working store is a folder: it holds bytes under names, each written whole or not at all, and safe from a power failure
-once `write` returns. Whatever the system complains about comes out as a StoreError with path, reason and remedy; a name
-that is not there as FileNotFoundError.
+"""Places that people name: a path of this machine, or a URL of a Zarr store that fsspec opens; and what kind of file
+lies there, with the command that takes it.
 """
 
 from __future__ import annotations
 
 import errno
 import os
-import shutil
-import uuid
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import unquote, urlsplit
 
 from stickslip.errors import StoreError, reason
 
 ROOT = "zarr.json"  # what makes a place a Zarr store
 SEAL = "header_sha256"  # attribute of a file of ours: the digest of what it says of itself
-TEMPORARY = ".tmp"  # suffix of what is not written yet
 UNCACHED = {"use_listings_cache": False}  # of fsspec: other machines write there, too
-Move = Callable[[Path, Path], None]
-Check = Callable[[], None]
 _SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) if hasattr(errno, "EDQUOT") else (errno.ENOSPC, errno.EFBIG)
 _ACCESS = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
 
@@ -33,7 +24,9 @@ _ACCESS = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOO
 class Url(str):
     """The URL of a Zarr store, without a slash at its end, with what is asked of a `Path` that is a result.
 
-    Services that keep objects write each whole or not at all. Raises StoreError for what they refuse.
+    Services that keep objects write each whole or not at all, and have no rename: a new store is written once the older
+    one is removed, and its root lists no arrays before the end, which says that nothing whole is there. Raises
+    StoreError for what they refuse.
     """
 
     @property
@@ -84,6 +77,34 @@ class Url(str):
         with explained(self, "removed"), suppress(FileNotFoundError):
             service.rm([f"{root}/{key}" for key in keys], recursive=True)
 
+    def check_writable(self) -> None:
+        """Raise StoreError now if `begin_store` would fail later."""
+        self.check_is_zarr()
+        key = ".probe" if self._keys_of_ours() else ROOT
+        self.put(key, b"")
+        self.remove(key)
+
+    def check_is_zarr(self) -> None:
+        """Raise StoreError for the name of anything else."""
+        if self.suffix != ".zarr":
+            raise StoreError(
+                f"{self}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
+                "hint: netCDF is written to a file of this machine, which can be copied then"
+            )
+
+    def begin_store(self) -> None:
+        """Make room for a new store; the empty root says that what is there is ours, and not whole."""
+        there = self._keys_of_ours()
+        self.put(ROOT, b"")
+        self.remove(*{key.partition("/")[0] for key in there} - {ROOT})
+
+    def _keys_of_ours(self) -> Collection[str]:
+        """The objects of a store, or of a part of one. Raises StoreError for something else."""
+        there = self.keys()
+        if there and ROOT not in there:
+            raise StoreError(f"{self}: exists and is not a Zarr store, so it is left alone")
+        return there
+
     def _opened(self) -> tuple[Any, str]:
         """The file system of fsspec, and the path there."""
         import fsspec
@@ -106,148 +127,6 @@ def location(place: str | os.PathLike[str]) -> Location:
     return Url(text.rstrip("/")) if "://" in text else Path(os.path.expanduser(text))
 
 
-# --- folders ----------------------------------------------------------------------------------------------------------
-
-
-class Folder:
-    """A folder of this machine, or of a file system mounted on it. absolute : the place as other processes find it."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.where, self.absolute = path, str(path), str(path.absolute())
-
-    def names(self) -> list[str]:
-        """Names that exist."""
-        with explained(self.where, "read"):
-            try:
-                return sorted(os.listdir(self.path))
-            except FileNotFoundError:
-                return []
-
-    def read(self, name: str) -> bytes:
-        """The bytes under a name."""
-        with explained(str(self.path / name), "read"):
-            return (self.path / name).read_bytes()
-
-    def write(self, name: str, data: bytes) -> None:
-        """Write to a temporary name, flush, rename, flush the folder."""
-        self._place(name, data, os.replace)
-
-    def create(self, name: str, data: bytes) -> None:
-        """As `write`, by a link, which never replaces."""
-        self._place(name, data, _link)
-
-    def remove(self, name: str) -> None:
-        """Remove a name."""
-        with explained(str(self.path / name), "removed"), suppress(FileNotFoundError):
-            os.unlink(self.path / name)
-
-    def rmdir(self) -> None:
-        """Remove the folder."""
-        with suppress(OSError):
-            self.path.rmdir()
-
-    def size(self) -> int:
-        """Bytes of all names."""
-        total = 0
-        for name in self.names():
-            with suppress(OSError):  # it may be renamed or removed just now
-                total += os.stat(self.path / name).st_size
-        return total
-
-    def _place(self, name: str, data: bytes, move: Move) -> None:
-        temporary = self.path / f".{name}.{uuid.uuid4().hex}{TEMPORARY}"
-        with explained(str(self.path / name), "written"):
-            self._make()
-            with placed(temporary, self.path / name, move):
-                temporary.write_bytes(data)
-
-    def _make(self) -> None:
-        if self.path.is_dir():
-            return
-        try:
-            self.path.mkdir(parents=True)
-        except FileExistsError:
-            if not self.path.is_dir():  # made by another process meanwhile
-                raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
-        except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
-            raise OSError(errno.EPERM, error.strerror or "no such folder") from None
-        flush(self.path.absolute().parent)
-
-
-def _link(temporary: Path, name: Path) -> None:
-    """Give a file a name that is free. Raises FileExistsError."""
-    try:
-        os.link(temporary, name)
-    except FileExistsError:
-        raise
-    except OSError:  # a file system without links: the name is taken first, its content follows at once
-        os.close(os.open(name, os.O_CREAT | os.O_EXCL))
-        os.replace(temporary, name)
-    else:
-        os.unlink(temporary)
-
-
-def folder_at(place: str | os.PathLike[str]) -> Folder:
-    """The folder at a path; nothing is created. Raises StoreError for a URL."""
-    where = location(place)
-    if isinstance(where, Url):
-        raise StoreError(f"{where}: a working store has to be on a file system", hint="name a folder with {store}")
-    return Folder(where)
-
-
-# --- on the disk ------------------------------------------------------------------------------------------------------
-
-
-@contextmanager
-def placed(temporary: Path, target: Path, move: Move = os.replace, check: Check | None = None) -> Iterator[None]:
-    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
-
-    check : called right before that; what it raises is such an error.
-    """
-    try:
-        yield
-        _flush_all(temporary)
-        if check:
-            check()
-        move(temporary, target)
-        flush(target.parent)
-    except BaseException:
-        remove(temporary)
-        raise
-
-
-def flush(path: Path) -> None:
-    """Have the operating system put a file, or the names in a folder, on the disk."""
-    is_folder = path.is_dir()
-    try:
-        descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)  # Windows flushes only what may be written
-    except OSError:
-        if is_folder:  # and does not open folders
-            return
-        raise
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _flush_all(path: Path) -> None:
-    """Put a file, or every file below a folder, on the disk, several at a time: each waits for the disk."""
-    if not path.is_dir():
-        return flush(path)
-    with ThreadPoolExecutor(8) as pool:
-        for _ in pool.map(flush, [Path(parent) / name for parent, _, names in os.walk(path) for name in names]):
-            pass
-
-
-def remove(path: Path) -> None:
-    """Remove a file or a folder, if it is there."""
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    with suppress(OSError):
-        path.unlink()
-
-
 @contextmanager
 def explained(
     where: str, action: str, answers: tuple[type[OSError], ...] = (FileNotFoundError, FileExistsError)
@@ -264,3 +143,87 @@ def explained(
         elif number in _ACCESS:
             hint = "\nhint: choose another folder for the output, or for the store"
         raise StoreError(f"{where}: cannot be {action} ({reason(error)}){hint}") from error
+
+
+# --- kinds of files ---------------------------------------------------------------------------------------------------
+
+_BEGINNINGS = {  # of files, whatever they are called
+    b"\x89HDF\r\n\x1a\n": "netcdf", b"CDF\x01": "netcdf", b"CDF\x02": "netcdf", b"CDF\x05": "netcdf",
+    b"PK\x03\x04": "zip", b"\xd0\xcf\x11\xe0": "workbook", b"\x89PNG": "plot", b"%PDF": "plot",
+}  # fmt: skip
+_SUFFIXES = {".yaml": "configuration", ".yml": "configuration", ".csv": "table", ".tsv": "table", ".svg": "plot"}
+_STORE = ".parts"
+_TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the file
+    "configuration": ("a configuration", "`stickslip run {}` computes it, `stickslip validate {}` checks it"),
+    "netcdf": ("a netCDF file", "`stickslip inspect {}` says what is in a result, `stickslip plot {}` draws it"),
+    "zarr": ("a Zarr store", "`stickslip inspect {}` says what is in a result, `stickslip plot {}` draws it"),
+    "store": ("the working store of a run", "`stickslip status {}` shows the run, `stickslip collect {}` writes it"),
+    "workbook": ("an Excel workbook", "save the sheet as CSV: `stickslip fit` reads measured points from it"),
+    "table": ("a table", "`stickslip fit {}` fits measured points, `stickslip rig features {}` judges a rig record"),
+    "zip": ("an archive", None),
+    "plot": ("a plot", None),
+    "folder": ("a folder", None),
+}
+
+
+class Expected(NamedTuple):
+    """Files that a command takes: their kinds, and patterns of their names."""
+
+    kinds: tuple[str, ...]
+    patterns: tuple[str, ...]
+
+
+CONFIGURATIONS = Expected(("configuration",), ("*.yaml", "*.yml"))
+RESULTS = Expected(("netcdf", "zarr"), ("*.nc", "*.zarr"))
+TABLES = Expected(("table",), ("*.csv", "*.txt", "*.tsv", "*.dat"))  # any text
+
+
+class FileKind(NamedTuple):
+    """The kind of a file that was not expected, and the next step or None."""
+
+    name: str
+    hint: str | None
+
+
+def wrong_file_type(path: Path, expected: Expected) -> FileKind | None:
+    """The kind of what is at `path`, if it cannot be one of those expected; None if it can, or is not there."""
+    kind = _kind(path)
+    if kind is None or kind in expected.kinds:
+        return None
+    name, hint = _TAKEN_BY[kind]
+    if kind == "folder" and (inside := names_in(path, expected)):
+        hint = f"{path} holds {', '.join(inside)}"
+    return FileKind(name, hint and hint.replace("{}", str(path)))
+
+
+def names_in(folder: Path, expected: Expected, most: int = 8) -> list[str]:
+    """Names of the files in a folder, sorted; of more than `most` the first ones, and how many there are."""
+    try:
+        names = sorted({path.name for pattern in expected.patterns for path in folder.glob(pattern)})
+    except OSError:
+        return []
+    return names if len(names) <= most else [*names[:most], f"... ({len(names)} in all)"]
+
+
+def neighbours(path: Path, expected: Expected) -> str | None:
+    """`this folder holds a.nc, b.nc`, for a file that is not there; None where there is none of the kind."""
+    names = names_in(path.parent, expected)
+    return f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(names)}" if names else None
+
+
+def _kind(path: Path) -> str | None:
+    """The kind of what is at `path`; None for nothing, and for a file that may be anything."""
+    if path.is_dir():
+        if path.suffix == _STORE:
+            return "store"
+        is_zarr = path.suffix == ".zarr" or any((path / name).exists() for name in (ROOT, ".zgroup"))
+        return "zarr" if is_zarr else "folder"
+    try:
+        with path.open("rb") as file:
+            begins = file.read(8)
+    except OSError:
+        return None
+    kind = next((kind for start, kind in _BEGINNINGS.items() if begins.startswith(start)), None)
+    if kind == "zip" and path.suffix.lower().startswith((".xls", ".ods")):
+        return "workbook"
+    return kind or _SUFFIXES.get(path.suffix.lower())

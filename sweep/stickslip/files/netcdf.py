@@ -15,9 +15,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections import deque
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -27,8 +25,18 @@ import numpy as np
 from numpy.typing import NDArray
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
-from stickslip.files.filters import Filter, filtered, packing_of
-from stickslip.files.seal import GROUP, SEAL, TABLE, Contents, chunks_in, content_of, marks_of
+from stickslip.files.chunks import (
+    GROUP,
+    SEAL,
+    TABLE,
+    ChunkFile,
+    Filter,
+    Marks,
+    chunks_in,
+    content_of,
+    filtered,
+    packing_of,
+)
 
 Packed = Any  # bytes, or an array or view of them
 Origin = tuple[int, ...]
@@ -103,7 +111,7 @@ def load_h5py() -> Any:
 class Layout:
     """A variable as the file declares it.
 
-    fill : one value, for what lies outside of the array in its last chunks. packing : the name in `filters.py` of what
+    fill : one value, for what lies outside of the array in its last chunks. packing : the name in `chunks.py` of what
     its filters make; None for what is not there.
     """
 
@@ -123,37 +131,20 @@ class Layout:
         return filtered(whole.reshape(-1).view(np.uint8), self.pipeline)
 
 
-class NetcdfChunks:
-    """A netCDF file in which all but its chunks is written, open for these. A context manager.
-
-    Chunks are compressed by threads (all processors if None), few of them waiting, and stored by the thread that gives
-    them, in their order: equal files for any number of threads.
-    """
+class NetcdfChunks(ChunkFile):
+    """The chunks of a netCDF file: packed by threads, stored by the thread that gives them."""
 
     def __init__(self, path: Path, threads: int | None = None) -> None:
-        self._threads = threads or os.cpu_count() or 1
+        super().__init__(threads)
         self._layouts: dict[str, Layout] = {}
-        self._contents: Contents = {}
-        self._waiting: deque[tuple[str, Origin, Future[tuple[Packed, bytes]]]] = deque()
         h5py = load_h5py()
         with NETCDF_LOCK:
             self._file = h5py.File(path, "r+")
-        self._pool = ThreadPoolExecutor(self._threads)
 
-    def __enter__(self) -> NetcdfChunks:
-        return self
-
-    def __exit__(self, _kind: Any, error: BaseException | None, _trace: Any) -> None:
-        try:
-            while self._waiting and not error:
-                self._store_first()
-            if not error:
-                self._mark()
-        finally:
-            self._pool.shutdown(cancel_futures=True)
-            self._layouts.clear()
-            with NETCDF_LOCK:
-                self._file.close()
+    def _close(self) -> None:
+        self._layouts.clear()
+        with NETCDF_LOCK:
+            self._file.close()
 
     def layout(self, name: str) -> Layout:
         """The layout of a variable in the file."""
@@ -177,38 +168,32 @@ class NetcdfChunks:
     def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
         """Values of whole chunks, the first at index `start` of the variable."""
         layout = self.layout(name)
+
+        def made(origin: Origin, part: NDArray[Any]) -> tuple[str, Origin, Packed, bytes]:
+            return name, origin, layout.packed(part), content_of(np.asarray(part, layout.dtype))
+
         for _, part in chunks_in(values.shape, layout.chunks):
             origin = tuple(side.start + first for side, first in zip(part, start or (0,) * values.ndim, strict=True))
-            self._submit(name, origin, _ready, layout, values[part])
+            self._submit(made, origin, values[part])
 
     def put(self, name: str, origin: Sequence[int], data: Packed, content: bytes) -> None:
-        """A chunk that is packed as the file has it. content : of its values, by `seal.content_of`."""
-        self._submit(name, tuple(origin), lambda: (data, content))
+        """A chunk that is packed as the file has it. content : of its values, by `content_of`."""
+        self._submit(lambda: (name, tuple(origin), data, content))
 
-    def _submit(self, name: str, origin: Origin, make: Callable[..., tuple[Packed, bytes]], *arguments: Any) -> None:
-        self._waiting.append((name, origin, self._pool.submit(make, *arguments)))
-        if len(self._waiting) > 2 * self._threads:
-            self._store_first()
-
-    def _store_first(self) -> None:
-        name, origin, future = self._waiting.popleft()
-        layout, (data, content) = self.layout(name), future.result()
+    def _store(self, made: tuple[Any, ...]) -> None:
+        name, origin, data, content = made
+        layout = self.layout(name)
         number = tuple(first // length for first, length in zip(origin, layout.chunks, strict=True))
         self._contents[name, number] = content
         with NETCDF_LOCK:
             layout.variable.id.write_direct_chunk(origin, data)
 
-    def _mark(self) -> None:
+    def _complete(self) -> None:
         """Have the seal of the file cover the chunks that were stored."""
         with NETCDF_LOCK:
             if GROUP not in self._file:
                 return
             arrays = {name: array for name, array in self._file.items() if getattr(array, "chunks", None)}
-            layouts = {name: (a.shape, a.chunks) for name, a in arrays.items() if a.dtype.kind in "fiu"}
+            shapes = {name: (a.shape, a.chunks) for name, a in arrays.items() if a.dtype.kind in "fiu"}
             table, seal = self._file[GROUP][TABLE], np.bytes_(self._file.attrs[SEAL]).decode()  # text or bytes
-            table[...] = marks_of(seal, layouts, table[...]).noted(self._contents)
-
-
-def _ready(layout: Layout, values: NDArray[Any]) -> tuple[Packed, bytes]:
-    """The bytes of a chunk in the file, and what identifies its values."""
-    return layout.packed(values), content_of(np.asarray(values, layout.dtype))
+            table[...] = Marks.of(seal, shapes, table[...]).noted(self._contents)

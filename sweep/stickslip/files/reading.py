@@ -2,7 +2,7 @@
 
 Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
-(`seal.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
+(`chunks.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
 
 Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); Zarr needs none.
 """
@@ -19,26 +19,12 @@ import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexedArray, explicit_indexing_adapter
+from xarray.namedarray import pycompat, utils
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.lazy_duck_arrays import wait_for_imports
-from stickslip.files.locations import UNCACHED, Url, location
+from stickslip.files.chunks import GROUP, MARKED, SEAL, TABLE, Marks, chunks_in, digest, has_bare_values, is_unwritten
+from stickslip.files.locations import RESULTS, UNCACHED, Url, location, neighbours, wrong_file_type
 from stickslip.files.netcdf import NETCDF_LOCK
-from stickslip.files.seal import (
-    GROUP,
-    MARKED,
-    SEAL,
-    TABLE,
-    Marks,
-    chunks_in,
-    digest,
-    has_bare_values,
-    is_unwritten,
-    marks_of,
-)
-from stickslip.files.sniff import RESULTS, neighbours, wrong_file_type
-
-wait_for_imports()
 
 _REMEDY = "hint: copy it again, or compute it again"
 _ELSEWHERE = "is not what was written there: it belongs to another place, variable or file"
@@ -75,7 +61,11 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
             opened = _opened(source, engine, to_close)
             marks = _marks(source, opened, engine)
             objection = _objection(opened, marks)
-            ds = _labels_as_index(_with_plain_flags(_in_chunks(opened, str(path), lazily, marks)))
+            waiting = {str(name): array.variable for name, array in opened.data_vars.items() if array.ndim}
+            ds = _as_in_memory(opened.assign({
+                name: lazily(v, _Guarded(v, name, str(path), None if has_bare_values(v) else marks))
+                for name, v in waiting.items()
+            }))  # fmt: skip
         except Exception as error:  # a damaged file can make these libraries raise whatever there is
             kind = "Zarr" if engine == "zarr" else "netCDF"
             raise StoreError(f"{path}: cannot be read as {kind} ({reason(error)})") from error
@@ -91,7 +81,7 @@ def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
     """The marks of the chunks; None where the seal has been removed on purpose."""
     if MARKED not in ds.attrs or SEAL not in ds.attrs:
         return None
-    layouts = {
+    shapes = {
         str(name): (variable.shape, _chunk_lengths(variable))
         for name, variable in ds.variables.items()
         if variable.ndim and variable.dtype.kind in "fiu"
@@ -101,7 +91,7 @@ def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
             table = group[TABLE].values
     except (OSError, KeyError):  # no such group, or nothing in it
         table = np.zeros(0, np.uint64)
-    return marks_of(ds.attrs[SEAL], layouts, table)
+    return Marks.of(ds.attrs[SEAL], shapes, table)
 
 
 def _objection(ds: xr.Dataset, marks: Marks | None) -> str | None:
@@ -250,15 +240,6 @@ def _hull(part: slice | int, length: int) -> tuple[slice, slice | int]:
     return slice(start, stop + 1), slice(None, None, chosen.step)
 
 
-def _in_chunks(ds: xr.Dataset, path: str, lazily: Lazily, marks: Marks | None) -> xr.Dataset:
-    """The dataset with what reads values when they are needed in place of what waits in the file."""
-    waiting = {name: array.variable for name, array in ds.data_vars.items() if array.ndim}
-    return ds.assign({
-        name: lazily(variable, _Guarded(variable, str(name), path, None if has_bare_values(variable) else marks))
-        for name, variable in waiting.items()
-    })  # fmt: skip
-
-
 def _by_dask(variable: xr.Variable, guarded: _Guarded) -> xr.Variable:
     from dask.array import from_array  # here, so that nobody pays for dask who opens no file
 
@@ -292,20 +273,12 @@ def _chunk_lengths(variable: xr.Variable) -> tuple[int, ...]:
     )
 
 
-# --- from the layout of the file to that in memory ------------------------------------------------------------------
-
-
-def _labels_as_index(ds: xr.Dataset) -> xr.Dataset:
-    """Text indices as plain texts."""
+def _as_in_memory(ds: xr.Dataset) -> xr.Dataset:
+    """Text indices as plain texts, and `flag_values`, of which Zarr gives a list, as an array of the flag's type."""
     for dim in [str(dim) for dim in ds.dims]:
         if dim in ds.coords and ds[dim].dtype.kind not in "fiu":
             text = xr.Variable(dim, np.array([str(name) for name in ds[dim].values]), ds[dim].attrs)
             ds = ds.assign_coords({dim: text})
-    return ds
-
-
-def _with_plain_flags(ds: xr.Dataset) -> xr.Dataset:
-    """`flag_values` as an array of the flag's own type, as netCDF gives it; Zarr gives a list."""
     for variable in ds.variables.values():
         if "flag_values" in variable.attrs:
             variable.attrs["flag_values"] = np.atleast_1d(np.asarray(variable.attrs["flag_values"], variable.dtype))
@@ -321,3 +294,53 @@ def require_zarr(path: str | os.PathLike[str]) -> None:
             f"{path}: Zarr stores need the optional package zarr\n"
             "hint: pip install 'stickslip[zarr]', or give the file a name that ends in .nc"
         ) from error
+
+
+# --- xarray without the libraries of arrays that nobody has imported --------------------------------------------------
+
+_CLASSES = {"dask": ("dask.array", "Array"), "pint": ("pint", "Quantity")}
+
+
+class _LazyModule:
+    """A `pycompat.DuckArrayModule` of a library that may never be imported."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    @property
+    def type(self) -> tuple[type[Any], ...]:
+        """The class of its arrays, in a tuple; an empty one before the library is imported."""
+        module, name = _CLASSES[self._name]
+        kind = getattr(sys.modules.get(module), name, None)
+        return () if kind is None else (kind,)
+
+    def __getattr__(self, name: str) -> Any:
+        """Everything else as xarray has it, for which it imports the library."""
+        return getattr(pycompat.DuckArrayModule(self._name), name)  # type: ignore[arg-type]
+
+
+def _wait_for_imports() -> None:
+    """Have xarray wait for others to import dask and pint; where it has become another one, it goes on as before.
+
+    Of every variable it asks whether it holds an array of these, and imports both to know: 0.4 s of every command, as
+    much as all the rest of `stickslip inspect` (measured). But no array is one of a library that nobody has imported.
+    So what it keeps of each library (`xarray.namedarray.pycompat`, private; seen in 2026.9) says so, and so does its
+    question for collections of dask.
+    """
+    known = getattr(pycompat, "_cached_duck_array_modules", None)
+    if isinstance(known, dict) and hasattr(pycompat, "DuckArrayModule"):
+        for name in _CLASSES:
+            known.setdefault(name, _LazyModule(name))
+    ask = getattr(utils, "is_dask_collection", None)
+    if ask is None:
+        return
+
+    def is_dask_collection(x: object) -> Any:
+        # Imported, and whole: another thread may be importing dask, which a second import would upset.
+        spec = getattr(sys.modules.get("dask"), "__spec__", None)
+        return spec is not None and not getattr(spec, "_initializing", False) and ask(x)
+
+    utils.is_dask_collection = is_dask_collection  # type: ignore[assignment]
+
+
+_wait_for_imports()

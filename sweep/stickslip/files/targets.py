@@ -1,35 +1,41 @@
-"""Targets of results: checked before an hour of computing, and replaced whole or not at all.
+"""What is written: checked before an hour of computing, then replaced whole or not at all.
 
 A temporary file beside the target is written, flushed and renamed over it: a crash, a full disk or a lack of permission
-leaves the old file as it was, and what is new survives a power failure. All that writes goes through `replaced`, all
-that is asked to write later through `check_target`.
+leaves the old file as it was, and what is new survives a power failure. All that writes results goes through
+`replaced`, all that is asked to write later through `check_target`.
 
-Services that keep objects behind URLs have no rename. A new Zarr store there is written once the older one is removed,
-and its root lists no arrays before the end, which says that nothing whole is there.
+A working store is a `Folder`: it holds bytes under names, each written in that way. Whatever the system complains about
+comes out as a StoreError with path, reason and remedy; a name that is not there as FileNotFoundError.
 """
 
+import errno
 import glob
 import hashlib
 import os
 import re
+import shutil
 import socket
 import stat
 import uuid
-from collections.abc import Collection, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryFile
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.locations import ROOT, Check, Move, Url, location, placed, remove
+from stickslip.files.locations import ROOT, Url, explained, location
 
+TEMPORARY = ".tmp"  # suffix of what is not written yet in a folder
 _ZARR_MARKERS = (ROOT, ".zgroup")
 _LONGEST_NAME = 255  # bytes, of a file
 _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary file
 _PART = re.compile(r"(?P<machine>[0-9a-f]{8})-(?P<pid>\d+)-[0-9a-f]{8}\.part")
 NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
+Move = Callable[[Path, Path], None]
+Check = Callable[[], None]
 
 
 # --- checked beforehand -----------------------------------------------------------------------------------------------
@@ -67,8 +73,7 @@ def check_target(place: str | os.PathLike[str], *kinds: str | Kind) -> None:
 
     kinds : by name, or those of an extension themselves.
     """
-    where = location(place)
-    possible = kinds_of(kinds)
+    where, possible = location(place), kinds_of(kinds)
     kind = next((kind for kind in possible if where.suffix.lower() in kind.suffixes), None)
     if kind is None and "folder" in kinds:
         if not isinstance(where, Path) or (where.exists() and not where.is_dir()):
@@ -84,18 +89,8 @@ def check_target(place: str | os.PathLike[str], *kinds: str | Kind) -> None:
             f"{kind.suffixes[0]}"
         )
     if isinstance(where, Url):
-        check_url(where)
-        return _check_writable(where)
+        return where.check_writable()
     _check_place(where, is_zarr=where.suffix == ".zarr", folder=kind.folder)
-
-
-def check_url(place: Url) -> None:
-    """Raises StoreError for what is no Zarr store."""
-    if place.suffix != ".zarr":
-        raise StoreError(
-            f"{place}: behind a URL only Zarr stores are written, expected a name that ends in .zarr\n"
-            "hint: netCDF is written to a file of this machine, which can be copied then"
-        )
 
 
 def _check_place(path: Path, *, is_zarr: bool = False, is_folder: bool = False, folder: bool = True) -> None:
@@ -137,21 +132,16 @@ def _behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
 
 
 @contextmanager
-def replaced(
-    path: str | os.PathLike[str],
-    move: Move = os.replace,
-    check: Check | None = None,
-    *,
-    zarr: bool = False,
-) -> Iterator[Path]:
-    """A temporary file, to be written inside `with`, that replaces the one behind `path` at its end.
+def replaced(path: str | os.PathLike[str], check: Check | None = None, *, zarr: bool = False) -> Iterator[Path]:
+    """A temporary file, or `zarr` folder, to be written inside `with`, that replaces the one behind `path` at its end.
 
     Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`.
     """
     try:
         target = _behind(path, zarr=zarr)
-        with _neighbour(target) as temporary, placed(temporary, target, move, check):
-            yield temporary
+        with _neighbour(target) as temporary:
+            with placed(temporary, target, _replace_folder if zarr else os.replace, check):
+                yield temporary
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:  # netCDF4 reports a full disk as RuntimeError("NetCDF: HDF error")
@@ -174,35 +164,162 @@ def _neighbour(target: Path) -> Iterator[Path]:
         for path in target.parent.glob(f".{glob.escape(short)}.*-*-*.part"):
             writer = _PART.fullmatch(path.name[len(short) + 2 :])  # None: of another target
             if writer and writer["machine"] == here and not is_alive(int(writer["pid"])):
-                remove(path)
+                _remove(path)
         yield temporary
     finally:
-        remove(temporary)
+        _remove(temporary)
 
 
-# --- stores behind URLs -----------------------------------------------------------------------------------------------
+@contextmanager
+def placed(temporary: Path, target: Path, move: Move, check: Check | None = None) -> Iterator[None]:
+    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
+
+    check : called right before that; what it raises is such an error.
+    """
+    try:
+        yield
+        _flush_all(temporary)
+        if check:
+            check()
+        move(temporary, target)
+        _flush(target.parent)
+    except BaseException:
+        _remove(temporary)
+        raise
 
 
-def _check_writable(target: Url) -> None:
-    """Raise StoreError now if `begin_store` would fail later."""
-    key = ".probe" if _keys_of_ours(target) else ROOT
-    target.put(key, b"")
-    target.remove(key)
+def _replace_folder(temporary: Path, target: Path) -> None:
+    """Rename a folder over another one, which no system does in one go.
+
+    A crash between both renames leaves both, the old one named ``.NAME....old``.
+    """
+    if not target.exists():
+        return os.replace(temporary, target)
+    old = temporary.with_suffix(".old")
+    os.replace(target, old)
+    try:
+        os.replace(temporary, target)
+    except OSError:
+        os.replace(old, target)
+        raise
+    shutil.rmtree(old)
 
 
-def begin_store(target: Url) -> None:
-    """Make room for a new store; the empty root says that what is there is ours, and not whole."""
-    there = _keys_of_ours(target)
-    target.put(ROOT, b"")
-    target.remove(*{key.partition("/")[0] for key in there} - {ROOT})
+def _flush(path: Path) -> None:
+    """Have the operating system put a file, or the names in a folder, on the disk."""
+    is_folder = path.is_dir()
+    try:
+        descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)  # Windows flushes only what may be written
+    except OSError:
+        if is_folder:  # and does not open folders
+            return
+        raise
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
-def _keys_of_ours(target: Url) -> Collection[str]:
-    """The objects of a store, or of a part of one. Raises StoreError for something else."""
-    there = target.keys()
-    if there and ROOT not in there:
-        raise StoreError(f"{target}: exists and is not a Zarr store, so it is left alone")
-    return there
+def _flush_all(path: Path) -> None:
+    """Put a file, or every file below a folder, on the disk, several at a time: each waits for the disk."""
+    if not path.is_dir():
+        return _flush(path)
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(_flush, [Path(parent) / name for parent, _, names in os.walk(path) for name in names]))
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    with suppress(OSError):
+        path.unlink()
+
+
+# --- folders ----------------------------------------------------------------------------------------------------------
+
+
+class Folder:
+    """A folder of this machine, or of a file system mounted on it. absolute : the place as other processes find it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.where, self.absolute = path, str(path), str(path.absolute())
+
+    def names(self) -> list[str]:
+        """Names that exist."""
+        with explained(self.where, "read"):
+            try:
+                return sorted(os.listdir(self.path))
+            except FileNotFoundError:
+                return []
+
+    def read(self, name: str) -> bytes:
+        """The bytes under a name."""
+        with explained(str(self.path / name), "read"):
+            return (self.path / name).read_bytes()
+
+    def write(self, name: str, data: bytes, move: Move = os.replace) -> None:
+        """Write to a temporary name, flush, rename, flush the folder."""
+        temporary = self.path / f".{name}.{uuid.uuid4().hex}{TEMPORARY}"
+        with explained(str(self.path / name), "written"):
+            self._make()
+            with placed(temporary, self.path / name, move):
+                temporary.write_bytes(data)
+
+    def create(self, name: str, data: bytes) -> None:
+        """As `write`, by a link, which never replaces. Raises FileExistsError."""
+        self.write(name, data, _link)
+
+    def remove(self, name: str) -> None:
+        """Remove a name."""
+        with explained(str(self.path / name), "removed"):
+            (self.path / name).unlink(missing_ok=True)
+
+    def rmdir(self) -> None:
+        """Remove the folder, if it is empty."""
+        with suppress(OSError):
+            self.path.rmdir()
+
+    def size(self) -> int:
+        """Bytes of all names."""
+        total = 0
+        for name in self.names():
+            with suppress(OSError):  # it may be renamed or removed just now
+                total += os.stat(self.path / name).st_size
+        return total
+
+    def _make(self) -> None:
+        if self.path.is_dir():
+            return
+        try:
+            self.path.mkdir(parents=True)
+        except FileExistsError:
+            if not self.path.is_dir():  # made by another process meanwhile
+                raise NotADirectoryError(errno.ENOTDIR, "a file exists there already") from None
+        except FileNotFoundError as error:  # /proc, for one; this must not pass for an answer
+            raise OSError(errno.EPERM, error.strerror or "no such folder") from None
+        _flush(self.path.absolute().parent)
+
+
+def _link(temporary: Path, name: Path) -> None:
+    """Give a file a name that is free. Raises FileExistsError."""
+    try:
+        os.link(temporary, name)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links: the name is taken first, its content follows at once
+        os.close(os.open(name, os.O_CREAT | os.O_EXCL))
+        os.replace(temporary, name)
+    else:
+        os.unlink(temporary)
+
+
+def folder_at(place: str | os.PathLike[str]) -> Folder:
+    """The folder at a path; nothing is created. Raises StoreError for a URL."""
+    where = location(place)
+    if isinstance(where, Url):
+        raise StoreError(f"{where}: a working store has to be on a file system", hint="name a folder with {store}")
+    return Folder(where)
 
 
 # --- by whom ----------------------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, reason
-from stickslip.files.sniff import TABLES, neighbours, wrong_file_type
+from stickslip.files.locations import TABLES, neighbours, wrong_file_type
 
 LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and takes three times as much
 LARGEST_WORKBOOK = 64_000_000  # bytes as a file; a full sheet of 1,048,576 rows of four numbers has 40e6

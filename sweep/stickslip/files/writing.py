@@ -3,25 +3,23 @@
 Writing is all or nothing (`targets.py`; behind a URL only Zarr is written, and an older store goes first); netCDF4
 opened for writing would truncate the target first. These files are results, not checkpoints.
 
-The file and all it says of itself are made by xarray with netCDF4 or Zarr; what is in chunks is put in afterwards
-(`netcdf.py`, `zarr_chunks.py`), so that threads compress it.
+The file and all it says of itself are made by xarray with netCDF4 or Zarr; what is in chunks is put in afterwards, so
+that threads compress it. Every chunk carries a checksum, and a seal covers the rest, and where chunks belong
+(`chunks.py`). `reading.py` is the other half.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
 In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
 hold numbers.
-
-Every chunk carries a checksum, and a seal covers the rest, and where chunks belong (`seal.py`). `reading.py` is the
-other half.
 """
 
 from __future__ import annotations
 
+import json
 import os
-import shutil
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,20 +28,29 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
-from stickslip.files.filters import NETCDF, packed
-from stickslip.files.locations import UNCACHED, Check, Location, Url, explained, location
+from stickslip.files.chunks import (
+    GROUP,
+    NETCDF,
+    NOBODY_WROTE,
+    SEAL,
+    TABLE,
+    ChunkFile,
+    Marks,
+    chunks_in,
+    content_of,
+    packed,
+    sealed,
+)
+from stickslip.files.locations import ROOT, UNCACHED, Location, Url, explained, location
 from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
 from stickslip.files.reading import open, require_zarr
-from stickslip.files.seal import GROUP, NOBODY_WROTE, TABLE, chunks_in, marks_of, sealed
-from stickslip.files.targets import begin_store, check_url, replaced
-
-if TYPE_CHECKING:
-    from stickslip.files.zarr_chunks import ZarrChunks
+from stickslip.files.targets import Check, replaced
 
 __all__ = ["StoreError", "open", "write"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _LARGER = 4  # times are chunks of Zarr, each of which is a file
+_ZSTD_LEVEL = 3  # 5 takes nearly three times as long, for stores that are 7 % smaller
 _MARKS = "digests that bind each chunk to its place, variable and file"
 Fill = Callable[[Any], None]
 Encoding = dict[str, dict[str, Any]]
@@ -72,20 +79,20 @@ def write(
     if place.suffix == ".zarr":
         require_zarr(path)
     elif isinstance(place, Url):
-        check_url(place)
+        place.check_is_zarr()
     elif place.suffix != ".nc":
         raise StoreError(f"{place}: unknown kind of file, expected a name that ends in .nc or .zarr")
     if isinstance(place, Url):
         if fill is None:
             plain.load()  # its values may be read from the older store
-        begin_store(place)
+        place.begin_store()
         with explained(place, "written", answers=()):
-            _fill(plain, _new_zarr(plain, chunks, place, names, threads), fill)
+            _fill(plain, ZarrChunks(plain, chunks, place, names, threads), fill)
     elif place.suffix == ".zarr":
-        with replaced(place, _replace_folder, check, zarr=True) as temporary:
-            _fill(plain, _new_zarr(plain, chunks, temporary, names, threads), fill)
+        with replaced(place, check, zarr=True) as temporary:
+            _fill(plain, ZarrChunks(plain, chunks, temporary, names, threads), fill)
     else:
-        with replaced(place, check=check) as temporary:
+        with replaced(place, check) as temporary:
             _create_netcdf(plain, _netcdf_encoding(plain, chunks), temporary)
             _fill(plain, NetcdfChunks(temporary, threads), fill)
     return place
@@ -115,32 +122,13 @@ def _create_netcdf(ds: xr.Dataset, encoding: Encoding, path: Path) -> None:
     try:
         with NETCDF_LOCK:
             ds.dump_to_store(file, writer=_Without(_in_chunks(ds)), encoding=encoding)
-            layouts = {name: (ds[name].shape, options["chunksizes"]) for name, options in encoding.items()
+            shapes = {name: (ds[name].shape, options["chunksizes"]) for name, options in encoding.items()
                        if "chunksizes" in options}  # fmt: skip
             group = file.ds.createGroup(GROUP)
-            group.createDimension("chunk", marks_of("", layouts).table.size)
+            group.createDimension("chunk", Marks.of("", shapes).table.size)
             group.createVariable(TABLE, "u8", ("chunk",)).long_name = _MARKS
     finally:
         file.close()
-
-
-def _new_zarr(
-    ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, names: Sequence[str], threads: int | None
-) -> ZarrChunks:
-    """Do as `to_zarr` does, and leave out what is in chunks. names : of all variables, in their order."""
-    from xarray.backends import ZarrStore
-
-    from stickslip.files.zarr_chunks import ZarrChunks
-
-    # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
-    # Chunks of dask need not be those of the store: `_fill` cuts them.
-    store = ZarrStore.open_group(
-        str(place), mode="w", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False,
-        storage_options=UNCACHED if isinstance(place, Url) else None,
-    )  # fmt: skip
-    ds.dump_to_store(store, writer=_Without(_in_chunks(ds)), encoding=_zarr_encoding(ds, chunks))
-    store.close()
-    return ZarrChunks(place, names, threads)
 
 
 class _Without(ArrayWriter):
@@ -155,23 +143,6 @@ class _Without(ArrayWriter):
         name = getattr(target, "variable_name", None) or target.basename  # netCDF4, Zarr
         if name not in self._left_out:
             super().add(source, target, region)  # type: ignore[no-untyped-call]
-
-
-def _replace_folder(temporary: Path, target: Path) -> None:
-    """Rename a folder over another one, which no system does in one go.
-
-    A crash between both renames leaves both, the old one named ``.NAME....old``.
-    """
-    if not target.exists():
-        return os.replace(temporary, target)
-    old = temporary.with_suffix(".old")
-    os.replace(target, old)
-    try:
-        os.replace(temporary, target)
-    except OSError:
-        os.replace(old, target)
-        raise
-    shutil.rmtree(old)
 
 
 def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
@@ -230,12 +201,10 @@ def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding
 
 def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
     """Fill values, chunks, and compression with a checksum over what it made."""
-    from stickslip.files.zarr_chunks import compressors
-
     encoding: Encoding = {str(name): {} for name in ds.variables} | _fill_values(ds)
     for name, options in encoding.items():
         variable = ds.variables[name]
-        options |= {"compressors": compressors(variable.dtype), "chunks": _chunks(variable.shape, chunks, _LARGER)}
+        options |= {"compressors": _compressors(variable.dtype), "chunks": _chunks(variable.shape, chunks, _LARGER)}
     return encoding
 
 
@@ -251,3 +220,90 @@ def _chunks(shape: tuple[int, ...], given: tuple[int, ...] | None = None, larger
         below = max(1, prod(shape[i + 1 :]))  # a dimension may be empty: borders of lines that have none
         chunks.append(max(1, min(length, larger * _CHUNK_VALUES // below)))
     return tuple(chunks)
+
+
+# --- Zarr -------------------------------------------------------------------------------------------------------------
+
+
+class ZarrChunks(ChunkFile):
+    """A new Zarr store in which all of a dataset but its chunks is written, open for these.
+
+    names : of all variables, in the order in which libraries are to list them. Only at the end the root lists them:
+    before that, nobody takes it for a store.
+    """
+
+    def __init__(
+        self, ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, names: Sequence[str], threads: int | None
+    ) -> None:
+        import zarr
+        from xarray.backends import ZarrStore
+
+        self._options = UNCACHED if isinstance(place, Url) else None
+        self._place, self._names = str(place), names
+        # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
+        # Chunks of dask need not be those of the store: `_fill` cuts them.
+        store = ZarrStore.open_group(
+            self._place, mode="w", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False,
+            storage_options=self._options,
+        )  # fmt: skip
+        ds.dump_to_store(store, writer=_Without(_in_chunks(ds)), encoding=_zarr_encoding(ds, chunks))
+        store.close()
+        with zarr.config.set({"array.write_empty_chunks": True}):
+            self._group: Any = zarr.open_group(self._place, mode="r+", storage_options=self._options)
+            self._arrays: dict[str, Any] = {name: self._group[name] for name in names}
+        super().__init__(threads)
+
+    def chunks(self, name: str) -> tuple[int, ...]:
+        """The lengths of the chunks of a variable."""
+        lengths: tuple[int, ...] = self._arrays[name].chunks
+        return lengths
+
+    def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
+        """Values of whole chunks, the first at index `start` of the variable."""
+        self._submit(self._written, name, values, np.asarray(start or (0,) * values.ndim))
+
+    def _written(self, name: str, values: NDArray[Any], begin: NDArray[np.intp]) -> tuple[()]:
+        array = self._arrays[name]
+        array[tuple(map(slice, begin, begin + values.shape))] = values
+        first = begin // array.chunks
+        for number, part in chunks_in(values.shape, array.chunks):
+            self._contents[name, tuple(map(int, first + number))] = content_of(values[part])
+        return ()
+
+    def _store(self, made: tuple[Any, ...]) -> None:
+        """Nothing: it is stored."""
+
+    def _complete(self) -> None:
+        self._mark()
+        self._consolidate()
+
+    def _mark(self) -> None:
+        """Add the table that binds chunks to their places."""
+        numbers = {name: a for name, a in self._arrays.items() if a.ndim and a.dtype.kind in "fiu"}
+        marks = Marks.of(self._group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in numbers.items()})
+        table = marks.noted(self._contents)
+        self._group.create_group(GROUP).create_array(TABLE, data=table, chunks=table.shape, dimension_names=("chunk",))
+
+    def _consolidate(self) -> None:
+        """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
+
+        By hand, because zarr warns in turn that its third format knows no such thing (`must_understand` says that), and
+        lists arrays at random.
+        """
+        import fsspec
+
+        files = fsspec.get_mapper(self._place, **(self._options or {}))
+        root = json.loads(files[ROOT])
+        arrays = {name: json.loads(files[f"{name}/{ROOT}"]) for name in self._names}
+        root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
+        files[ROOT] = json.dumps(root, indent=2).encode()
+
+
+def _compressors(dtype: np.dtype[Any]) -> tuple[Any, ...]:
+    """The codecs of an array, with a checksum over what they made."""
+    from zarr.codecs import BloscCodec, Crc32cCodec, ZstdCodec
+
+    if dtype.kind not in "fiu":
+        return ZstdCodec(), Crc32cCodec()
+    shuffle: Any = "shuffle" if dtype.itemsize > 1 else "bitshuffle"
+    return BloscCodec(cname="zstd", clevel=_ZSTD_LEVEL, typesize=dtype.itemsize, shuffle=shuffle), Crc32cCodec()

@@ -14,9 +14,8 @@ from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import check_dataset, selected
 from stickslip.errors import PlotError
-from stickslip.plots.axes import apply, shade
 from stickslip.plots.fixed_values import fixed_note
-from stickslip.plots.layout import Figure, entitle, labelled, legend, wrapped
+from stickslip.plots.layout import Figure, apply, entitle, labelled, legend, shade, wrapped
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, GREY, SKY, VERMILLION, regime_label
 from stickslip.vocabulary.flags import REGIMES
 

@@ -1,4 +1,7 @@
-"""Maps of regimes and of metrics."""
+"""Values of maps as pixels with colours and hatching, the same in all panels of a figure.
+
+Maps of regimes and of metrics.
+"""
 
 from collections.abc import Hashable, Mapping, Sequence
 from itertools import product
@@ -9,25 +12,90 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.colors import AsinhNorm
 from matplotlib.lines import Line2D
+from matplotlib.ticker import AsinhLocator
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
-from stickslip.dataset.coarse import pixel_for, pixel_note
+from stickslip.dataset.coarse import Pixel, pixel_for, pixel_note
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import MAX_PANELS, check_dataset, selected
 from stickslip.dataset.summary import why_absent
 from stickslip.errors import PlotError
 from stickslip.plots import marks
-from stickslip.plots.axes import apply, plain_numbers, scaled
 from stickslip.plots.fixed_values import fixed_note, why_nothing
-from stickslip.plots.layout import Figure, entitle, folded, labelled, legend, wrapped
+from stickslip.plots.layout import Figure, apply, entitle, folded, labelled, legend, plain_numbers, scaled, wrapped
 from stickslip.plots.marks import BORDERS, border_handles, draw_borders, levels_inside, over_panel
 from stickslip.plots.options import PLAIN, Look
-from stickslip.plots.painting import hatch, painted, patterns
-from stickslip.plots.palette import BLUE, FLAG_COLOURS, UNDEFINED_COLOUR, UNDEFINED_HATCH, Entry, ink
+from stickslip.plots.palette import (
+    BLUE,
+    FLAG_COLOURS,
+    HATCHES,
+    UNDEFINED_COLOUR,
+    UNDEFINED_HATCH,
+    Entry,
+    Paint,
+    ink,
+    marked,
+    paint,
+)
+from stickslip.vocabulary.display_units import Unit
+from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.suggest import or_meant
+
+
+def painted(
+    arrays: Sequence[xr.DataArray], variable: str, pixel: Pixel, look: Look
+) -> tuple[list[NDArray[np.generic]], Paint, Unit]:
+    """The values of every panel, by pixels and in the unit in which they are shown; one paint for all of them.
+
+    Raises PlotError for codes of a newer version, and for colours that numbers cannot have.
+    """
+    if variable not in FLAG_COLOURS:
+        numbers = [coarse.numbers(array, pixel).values for array in arrays]
+        unit = unit_of(arrays[0], np.concatenate(numbers, axis=None))
+        shown: list[NDArray[np.generic]] = [unit.of(values) for values in numbers]
+        limits = look.limits.get(variable)
+        ends = None if limits is None else (unit.of(limits[0]), unit.of(limits[1]))
+        return shown, paint(variable, np.concatenate(shown, axis=None), limits=ends, log=variable in look.log), unit
+    if variable in look.log or variable in look.limits:
+        raise PlotError(f"{variable} has names, no numbers: its colours have no scale and no limits")
+    reduced = [coarse.flags(array, pixel) for array in arrays]
+    present = {code for panel in reduced for code in panel.present}
+    if unknown := present - set(range(len(FLAG_COLOURS[variable]))):
+        raise PlotError(f"{variable} has codes that this version does not know: {sorted(unknown)}")
+    shown = [marked(variable, panel) for panel in reduced]
+    return shown, paint(variable, np.concatenate(shown, axis=None), present), Unit()
+
+
+Floats = NDArray[np.float64]
+_MOST = 50_000  # changes along rows of a regime; more are single cells here and there, on which no hatching shows
+
+
+def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
+    """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
+    for name, pattern in patterns(variable).items():
+        inside = np.asarray(codes == list(FLAGS[variable]).index(name))
+        hatch_cells(ax, inside, pattern, FLAG_COLOURS[variable][name], x_edges, y_edges)
+
+
+def hatch_cells(
+    ax: Axes, inside: NDArray[np.bool_], pattern: str, colour: str, x_edges: Floats, y_edges: Floats
+) -> None:
+    """Hatch the cells of a colour that are `inside`, (rows, columns); edges one longer."""
+    if not 0 < np.count_nonzero(inside[:, 1:] != inside[:, :-1]) + inside.any() <= _MOST:
+        return
+    sides = (np.repeat(edges, 2)[1:-1] for edges in (x_edges, y_edges))  # each cell twice: no slopes between cells
+    area = ax.contourf(*sides, np.kron(inside, np.ones((2, 2))), levels=[0.5, 1.5], colors="none", hatches=[pattern])
+    area.set(edgecolor=ink(colour), linewidth=0.0, zorder=1.5)
+
+
+def patterns(variable: str) -> Mapping[str, str]:
+    """Matplotlib's patterns by flag, of a variable that has some."""
+    return HATCHES if FLAG_COLOURS.get(variable) is FLAG_COLOURS["regime"] else {}
+
 
 _MAX_PANEL_COLUMNS = 4
 _BAR_WIDTH = 45  # letters along a colour bar
@@ -120,10 +188,9 @@ def _panels(
 
     if not is_flag:
         bar = figure.colorbar(ScalarMappable(paint.norm, paint.colours), ax=grid, pad=0.02, extend=paint.beyond)
+        if isinstance(paint.norm, AsinhNorm):
+            bar.locator = AsinhLocator(paint.norm.linear_width, numticks=7)  # more stand in each other's way near 0
         bar.ax.set_ylim(*paint.span)
-        if paint.ticks is not None:
-            bar.set_ticks(paint.ticks, labels=[f"{tick:g}" for tick in paint.ticks])
-            bar.minorticks_off()
         plain_numbers(bar.ax, "y")
         bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
     handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]

@@ -1,5 +1,7 @@
 """What is drawn over maps: operating points, borders of linear theory, and exact ones."""
 
+from __future__ import annotations
+
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -10,16 +12,23 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from stickslip.config.grid import quantity_of, shared_by
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis
 from stickslip.dataset.polylines import border_lines, other_cells
 from stickslip.dataset.selection import places
-from stickslip.errors import PlotError
+from stickslip.engine import Options, Scales, by_theory
+from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.options import Mark
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
-from stickslip.plots.theory import over_plane
+from stickslip.theory.curve import SHAPES, damping_ratio, weakening
+from stickslip.vocabulary.cells import as_cells, parameters_of
+from stickslip.vocabulary.models import STRIBECK, model_of
+from stickslip.vocabulary.quantities import QUANTITIES
 
+Floats = NDArray[np.float64]
+_POINTS = 129  # along an axis, of linear theory
 _RING: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "black",
                          "markeredgewidth": 1.6, "linestyle": "none", "clip_on": False}  # fmt: skip
 LINE: dict[str, Any] = {"color": "black", "linestyle": "dashdot", "linewidth": 1.2}
@@ -108,18 +117,18 @@ _PALE_HALO = [patheffects.Stroke(linewidth=3.0, foreground="white", alpha=0.8), 
 def draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pixel) -> set[float]:
     """Contours of the linear damping ratio; returns the levels that lie inside the panel.
 
-    Of a contact that knows it by formulas, through points of their own; else through the values at single cells, so
-    that pixels do not blur or shift them; none of a refined map, most cells of which have no value.
+    Of a law that has a formula, through points of their own, however few cells the map has; else through the values at
+    single cells, so that pixels do not blur or shift them; none then of a refined map, most cells of which have none.
     """
     if not (x.is_numeric and y.is_numeric) or min(x.length, y.length) < 2:
         return set()
-    if (known := over_plane(panel, "damping_ratio", x, y)) is not None:
-        points, ratio = known[:2], known[2]
+    if (known := by_formula(panel, x, y)) is not None:
+        *points, ratio = known
     elif "damping_ratio" not in panel.data_vars or "refine_box" in panel.attrs:
         return set()
     else:
         ratio = coarse.centres(panel["damping_ratio"].transpose(y.dim, x.dim), pixel)
-        points = x.pixel_points(pixel[1]), y.pixel_points(pixel[0])
+        points = [x.pixel_points(pixel[1]), y.pixel_points(pixel[0])]
     ratio = np.ma.masked_invalid(ratio)
     inside = levels_inside(ratio)
     for level in inside:
@@ -127,6 +136,48 @@ def draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pix
                            linestyles=[BORDERS[level][0]])  # fmt: skip
         lines.set_path_effects(_PALE_HALO)
     return inside
+
+
+def law_with_theory(ds: xr.Dataset) -> str | None:
+    """The law of a map, if linear theory of its contact needs no cells, and this process knows it."""
+    try:
+        law = str(shared_by(ds)["law"])
+        return law if law in SHAPES or model_of(law).growth else None
+    except (ConfigError, KeyError):
+        return None
+
+
+def by_formula(panel: xr.Dataset, x: MapAxis, y: MapAxis) -> tuple[Floats, Floats, Floats] | None:
+    """Points along x and along y, in the units in which they are shown, and the linear damping ratio (y, x) there; None
+    where it is known from cells alone, or the dataset says too little."""
+    coords = {name: array for key, array in panel.coords.items() if (name := quantity_of(str(key))) in QUANTITIES}
+    law = law_with_theory(panel)
+    if law is None or any(set(array.dims) - {x.dim, y.dim} for array in coords.values()):
+        return None
+    try:
+        values = {}
+        for key, array in coords.items():
+            along = _between(x if array.dims == (x.dim,) else y, array.values) if array.dims else array.values
+            values[key] = np.broadcast_to(along[:, None] if array.dims == (y.dim,) else along, (_POINTS,) * 2).ravel()
+        cells = as_cells(parameters_of(values), law)
+    except (TypeError, ValueError):  # not all that a cell has is among the coordinates
+        return None
+    if law in SHAPES:
+        by, (_, slope, drop, decay), speed = Scales(cells), STRIBECK.curve_of(cells), np.abs(cells["belt_speed"])
+        slope = slope + drop / decay * weakening(law, speed / decay, cells.get("delta", 1.0))[1]
+        ratio = damping_ratio(slope, by.mass, by.stiffness, cells["damping"], by.load)
+        ratio = np.where(speed > 0, ratio, np.nan)
+    else:
+        ratio = by_theory("damping_ratio", cells, Options(law))
+    return _between(x, x.centres), _between(y, y.centres), ratio.reshape(_POINTS, _POINTS)
+
+
+def _between(axis: MapAxis, values: Floats) -> Floats:
+    """Values at the points of an axis, at `_POINTS`: by ratio where the axis is."""
+    at, own = np.linspace(0.0, axis.length - 1.0, _POINTS), np.arange(axis.length)
+    if axis.is_log and (values > 0).all():
+        return np.exp(np.interp(at, own, np.log(values)))
+    return np.interp(at, own, values)
 
 
 def levels_inside(ratio: NDArray[np.float64]) -> set[float]:

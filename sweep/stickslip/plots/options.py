@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import compress
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
@@ -79,11 +80,10 @@ class Look:
 
     def within_limits(self) -> Look:
         """The same look with those marks only that lie within the limits."""
-
-        def lies_within(mark: Mark) -> bool:
-            return all(low <= mark.at[name] <= high for name, (low, high) in self.limits.items() if name in mark.at)
-
-        return replace(self, marks=tuple(filter(lies_within, self.marks)))
+        ends = self.limits.items()
+        inside = (all(low <= mark.at[name] <= high for name, (low, high) in ends if name in mark.at)
+                  for mark in self.marks)  # fmt: skip
+        return replace(self, marks=tuple(compress(self.marks, inside)))
 
 
 PLAIN = Look()
@@ -214,9 +214,7 @@ def _is_number(ds: xr.Dataset, name: str) -> bool:
 def _place(ds: xr.Dataset, name: str, value: str) -> Any:
     """A value along an axis, in SI, or a label; refused beyond the axis."""
     if not _is_number(ds, name):
-        labels = (
-            [str(label) for label in ds[name].values] if name in ds.variables else [*map(str, range(ds.sizes[name]))]
-        )
+        labels = [*map(str, ds[name].values if name in ds.variables else range(ds.sizes[name]))]
         if value not in labels:
             raise PlotError(f"--mark {name}={value}: expected one of {', '.join(labels)}")
         return value

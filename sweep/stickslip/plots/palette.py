@@ -6,7 +6,6 @@ black.
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from math import ceil, copysign, floor, log10
 from typing import Any
 
 import numpy as np
@@ -97,17 +96,6 @@ class Paint:
     beyond: str = "neither"
     span: tuple[float, float] = (0.0, 1.0)
 
-    @property
-    def ticks(self) -> list[float] | None:
-        """Ticks of a colour bar, None for those of matplotlib: powers of ten on either side of zero."""
-        if not isinstance(self.norm, AsinhNorm):
-            return None
-        width, most = self.norm.linear_width, max(map(abs, self.span))
-        powers = [10.0**k for k in range(ceil(log10(2 * width)), floor(log10(most)) + 1)]
-        ticks = [tick for tick in (*(-p for p in powers), 0.0, *powers) if self.span[0] <= tick <= self.span[1]]
-        ends = [_rounded(end) for end in self.span if end and not any(tick * end > 0.0 for tick in ticks)]
-        return sorted([*ticks, *ends])
-
     def handles(self, hatches: Mapping[str, str] | None = None) -> list[Entry]:
         """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value.
 
@@ -164,12 +152,6 @@ def _scale(
             return colormaps[_ABOUT_ZERO], Normalize(-most, most)
         return colormaps[_ABOUT_ZERO], AsinhNorm(max(usual, most / _MOST_RATIO), vmin=-most, vmax=most)
     return colormaps[_SEQUENTIAL], Normalize(low, high)
-
-
-def _rounded(number: float) -> float:
-    """The number with one digit, rounded towards zero."""
-    unit = 10.0 ** floor(log10(abs(number)))
-    return float(f"{copysign(floor(abs(number) / unit) * unit, number):.1g}")
 
 
 def _has_sign(variable: str) -> bool:

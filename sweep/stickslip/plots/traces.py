@@ -9,8 +9,7 @@ from stickslip.dataset.display import title as array_title
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
-from stickslip.plots.axes import shade
-from stickslip.plots.layout import Figure, entitle, labelled, legend
+from stickslip.plots.layout import Figure, entitle, labelled, legend, shade
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary.display_units import quantity, spoken
 from stickslip.vocabulary.flags import MODES

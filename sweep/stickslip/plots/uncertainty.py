@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from stickslip.dataset.display import MapAxis
 from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
-from stickslip.plots.axes import apply
 from stickslip.plots.fixed_values import fixed_note
-from stickslip.plots.layout import Figure, annotate, entitle
+from stickslip.plots.layout import Figure, annotate, apply, entitle
 from stickslip.plots.maps import plot_map
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import BLACK, FLAG_COLOURS, GREY, ORANGE, SKY, look_of, regime_label

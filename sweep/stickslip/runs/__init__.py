@@ -1,10 +1,10 @@
 """Runs of any size that survive interruption: working store, resume, shards, and the result put together at the end.
 
-    session     run, retry_failed        collecting  collect, status
-    threads, dask/   missing blocks here, or on a cluster          assembly    blocks into one result
+    session     run, retry_failed                          collecting   collect, status
+    threads     missing blocks here, studies in memory     cluster, worker   blocks on a Dask cluster
     work        configuration and number of a block in, arrays out; what any worker calls
-    workdir/    the store: manifest, encoding of blocks, lock
-    existing_output  a result at the same place; known_cells: its cells
+    block_store, formats, lock   the store: its blocks; what its files hold; who works on it
+    output      a result at the same place, whose cells are taken over, and blocks into one result
 
 `work.Work.compute` is pure, so that it does not matter who computes a block, when, or how often.
 """

@@ -9,14 +9,12 @@ from stickslip.config.studies import Study
 from stickslip.errors import StoreError
 from stickslip.files.locations import ROOT, Location, Url
 from stickslip.files.targets import check_target
-from stickslip.runs import existing_output
-from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.blocks import Shard
+from stickslip.runs import block_store
+from stickslip.runs.block_store import Failure
+from stickslip.runs.lock import WHOLE, Holder, hold_lock, holders, shard_of
+from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.session import Request
-from stickslip.runs.work import Work, study_of
-from stickslip.runs.workdir import block_store
-from stickslip.runs.workdir.block_store import Failure
-from stickslip.runs.workdir.lock import WHOLE, Holder, hold_lock, holders, shard_of
+from stickslip.runs.work import Shard, Work, study_of
 
 _OTHER = block_store.SAME_SETTINGS + ", or name another file with {output}"
 
@@ -62,7 +60,7 @@ def collect(request: Request) -> Collected:
             )
 
     anew = store.manifest.fresh and store.is_complete()  # as the run would replace it
-    with existing_output.opened(request.output, request.config, anew, _OTHER) as old:
+    with existing_output(request.output, request.config, anew, _OTHER) as old:
         known, grid = (old.known, old.grid) if old else (None, None)
         work = Work(request.config, known, store.blocks, grid)
         gathered = Gathered(store, work, None, request.notice)
@@ -86,7 +84,7 @@ def _whole(request: Request, output: Location) -> Collected | None:
 
     Raises StoreError for a part of it, and for something else.
     """
-    with existing_output.opened(output, request.config, False, _OTHER) as old:
+    with existing_output(output, request.config, False, _OTHER) as old:
         if old is None:
             return None
         if not old.complete:

@@ -16,13 +16,12 @@ from stickslip.dataset.build import map_template
 from stickslip.engine import Options, Results, bytes_per_cell, columns, compute, processors, warm_up
 from stickslip.files import writing
 from stickslip.files.locations import location
-from stickslip.runs.blocks import Blocks
-from stickslip.runs.work import Work
+from stickslip.runs.work import Blocks, Work
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import STATUSES
 
 if TYPE_CHECKING:
-    from stickslip.studies.uncertainty import SampleStudy
+    from stickslip.studies.uncertain import SampleStudy
 
 _TOGETHER = 32  # neighbouring cells, as many as there are lanes
 _TRIED = 8192  # cells, about
@@ -81,60 +80,38 @@ def probe(cells: Cells | SampleStudy, options: Options, most: int = _TRIED) -> P
 
 @dataclass(frozen=True)
 class LastWrite:
-    """The map put into its file, by one process, once all blocks are there. size : bytes, compressed."""
+    """The map put into its file, by one process, once all blocks are there: bytes, compressed, and time of the disk."""
 
     size: int
     files: int
-
-    @property
-    def seconds(self) -> float:
-        """Time, which the disk takes."""
-        return self.size / DISK
+    seconds: float
 
 
 @dataclass(frozen=True)
 class Estimate:
     """An estimate for one machine like this.
 
-    at_once : blocks that are computed together. cells : to be computed. map_cells : of the map; 0 for results that are
-        none. each : bytes of the results of a cell. block_memory : bytes for each block at a time. last_write : of
-        maps with a file.
+    largest : items of the largest block. at_once : blocks that are computed together. cells : to be computed.
+    map_cells : of the map; 0 for results that are none. each : bytes of the results of a cell. block_memory : bytes for
+    each block at a time, memory : for all, besides the program. store : most bytes of the finished blocks; less where
+    they are compressed. whole : bytes of the map before compression, or in memory. seconds : of the whole run here.
+    last_write : of maps with a file.
     """
 
     study: Study
     blocks: Blocks
     tried: Probe
+    largest: int
     at_once: int
     cells: int
     map_cells: int
     each: int
     block_memory: int
+    memory: int
+    store: int
+    whole: int
+    seconds: float
     last_write: LastWrite | None
-
-    @property
-    def memory(self) -> int:
-        """Bytes, besides the program."""
-        return _ONCE + self.at_once * self.block_memory
-
-    @property
-    def seconds(self) -> float:
-        """Time of the whole run here."""
-        return self.tried.seconds_per_cell * self.cells
-
-    @property
-    def largest(self) -> int:
-        """Items of the largest block."""
-        return min(self.blocks.length, self.blocks.size)
-
-    @property
-    def store(self) -> int:
-        """Most bytes of the finished blocks; less where they are compressed."""
-        return self.cells * self.each
-
-    @property
-    def whole(self) -> int:
-        """Bytes of the map before compression, or in memory."""
-        return self.map_cells * self.each
 
     def on(self, nodes: int, threads: int) -> NodeEstimate:
         """The estimate for shards on nodes of so many threads, each thread as fast as one here."""
@@ -180,7 +157,7 @@ class NodeEstimate:
 
 def estimate(config: Config) -> Estimate:
     """Time a few cells of a configuration. Raises KeyboardInterrupt on Ctrl-C."""
-    from stickslip.studies.uncertainty import SampleStudy
+    from stickslip.studies.uncertain import SampleStudy
 
     work = Work(config)
     study, blocks, options = work.study, work.blocks, work.options
@@ -194,9 +171,11 @@ def estimate(config: Config) -> Estimate:
     number, last_write = study.cells_each * work.size, None
     if map_cells and grid.shape and config.output.file and not config.uncertain:
         written = {name: tried.results[name] for name in columns(options)}
-        template, output = map_template(grid, getattr(study, "map_columns", study.columns), {}), config.output.file
+        template = map_template(grid, getattr(study, "map_columns", study.columns), {})
         share = template["regime"].size / tried.results["regime"].size
-        last_write = LastWrite(
-            int(share * writing.packed_bytes(written)), writing.count_files(template, location(output))
-        )
-    return Estimate(study, blocks, tried, at_once, number, map_cells, each, block_memory, last_write)
+        size = int(share * writing.packed_bytes(written))
+        last_write = LastWrite(size, writing.count_files(template, location(config.output.file)), size / DISK)
+    return Estimate(
+        study, blocks, tried, min(blocks.length, blocks.size), at_once, number, map_cells, each, block_memory,
+        _ONCE + at_once * block_memory, number * each, map_cells * each, tried.seconds_per_cell * number, last_write,
+    )  # fmt: skip

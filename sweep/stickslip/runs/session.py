@@ -13,20 +13,17 @@ from stickslip.config.sections import ADDRESS, HERE, is_address
 from stickslip.config.yaml import Setting
 from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
 from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
-from stickslip.files.locations import Folder, Location, Url, folder_at, location
-from stickslip.files.targets import check_target
-from stickslip.runs import existing_output
-from stickslip.runs.assembly import Gathered, assemble
-from stickslip.runs.blocks import Shard
+from stickslip.files.locations import Location, Url, location
+from stickslip.files.targets import Folder, check_target, folder_at
+from stickslip.runs import block_store
+from stickslip.runs.block_store import BlockStore
+from stickslip.runs.formats import fingerprint
+from stickslip.runs.lock import Lock, Notice, hold_lock
+from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.threads import Tally, compute_blocks
-from stickslip.runs.work import Work
-from stickslip.runs.workdir import block_store
-from stickslip.runs.workdir.block_store import BlockStore
-from stickslip.runs.workdir.lock import Lock, Notice, hold_lock
-from stickslip.runs.workdir.manifest import fingerprint
+from stickslip.runs.work import Shard, Work
 
 OnError = Literal["continue", "stop"]
-Choice = Callable[[BlockStore, set[int]], set[int]]
 Machines = tuple[Callable[..., None], str | None]  # `threads.compute_blocks`, or alike on a cluster, which has a name
 
 
@@ -152,9 +149,10 @@ def run(request: Request) -> Outcome:
     if request.output is not None:
         check_target(request.output, "result")
     if not request.fresh:
-        block_store.check_before(folder, Work(request.config), request.shard is not None)
+        if (there := block_store.found_at(folder)) is not None:  # before anybody's lock is touched
+            block_store.check_same(there, Work(request.config), request.shard is not None)
     with _machines(request) as machines:
-        return _locked(request, folder, _missing, machines, request.fresh)
+        return _locked(request, folder, machines, request.fresh)
 
 
 def retry_failed(request: Request) -> Outcome:
@@ -164,12 +162,12 @@ def retry_failed(request: Request) -> Outcome:
         return whole
     anew = block_store.find(folder).manifest.fresh  # as the run that began it
     with _machines(request) as machines:
-        return _locked(request, folder, _failed_before, machines, anew)
+        return _locked(request, folder, machines, anew, again=True)
 
 
 def _finished(request: Request) -> Outcome | None:
     """The outcome of a run whose result is there and whole; None for others."""
-    with existing_output.opened(request.output, request.config, False) as old:
+    with existing_output(request.output, request.config, False) as old:
         whole = old is not None and old.complete
         return Outcome(old.cells, output=request.output, up_to_date=True) if old and whole else None
 
@@ -180,39 +178,26 @@ def _machines(request: Request) -> Iterator[Machines]:
     if request.cluster is None:
         yield compute_blocks, None
         return
-    from stickslip.runs.dask import connecting, dispatch
+    from stickslip.runs import cluster as clusters
 
     threads = request.config.execution.threads
-    with connecting.connected(request.cluster, threads, request.notice) as cluster:
-        yield partial(dispatch.compute_blocks, cluster), str(cluster)
+    with clusters.connected(request.cluster, threads, request.notice) as cluster:
+        yield partial(clusters.compute_blocks, cluster), str(cluster)
 
 
-def _missing(store: BlockStore, own: set[int]) -> set[int]:
-    """The blocks a run is to compute: those that failed before are left to `retry_failed`."""
-    return own - store.finished() - store.failed()
+def _locked(request: Request, folder: Folder, machines: Machines, anew: bool, again: bool = False) -> Outcome:
+    """Compute the blocks that are missing, and write the result, while no other run works on the store.
 
-
-def _failed_before(store: BlockStore, own: set[int]) -> set[int]:
-    """The blocks that failed, which is forgotten."""
-    failed = store.failed() & own
-    for number in failed:
-        store.clear_failure(number)
-    return failed - store.finished()
-
-
-def _locked(request: Request, folder: Folder, choose: Choice, machines: Machines, anew: bool) -> Outcome:
-    """Compute the blocks that `choose` names, and write the result, while no other run works on the store.
-
-    anew : whether the result replaces whatever is there.
+    anew : whether the result replaces whatever is there. again : compute the blocks that failed before, and no others.
     """
     stop = stop_flag()
     with hold_lock(folder, request.shard, lambda: stop.fill(1), request.notice) as lock:
-        with existing_output.opened(request.output, request.config, anew) as old:
+        with existing_output(request.output, request.config, anew) as old:
             work = Work(request.config, old.known, grid=old.grid) if old else Work(request.config)
             packing, shards = work.packing(request.output), request.shard.count if request.shard else 0
             store = block_store.prepare(folder, work, request.fresh, request.notice, packing, shards)
             session = _Session(request, store, replace(work, cut=store.blocks), lock)
-            outcome = session.compute(choose, machines, stop)
+            outcome = session.compute(again, machines, stop)
         session.require_lock()
         session.require_none_failed(session.own & store.failed())
         if request.shard or not store.is_complete():
@@ -244,12 +229,16 @@ class _Session:
         store, shard = self.store, self.request.shard
         return set(shard.blocks(store.blocks) if shard else range(store.blocks.count))
 
-    def compute(self, choose: Choice, machines: Machines, stop: StopFlag) -> Outcome:
+    def compute(self, again: bool, machines: Machines, stop: StopFlag) -> Outcome:
         """Compute blocks, and say what ended that."""
         request, store, work, own = self.request, self.store, self.work, self.own
         if request.shard is None:
             block_store.remove_temporary(store.folder)
-        before, numbers, tally = store.cells(store.finished()), choose(store, own), Tally()
+        before, failed, tally = store.cells(store.finished()), store.failed() & own, Tally()
+        if again:
+            for number in failed:
+                store.clear_failure(number)
+        numbers = failed if again else own - store.finished() - failed
         say = request.news or request.notice
         if not own:
             say(f"shard {request.shard} has nothing to compute: there are only {store.blocks.count:,} blocks")
@@ -268,8 +257,8 @@ class _Session:
             compute(store, work, numbers, tally, stop, stop_on_error=at_once, progress=self._progress())
         except KeyboardInterrupt:
             raise self._interrupted() from None
-        except BlockFailedError as failed:
-            self.require_none_failed({failed.number})
+        except BlockFailedError as error:
+            self.require_none_failed({error.number})
         except (StoreError, ClusterError) as error:
             raise self._incomplete(str(error)) from error
         computed = tally.cells - tally.reused

@@ -1,16 +1,38 @@
-"""Missing blocks computed on the threads of this process, each written as soon as it is there."""
+"""Blocks computed on the threads of this process: of a run, each written as soon as it is there, or of a study that
+stays in memory, with what the calls for one share.
+"""
+
+from __future__ import annotations
 
 import threading
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from math import prod
+from typing import TYPE_CHECKING, Any
 
-from stickslip.engine import Progress, StopFlag, processors, spread
-from stickslip.errors import BlockFailedError, StoppedError, StoreError
-from stickslip.runs.work import Block, Work
-from stickslip.runs.workdir.block_store import BlockStore
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from stickslip import engine
+from stickslip.config.grid import options_of
+from stickslip.config.model import Config
+from stickslip.config.reader import Given, as_config
+from stickslip.config.sections import StudySection
+from stickslip.config.studies import Study, is_config, study_class
+from stickslip.dataset.build import provenance
+from stickslip.engine import Options, Progress, Results, SolverKeywords, StopFlag
+from stickslip.errors import BlockFailedError, Interrupted, StoppedError, StoreError
+from stickslip.progress import Watch, watched
+from stickslip.runs.work import Block, Work, blocks_of
 from stickslip.studies.study import Meter
 
+if TYPE_CHECKING:
+    from stickslip.runs.block_store import BlockStore
+
 _WAITING = 2  # threads that may wait for the disk, besides those that compute
+CellsLike = Mapping[str, ArrayLike] | xr.Dataset
+CellsOrConfig = CellsLike | Given
 
 
 @dataclass
@@ -47,7 +69,7 @@ def compute_blocks(
     raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` is called with items done,
     in part too.
     """
-    threads, before = work.options.threads or processors(), store.cells(store.finished())
+    threads, before = work.options.threads or engine.processors(), store.cells(store.finished())
     meter, turns = Meter(work.study.cells_each, before), threading.Semaphore(threads)
 
     def packed(number: int, items: int) -> tuple[Block, bytes]:
@@ -82,4 +104,73 @@ def compute_blocks(
         if progress:
             progress(meter.items, work.size)
 
-    spread(compute, sorted(numbers), threads + _WAITING, stop, show)
+    engine.spread(compute, sorted(numbers), threads + _WAITING, stop, show)
+
+
+# --- in memory --------------------------------------------------------------------------------------------------------
+
+
+def compute_study(study: Study, progress: Progress | None = None) -> list[Results]:
+    """The results of all blocks, in order. Raises Interrupted on Ctrl-C, and what computing a block raises.
+
+    progress : called with (items done, in part too, and items in all) from this thread, now and then.
+    """
+    for law in study.kernels:
+        engine.warm_up(law)
+    size = prod(study.shape)
+    blocks, stop, meter = blocks_of((size,), study.weight), engine.stop_flag(), Meter(study.cells_each)
+    computed: dict[int, Results] = {}
+
+    def compute(number: int) -> None:
+        items = blocks.cells(number)
+        with suppress(StoppedError):
+            computed[number] = study.compute(items, stop, meter.watch(number, len(items)))
+        meter.end(number, len(items) if number in computed else 0)
+
+    def show(_: list[None]) -> None:
+        if progress:
+            progress(meter.items, size)
+
+    try:
+        show([])
+        engine.spread(compute, range(blocks.count), study.options.threads, stop, show)
+    except KeyboardInterrupt:
+        raise Interrupted(sum(len(blocks.cells(number)) for number in computed), size, counted=study.counted) from None
+    return [computed[number] for number in range(blocks.count)]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The cells that a call is about, a configuration or a list, and how to integrate them.
+
+    solver : of the keywords, those that a configuration has in its section.
+    """
+
+    cells: CellsLike | Config
+    options: Options
+    solver: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, given: CellsOrConfig, keywords: SolverKeywords) -> Subject:
+        """From what a call was given. Raises TypeError, ValueError or ConfigError."""
+        if not is_config(given):
+            return cls(given, Options.of(keywords).for_contact(given), {})  # type: ignore[arg-type]
+        config, named = as_config(given), keywords.get("options")
+        law = named.law if named else keywords.get("law")
+        if keywords.get("law") is not None or law not in (None, config.friction.law):
+            raise ValueError(f"law: got {law!r}, but a configuration says its law itself: {config.friction.law}")
+        solver = {name: keywords[name] for name in ("horizon", "max_steps") if keywords.get(name) is not None}
+        return cls(config, Options.of(keywords, options_of(config)), solver)
+
+    def computed(self, section: StudySection, progress: Watch) -> xr.Dataset:
+        """The result of the study that a section asks for, which it keeps. Raises TypeError or ValueError."""
+        study = study_class(section.key).of(self.cells, section, self.options)
+        title = study.title
+        if isinstance(self.cells, Config):
+            title = f"{title}: {self.cells.title}"
+            solver = self.cells.solver.model_copy(update=self.solver)
+            text = self.cells.model_copy(update={"study": section, "solver": solver}).to_yaml()
+        else:
+            text = study.options.described(**{section.key: section.resolved()})
+        with watched(progress, study.counted, study.options.law) as moved:
+            return study.dataset(compute_study(study, moved), provenance(text, title=title, action=section.action))

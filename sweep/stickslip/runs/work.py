@@ -1,11 +1,17 @@
-"""The source of blocks: a configuration and a block number in, arrays out, whoever calls; and the map as a study."""
+"""The source of blocks: a configuration and the number of a block in, arrays out, whoever calls; how cells are cut into
+blocks, and dealt to shards; and the map as a study.
+
+A block is one file, one thread, one unit of loss. That of a map is a chunk of its file too, so that what a thread has
+compressed goes into the file as it is.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import prod
+from math import gcd, prod
 from typing import Any
 
 import numpy as np
@@ -17,20 +23,158 @@ from stickslip.config.model import Config
 from stickslip.config.studies import Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag
-from stickslip.files.filters import NETCDF, PLAIN
+from stickslip.files.chunks import NETCDF, PLAIN
 from stickslip.files.locations import Location
-from stickslip.runs.blocks import Blocks, blocks_of
-from stickslip.runs.known_cells import KnownCells
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells
 
+_FEWEST, _MOST = 4096, 131_072  # cells; below, files cost more than cells; above, a thread takes memory and is missed
+_GOLDEN = (1 + 5**0.5) / 2
+_BLOCKS = 64  # aimed at, so that many threads and shards find work to the end; a large map has more
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The items from 0 to `size`, plane after plane of `plane` items, each in blocks of `length`, the last one shorter.
+
+    size : a multiple of `plane`.
+    """
+
+    size: int
+    length: int
+    plane: int
+
+    @property
+    def count(self) -> int:
+        """Number of blocks."""
+        return self.size // self.plane * self._in_plane
+
+    def cells(self, number: int) -> range:
+        """The items of a block."""
+        plane, part = divmod(number, self._in_plane)
+        start, end = plane * self.plane + part * self.length, (plane + 1) * self.plane
+        return range(start, min(start + self.length, end))
+
+    def at(self, item: int) -> int:
+        """The block an item is in."""
+        plane, place = divmod(item, self.plane)
+        return plane * self._in_plane + place // self.length
+
+    @property
+    def _in_plane(self) -> int:
+        return -(-self.plane // self.length)
+
+
+def blocks_of(shape: tuple[int, ...], weight: int = 1) -> Blocks:
+    """The blocks of an array of items of this shape, each of which takes about `weight` cells.
+
+    A block is one long along some dimensions, cut along the next, whole along those after it. Nothing but the shape
+    enters, so that every machine cuts alike.
+    """
+    size = prod(shape)
+    fewest, most = max(_FEWEST // weight, 1), max(_MOST // weight, 1)
+    aim, below = min(max(-(-size // _BLOCKS), fewest), most), 1
+    for length in reversed(shape):
+        if below * length > aim:
+            parts = -(-length // (aim // below))
+            return Blocks(size, -(-length // parts) * below, length * below)
+        below *= length
+    return Blocks(size, size, size)
+
+
+def chunks_of(blocks: Blocks, shape: tuple[int, ...]) -> tuple[int, ...] | None:
+    """The chunks of a file whose chunks are blocks of an array of this shape; None if blocks are not of that kind."""
+    below, chunks = 1, list[int]()
+    for length in reversed(shape):
+        cut = blocks.length // below if below < blocks.length else 1
+        chunks.insert(0, min(cut, length))
+        below *= length
+    return tuple(chunks) if blocks_of_chunks(tuple(chunks), shape) == blocks else None
+
+
+def blocks_of_chunks(chunks: tuple[int, ...], shape: tuple[int, ...]) -> Blocks:
+    """The blocks that are these chunks."""
+    cuts = [i for i, (chunk, length) in enumerate(zip(chunks, shape, strict=True)) if chunk < length]
+    size = prod(shape)
+    return Blocks(size, prod(chunks), prod(shape[cuts[-1] :])) if cuts else Blocks(size, size, size)
+
+
+# --- shards -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Shard:
+    """Part `number` of `count` (from 1) of the blocks of a run."""
+
+    number: int
+    count: int
+
+    def blocks(self, blocks: Blocks) -> list[int]:
+        """Its blocks, in every process the same.
+
+        Neighbours cost alike, and so do blocks at the same place of each row. Dealt is a row of all blocks in steps
+        of about the golden section, of which any piece lies evenly over the map and over the places in its rows.
+        """
+        count, step = blocks.count, round(blocks.count / _GOLDEN)
+        while gcd(step, count) != 1:
+            step += 1
+        each, more = divmod(count, self.count)  # the first `more` shards get one more
+        begin, end = (number * each + min(number, more) for number in (self.number - 1, self.number))
+        return [place * step % count for place in range(begin, end)]
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.count}"
+
+
+def parse_shard(text: str) -> Shard:
+    """The shard called `2/8`. Raises ValueError."""
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if not match or not int(match[2]):
+        raise ValueError(f"got {text!r}, expected a shard such as 1/8, 2/8 up to 8/8")
+    number, count = int(match[1]), int(match[2])
+    if not 1 <= number <= count:
+        raise ValueError(
+            f"got {text!r}, but shards are counted from 1: 1/{count} to {count}/{count}\n"
+            f"hint: in a SLURM array: --array=1-{count} and --shard $SLURM_ARRAY_TASK_ID/{count}"
+        )
+    return Shard(number, count)
+
+
+# --- what is computed -------------------------------------------------------------------------------------------------
+
 
 def study_of(config: Config) -> Study:
-    """Return what a configuration asks for: a map of every cell, unless it has the section of a study."""
+    """What a configuration asks for: a map of every cell, unless it has the section of a study."""
     section = config.study or config.uncertain
     if section is None:
         return MapStudy(config, map_options_of(config))
     return study_class(section.key).of(config, section, options_of(config))
+
+
+@dataclass(frozen=True)
+class KnownCells:
+    """The cells of `dataset`, found from those of a new grid.
+
+    points : for each dimension, where the points of the new grid lie in the dataset; -1 for those it does not have.
+    """
+
+    dataset: xr.Dataset
+    shape: tuple[int, ...]
+    points: tuple[NDArray[np.intp], ...]
+
+    def cells(self, cells: range) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
+        """Flags of the known cells of a range of the new grid, and their results; None if none is known."""
+        numbers = np.unravel_index(np.arange(cells.start, cells.stop), self.shape or (1,))
+        places = [points[number] for points, number in zip(self.points, numbers, strict=False)]  # none of a single cell
+        have = np.logical_and.reduce([place >= 0 for place in places] or [np.ones(len(cells), bool)])
+        if not have.any():
+            return None
+        dims = self.dataset["regime"].dims
+        indices = {dim: xr.DataArray(place[have], dims="cell") for dim, place in zip(dims, places, strict=True)}
+        part = self.dataset.drop_vars(self.dataset.coords).isel(indices).load()
+        computed = part["regime"].values.ravel() != 0
+        have[have] = computed
+        return have, {str(name): part[name].values.ravel()[computed] for name in part.data_vars}
 
 
 @dataclass(frozen=True)
@@ -56,23 +200,23 @@ class Work:
 
     @cached_property
     def study(self) -> Study:
-        """Return what is computed."""
+        """What is computed."""
         study = study_of(self.config)
         return study if self.grid is None else MapStudy(self.config, study.options, self.grid)
 
     @property
     def options(self) -> Options:
-        """Return how cells are integrated."""
+        """How cells are integrated."""
         return self.study.options
 
     @cached_property
     def size(self) -> int:
-        """Return how many items there are."""
+        """How many items there are."""
         return prod(self.study.shape)
 
     @cached_property
     def blocks(self) -> Blocks:
-        """Return how they are cut."""
+        """How they are cut."""
         study = self.study
         return self.cut or blocks_of(study.shape if study.is_array else (self.size,), study.weight)
 
@@ -101,7 +245,7 @@ class Work:
         return Block(results, int(have.sum()))
 
     def known_cells(self, number: int) -> tuple[NDArray[np.bool_], Results] | None:
-        """Return which cells of a block an older map holds, and their results; None if it holds none."""
+        """Which cells of a block an older map holds, and their results; None if it holds none."""
         return self.known.cells(self.blocks.cells(number)) if self.known else None
 
     def known_only(self, number: int) -> Results:
@@ -114,17 +258,14 @@ class Work:
         return results
 
     def fits(self, number: int, types: Mapping[str, np.dtype[Any]], sizes: Collection[int]) -> bool:
-        """Return whether columns of these types and sizes are those of a block of this study."""
+        """Tell whether columns of these types and sizes are those of a block of this study."""
         size = None if self.study.ragged else len(self.blocks.cells(number))
         wanted = {name: dtype.newbyteorder("<") for name, dtype in self.study.columns.items()}
         return types == wanted and all(size in (None, cells) for cells in sizes)
 
 
-# --- the map as a study: its items are the cells of the grid ----------------------------------------------------------
-
-
 class MapStudy(Study):
-    """Every cell of the grid of a configuration."""
+    """Every cell of the grid of a configuration: the map as a study, whose items are the cells."""
 
     name, counted, is_array = "map", "cells", True
 

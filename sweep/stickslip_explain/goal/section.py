@@ -14,9 +14,9 @@ from stickslip.config.sections import RANGE, Read, choice, interval, of_row, ref
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders import Contours, Scan, Side
-from stickslip.studies.borders.lines import PARAMETER, CellsOrConfig
-from stickslip.studies.borders.search import Floats
+from stickslip.studies.contours import Contours
+from stickslip.studies.lines import PARAMETER, CellsOrConfig, Side
+from stickslip.studies.search import Floats, Scan
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter, table

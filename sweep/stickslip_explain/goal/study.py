@@ -14,23 +14,20 @@ from stickslip.config.grid import options_of, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection
-from stickslip.config.studies import Moved, Table
+from stickslip.config.studies import Moved, ReportTable
 from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.borders import ContourStudy, fine_enough
-from stickslip.studies.borders.contours import VARIABLES, lines_dataset
-from stickslip.studies.borders.lines import CellsOrConfig, Lines
-from stickslip.studies.borders.plane import OPEN, PlaneSearch
-from stickslip.studies.borders.search import Floats, Labels
-from stickslip.studies.borders.walk import scanned
-from stickslip.studies.margins.joint import ChangeSpace, turned_in
-from stickslip.studies.margins.reach import Reach, reach_of
-from stickslip.studies.margins.single import nearest
-from stickslip.studies.report import axis_names, parts_over
-from stickslip.studies.study import joined
-from stickslip.studies.uncertainty.design import Design
+from stickslip.studies.changes import Reach, reach_of
+from stickslip.studies.contours import VARIABLES, ContourStudy, lines_dataset
+from stickslip.studies.draws import Design
+from stickslip.studies.lines import CellsOrConfig, Lines, fine_enough
+from stickslip.studies.margin_search import ChangeSpace, nearest, turned_in
+from stickslip.studies.plane import OPEN, PlaneSearch
+from stickslip.studies.search import Floats, Labels
+from stickslip.studies.study import axis_names, joined, parts_over
+from stickslip.studies.tracing import scanned
 from stickslip.vocabulary.cells import taken
 from stickslip.vocabulary.display_units import customary, spoken
 from stickslip.vocabulary.flags import VERDICTS
@@ -202,7 +199,7 @@ class GoalStudy(ContourStudy):
         return {}
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """The goal, what each panel would need, and how much of the plane is quiet."""
         yield f"goal     {ds.attrs['goal']}"
         if bool((ds["verdict"] != 0).any()):
@@ -212,7 +209,7 @@ class GoalStudy(ContourStudy):
         yield f"quiet    {share:.3g} of the points of the plane that a cell can have"
 
     @classmethod
-    def table(cls, ds: xr.Dataset) -> Table:
+    def table(cls, ds: xr.Dataset) -> ReportTable:
         """A row for each panel: verdict and probability, and the nearest changes along either parameter and in both."""
         dims = [*ds["verdict"].dims]
         names = ["quiet_share", *(f"{what}_{name}" for what in ("alone", "together")
@@ -224,7 +221,7 @@ class GoalStudy(ContourStudy):
                      for name, value in zip(names, values, strict=True)]  # fmt: skip
             rows.append([*where, VERDICTS[int(part["verdict"])], *texts])
         headings = [name.replace("_", " ") for name in names]
-        return Table("Nearest changes of the verdict", [*axis_names(ds, dims), "verdict"], headings, rows)
+        return ReportTable("Nearest changes of the verdict", [*axis_names(ds, dims), "verdict"], headings, rows)
 
     @classmethod
     def figure(

@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.studies.borders import Looked, Side
-from stickslip.studies.borders.plane import OPEN
-from stickslip.studies.borders.search import Floats, Integers, Labels
-from stickslip.studies.margins.single import MarginSearch
-from stickslip.studies.uncertainty.inputs import computed_where
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.studies.draws import computed_where
+from stickslip.studies.lines import Side
+from stickslip.studies.margin_search import MarginSearch
+from stickslip.studies.plane import OPEN
+from stickslip.studies.search import Floats, Integers, Labels, Looked
+from stickslip.vocabulary.cells import Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VERDICTS, VIBRATING
 from stickslip.vocabulary.models import model_of
 

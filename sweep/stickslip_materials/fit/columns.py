@@ -9,14 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
-from stickslip.files.layout import NUMBER
-from stickslip.files.tables import Cell, Table, numbers, read_table
+from stickslip.files.layout import NUMBER, is_number
+from stickslip.files.tables import TextCell, TextTable, first_cells, numbers, read_table, sheets_with_tables
+from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.display_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
-from stickslip_materials.fit.headings import Heading, are_units, heading, with_units_below
+from stickslip_materials.fit.headings import Heading, are_units, below, heading
 from stickslip_materials.fit.uncertainty import Floats
 from stickslip_materials.fit.words import PERCENT, POINTS, PURE
 
@@ -31,10 +32,12 @@ class HeadedTable:
     columns there may be, as for `heading`.
     """
 
-    def __init__(self, table: Table, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()) -> None:
+    def __init__(self, table: TextTable, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()) -> None:
         headings = [heading(cell.text, kinds, names) for cell in table.heading]
-        self.headings, has_units = with_units_below(table, headings, kinds)
-        self.table = replace(table, lines=table.lines[has_units:])
+        first = [cell.text for cell in first_cells(table)] if len(table.lines) > 1 else []
+        is_row = len(first) != len(headings) or any(map(is_number, first))
+        joined = None if is_row else below(headings, first, kinds)
+        self.headings, self.table = joined or headings, replace(table, lines=table.lines[joined is not None :])
 
     @classmethod
     def read(
@@ -45,11 +48,25 @@ class HeadedTable:
 
         are_headings : whether these may be the headings of the table; units alone never are.
         """
+        return cls(read_table(path, example, is_heading=_recognizer(are_headings, kinds, names)), kinds, names)
 
-        def is_heading(texts: Sequence[str]) -> bool:
-            return not are_units(texts) and are_headings([heading(text, kinds, names) for text in texts])
+    @classmethod
+    def read_sheets(
+        cls, path: Path, example: str, are_headings: Callable[[list[Heading]], bool], rows_are: str
+    ) -> dict[str, "HeadedTable"]:
+        """The table of a file, or of each sheet of a workbook with such headings, by title. Raises ConfigError.
 
-        return cls(read_table(path, example, is_heading=is_heading), kinds, names)
+        Where no line has headings that are known, the names of columns stand over the numbers.
+        """
+        is_heading = _recognizer(are_headings)
+        by_words = _recognizer(lambda headings: not any(head.text and are_units([head.text]) for head in headings))
+        tables = {}
+        for title in sheets_with_tables(path, is_heading) if is_workbook(path) else [None]:
+            table = read_table(path, example, rows_are, is_heading, title)
+            if not is_heading([cell.text for cell in table.heading]):
+                table = read_table(path, example, rows_are, by_words, title)
+            tables[title or ""] = cls(table)
+        return tables
 
     def pick(self, kind: str, name: str = "") -> int | None:
         """The column of a kind, or of that name: plainly called so before longer names, actual before set values.
@@ -76,7 +93,7 @@ class HeadedTable:
         """
         head = self.headings[i]
         is_open = not head.unit and head.may_be_force() and head.kind != "friction_force"
-        if is_open and (any(other.kind == "load" for other in self.headings) or is_load_stated(self.table)):
+        if is_open and (any(other.kind == "load" for other in self.headings) or load_above(self.table) is not None):
             expected = "a unit: force or coefficient? There is a load to divide a force by"
             raise self.refused(i, expected, f"write '{head.name} [N]' for a force, '{head.name} [-]' for a coefficient")
         if largest > (MOST_EVER if head.unit in PURE[1:] else MOST_FRICTION):
@@ -130,6 +147,12 @@ class HeadedTable:
         return Problem((), f"got {cell.text!r}, expected {expected}", cell.place, hint)
 
 
+def _recognizer(
+    are_headings: Callable[[list[Heading]], bool], kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()
+) -> Callable[[Sequence[str]], bool]:
+    return lambda texts: not are_units(texts) and are_headings([heading(text, kinds, names) for text in texts])
+
+
 def factor(name: str, unit: str, si: str, *, percent: bool = False, needed: bool = False) -> float:
     """The factor from a unit that a heading gives to SI; no unit is SI, unless it is needed. Raises QuantityError.
 
@@ -159,7 +182,7 @@ def titled(column: Parameter) -> str:
 # --- what lines above the heading tell --------------------------------------------------------------------------------
 
 
-def load_above(table: Table) -> tuple[float, int] | None:
+def load_above(table: TextTable) -> tuple[float, int] | None:
     """The load (N) that a remark or a line above the heading gives, `Prüflast;15;N`, and that line; None if none does.
 
     Raises ConfigError where several say different loads, or one says it in a way nobody understands.
@@ -167,16 +190,8 @@ def load_above(table: Table) -> tuple[float, int] | None:
     return stated(table, "load", PARAMETERS["normal_load"], [*((remark,) for remark in table.remarks), *table.above])
 
 
-def is_load_stated(table: Table) -> bool:
-    """True where a line above the heading gives a load, or several."""
-    try:
-        return load_above(table) is not None
-    except ConfigError:
-        return True
-
-
 def stated(
-    table: Table, kind: str, row: Parameter, lines: Iterable[Sequence[Cell]], only_numbers: bool = False
+    table: TextTable, kind: str, row: Parameter, lines: Iterable[Sequence[TextCell]], only_numbers: bool = False
 ) -> tuple[float, int] | None:
     """A quantity that lines give as `Name;15;N` or `Name: 15 N`, in SI, and the line of the first; None if none does.
 

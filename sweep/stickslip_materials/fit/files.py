@@ -8,21 +8,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.models import BREAKAWAY
+from stickslip.vocabulary.parameter import SPEED, Parameter
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.fitting import fit_curve, fit_repeats
-from stickslip_materials.fit.points import Columns, kind_of, only, read_materials
+from stickslip_materials.fit.fitting import fit_curve
+from stickslip_materials.fit.points import Columns, only, read_materials
+from stickslip_materials.fit.repeats import fit_repeats
 from stickslip_materials.fit.roles import Wanted
 
-Fit = TypeVar("Fit", CurveFit, AgeingFit)
 NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
 
 
@@ -46,6 +46,10 @@ class MaterialFit:
         """The repeats, or the material itself."""
         return self.repeats or (self,)
 
+    def coefficients(self) -> dict[str, float]:
+        """Of the curve; none of ageing."""
+        return self.curve.coefficients() if self.curve else {}
+
 
 def fit_file(path: str | Path, unit: str | None = None, wanted: Wanted | None = None) -> CurveFit:
     """The curve through the points of a file of one material.
@@ -54,17 +58,13 @@ def fit_file(path: str | Path, unit: str | None = None, wanted: Wanted | None = 
     says, and it is not called good. wanted : instead of it, unit and columns to take. Raises ConfigError.
     """
     fits = fit_materials([Path(path)], wanted or Wanted(unit or ""), CURVE_COLUMNS)
-    curve = only(path, {fit.name: fit.curve for fit in fits})
-    assert curve is not None
-    return curve
+    return only(path, {fit.name: fit.curve for fit in fits if fit.curve})
 
 
 def fit_ageing_file(path: str | Path, unit: str | None = None) -> AgeingFit:
     """Ageing from the waiting times and friction coefficients of a file; `unit` is that of the times."""
     fits = fit_materials([Path(path)], Wanted(unit or ""), AGEING_COLUMNS)
-    ageing = only(path, {fit.name: fit.ageing for fit in fits})
-    assert ageing is not None
-    return ageing
+    return only(path, {fit.name: fit.ageing for fit in fits if fit.ageing})
 
 
 def fit_materials(
@@ -100,25 +100,19 @@ def fit_materials(
     """
     if isinstance(materials, Mapping):
         return join_repeats([_named(name, points, law) for name, points in materials.items()], same)
-    wanted = wanted or Wanted()
     rows: list[tuple[str, str, Path, Columns]] = []
     errors: list[ConfigError] = []
     for file, path in zip(names_of(materials), materials, strict=True):
         try:
-            read = read_materials(path, columns or kind_of(path, wanted), wanted)
+            read = read_materials(path, columns, wanted)
+            rows += [(label, file, path, points) for label, points in read.items()]
         except ConfigError as error:
             errors.append(error)
-        else:
-            rows += [(label, file, path, points) for label, points in read.items()]
-    labels = Counter(label or file for label, file, *_ in rows)
-    names = _numbered([f"{file}: {label}" if label and labels[label] > 1 else label or file
-                       for label, file, *_ in rows])  # fmt: skip
-    fits = []
-    for name, (label, _, path, points) in zip(names, rows, strict=True):
+    labels, fits = Counter(label or file for label, file, *_ in rows), []
+    for label, file, path, points in rows:
+        name = f"{file}: {label}" if label and labels[label] > 1 else label or file
         try:
-            if "time" in points and not ageing:
-                raise ConfigError.of(path, *NO_CURVE)
-            fits.append(_fitted(name, path, label, points, law))
+            fits.append(_fitted(name, path, label, points, law, ageing))
         except ConfigError as error:
             errors.append(error)
     if errors:
@@ -137,6 +131,28 @@ def _named(name: str, points: tuple[ArrayLike, ArrayLike] | CurveFit, law: str) 
         raise ValueError(f"{name}: {error}") from None
 
 
+def _fitted(name: str, path: Path, label: str, points: Columns, law: str, ageing: bool) -> MaterialFit:
+    """The fit of the points of a material, called `label` in its file. Raises ConfigError."""
+    if "time" in points and not ageing:
+        raise ConfigError.of(path, *NO_CURVE)
+    try:
+        if "time" in points:
+            return _cautious(MaterialFit(name, path, points, ageing=fit_ageing(points["time"], points["mu"])))
+        curve = fit_curve(**points, unit=points.units.get("speed") or "m/s", law=law)
+        return _cautious(MaterialFit(name, path, points, curve))
+    except ValueError as error:
+        raise ConfigError.of(path, str(error), path=(label,) if label else ()) from None
+
+
+def _cautious(fit: MaterialFit) -> MaterialFit:
+    """The fit, with a word on units that were assumed."""
+    if not (caution := fit.points.caution()):
+        return fit
+    own = {name: replace(each, quality=f"{caution} {each.quality}", good=False)
+           for name in ("curve", "ageing") if (each := getattr(fit, name))}  # fmt: skip
+    return replace(fit, **own)
+
+
 def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[MaterialFit]:
     """Materials of which some are repeats of one, joined to one each, in the place of the first, with a `RepeatedFit`
     through all points.
@@ -145,27 +161,26 @@ def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[Mater
     called after its pattern, without the wildcards. Raises ConfigError if a pattern matches fewer than two, or one that
     another has; for ageing, and where `fit_repeats` does.
     """
-    joined: dict[int, MaterialFit] = {}  # by the place of the first
-    places: dict[int, int] = {}  # of each repeat, that of the first
+    joined = dict(enumerate(fits))  # by the place of the first
     for pattern in dict.fromkeys(same):
         group = [i for i, fit in enumerate(fits) if fnmatchcase(fit.name.casefold(), pattern.casefold())]
-        if len(group) < 2 or places.keys() & {*group}:
+        if len(group) < 2 or any(joined.get(i) is not fits[i] for i in group):
             matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
             message = f"matches {matched or 'none'}, expected two or more of {', '.join(fit.name for fit in fits)}"
             raise ConfigError.of(f"same {pattern!r}", message)
-        places |= dict.fromkeys(group, group[0])
-        joined[group[0]] = _joined(pattern, [fits[i] for i in group])
-    materials = [joined.get(i, fit) for i, fit in enumerate(fits) if places.get(i, i) == i]
+        repeats = [joined.pop(i) for i in group]
+        joined[group[0]] = _joined(pattern, repeats)
+    materials = [joined[i] for i in sorted(joined)]
     names = _numbered([fit.name for fit in materials])
     return [replace(fit, name=name) for fit, name in zip(materials, names, strict=True)]
 
 
 def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
     points, names = [fit.points for fit in group], [fit.name for fit in group]
-    shared = [name for name in points[0] if all(name in columns for columns in points)]
-    whole = Columns({name: np.concatenate([columns[name] for columns in points]) for name in shared})
+    whole = Columns({name: np.concatenate([columns[name] for columns in points])
+                     for name in points[0] if all(name in columns for columns in points)})  # fmt: skip
+    whole.__dict__.update(points[0].__dict__)
     whole.assumed = next((columns.assumed for columns in points if columns.assumed), ())
-    whole.units, whole.read = points[0].units, points[0].read
     whole.ignored = tuple(dict.fromkeys(text for columns in points for text in columns.ignored))
     try:
         if "speed" not in whole:
@@ -176,36 +191,33 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
     except ValueError as error:
         raise ConfigError.of(f"same {pattern!r}", str(error)) from None
     name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"
-    return MaterialFit(name, group[0].path, whole, _cautious(curve, whole), repeats=tuple(group))
+    return _cautious(MaterialFit(name, group[0].path, whole, curve, repeats=tuple(group)))
 
 
-def _fitted(name: str, path: Path, label: str, points: Columns, law: str) -> MaterialFit:
-    """The fit of the points of a material, called `label` in its file. Raises ConfigError."""
-    try:
-        if "time" in points:
-            return MaterialFit(name, path, points, ageing=_cautious(fit_ageing(points["time"], points["mu"]), points))
-        unit = points.units.get("speed") or "m/s"
-        return MaterialFit(name, path, points, _cautious(fit_curve(**points, unit=unit, law=law), points))
-    except ValueError as error:
-        raise ConfigError.of(path, str(error), path=(label,) if label else ()) from None
+def question_of(material: MaterialFit) -> str | None:
+    """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
+    from stickslip.config.describe import DOUBTED_FRICTION, friction_question  # pydantic takes its time
 
-
-def _cautious(fit: Fit, points: Columns) -> Fit:
-    """The fit, with a word on units that were assumed."""
-    caution = points.caution()
-    return replace(fit, quality=f"{caution} {fit.quality}", good=False) if caution else fit
+    points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
+    fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
+    if fastest > SPEED["speed" in points.units]:
+        return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
+    if most > DOUBTED_FRICTION:
+        return friction_question(most, "measured friction")
+    follows = " It follows from the fit, not from a point."
+    return f"{friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > DOUBTED_FRICTION else None
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
     """A name for each file: its stem, with as many folders before it as tell it from the others."""
-    depth = 1
-    parts = [(*path.parts[:-1], path.stem) for path in paths]
-    names = [whole[-1] for whole in parts]
-    while len(set(names)) < len(names) and depth < max(map(len, parts)):
-        depth += 1
-        twice = {name for name, count in Counter(names).items() if count > 1}
-        names = ["/".join(w[-depth:]) if name in twice else name for name, w in zip(names, parts, strict=True)]
-    return _numbered(names)
+    depths = range(1, max((len(path.parts) for path in paths), default=0) + 1)
+
+    def named(path: Path) -> list[str]:
+        return ["/".join((*path.parts[:-1], path.stem)[-depth:]) for depth in depths]
+
+    ways = [named(path) for path in paths]
+    counts = Counter(name for way in ways for name in dict.fromkeys(way))
+    return _numbered([next((name for name in way if counts[name] == 1), way[0]) for way in ways])
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

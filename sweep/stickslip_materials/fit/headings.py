@@ -8,16 +8,14 @@ nobody understands is refused rather than left out.
 """
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 
 from stickslip.errors import QuantityError
-from stickslip.files.layout import NUMBER
-from stickslip.files.tables import Table, first_cells
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip_materials.fit import words as known
 from stickslip_materials.fit.words import PERCENT, POINTS, PURE, plain
 
@@ -60,10 +58,6 @@ class Heading:
         """True for what was set, of which another column may hold the actual values."""
         return any(word in known.SET or word.startswith("soll") for word in _tokens(self.text))
 
-    def is_waiting(self) -> bool:
-        """True where the name says that this is a time at rest, and not that of a record."""
-        return bool(known.WAITING.search(plain(self.name)))
-
     def is_force(self) -> bool:
         """True for friction as a force: called so, or friction with a unit of force."""
         return self.kind == "friction_force" or self.may_be_force() and is_column_unit(self.unit, "N")
@@ -75,52 +69,26 @@ def heading(text: str, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] =
 
     kinds : of columns there may be. names : further names of columns, which are kinds of their own.
     """
-    parts = _heading(text, kinds, names)
-    if parts.kind in names:
-        return parts
-    if parts.kind in ("speed", "rotation", "other") and turns(parts.unit or parts.name):
-        return replace(parts, kind="rotation", unit=parts.unit or parts.name)
-    for kind, qualifiers in (("static", known.STATIC), ("kinetic", known.KINETIC)):
-        if parts.kind == "mu" and plain(parts.label.strip("()")) in qualifiers and len(parts.label) > 3:
-            return replace(parts, kind=kind, label="")
-    is_letter = parts.kind == "rotation" and len(parts.name) == 1
-    is_other = is_letter or known.COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
-    return replace(parts, kind="other", label="") if is_other else parts
-
-
-def _is_other(parts: Heading) -> bool:
-    """True where what stands beside a word of friction makes it another quantity, or leaves it open which it is."""
-    is_friction, behind = parts.kind in ("mu", "static", "kinetic"), set(_tokens(parts.label))
-    words = behind if is_friction else {*_tokens(parts.name)} if parts.kind in ("", "material") else set()
-    if any(word in known.OTHER or word.endswith(known.OTHER_ENDS) for word in words):
-        return True
-    if is_friction and parts.may_be_force():
-        is_number = parts.unit in PURE or plain(parts.unit) in PERCENT or is_column_unit(parts.unit, "N")
-        return bool(behind) or not is_number
-    is_compound = any(map(known.FRICTION_OF.match, words)) and not is_friction
-    return is_compound and not any(map(known.LUBRICANTS.search, words))
-
-
-def are_units(texts: Collection[str]) -> bool:
-    """True for cells that hold units and nothing else, as a line of them below the names does."""
-    bare = [text.strip("[]() ") for text in texts]
-    return all(text in PURE or plain(text) in PERCENT or text.startswith("°") or turns(text) is not None
-               or is_column_unit(text) for text in bare)  # fmt: skip
-
-
-def turns(unit: str) -> float | None:
-    """rad/s of a unit of rotation; None for what is none."""
-    return known.TURNS.get(unit.lower().replace(" ", ""))
-
-
-def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Heading:
     shown = text.translate(units.AS_TYPED)
     name, unit = _cut(shown)
     if own := next((n for n in names if plain(n) in (plain(shown), plain(name))), ""):
         return Heading(text, name, unit, own)
+    parts = _named(text, name, unit, kinds)
+    if parts.kind in ("", "speed", "rotation", "other") and turns(parts.unit or parts.name):
+        return replace(parts, kind="rotation", unit=parts.unit or parts.name)
+    label = plain(parts.label.strip("()"))
+    for kind, qualifiers in known.MANNERS.items():
+        if parts.kind == "mu" and label in qualifiers and len(label) > 3:
+            return replace(parts, kind=kind, label="")
+    is_other = known.COMPUTED.search(parts.name) or "mu" in kinds and _is_other(parts)
+    return replace(parts, kind="other", label="") if is_other else parts
+
+
+def _named(text: str, name: str, unit: str, kinds: tuple[str, ...]) -> Heading:
+    """A heading whose name begins with a word of the table, or is one of an error, or has its unit behind it."""
     kind, rest = _known(name, kinds)
-    if name == "T" and not is_column_unit(unit, "s"):
-        return Heading(text, name, unit, "other")  # a temperature
+    if name in ("n", "N") or name == "T" and not is_column_unit(unit, "s"):
+        return Heading(text, name, unit, "other")  # a number, a temperature
     if "sigma" in kinds and kind not in known.PHYSICAL and (deviation := _deviation(name)):
         of, rest = _known(deviation[1], kinds)
         return Heading(text, name, unit, deviation[0], rest if of in ("mu", "kinetic") else deviation[1])
@@ -136,16 +104,27 @@ def _heading(text: str, kinds: tuple[str, ...], names: tuple[str, ...]) -> Headi
         return Heading(text, known.END.sub("", name[: -len(rest)]), rest, kind)
     if not kind and not unit and (bare := known.UNIT_BEHIND.fullmatch(name)):
         word = bare[2] or bare[3]
-        if plain(word) in PERCENT or word.startswith("°") or is_column_unit(word):
+        if plain(word) in PERCENT or word.startswith("°") or turns(word) or is_column_unit(word):
             return Heading(text, bare[1], word)
     return Heading(text, name, unit, kind, rest)
 
 
-def trailing_unit(text: str, of: str) -> str:
-    """The unit in these SI units that stands behind a name nobody knows, without brackets; nothing if none does."""
-    words = text.translate(units.AS_TYPED).replace(",", " ").split()
-    ends = (" ".join(words[i:]).removeprefix("in ") for i in range(1, len(words)))
-    return next((end for end in ends if is_column_unit(end, of)), "")
+def _is_other(parts: Heading) -> bool:
+    """True where what stands beside a word of friction makes it another quantity, or leaves it open which it is."""
+    is_friction, behind = parts.kind in ("mu", "static", "kinetic"), set(_tokens(parts.label))
+    words = behind if is_friction else {*_tokens(parts.name)} if parts.kind in ("", "material") else set()
+    if any(word in known.OTHER or word.endswith(known.OTHER_ENDS) for word in words):
+        return True
+    if is_friction and parts.may_be_force():
+        is_number = parts.unit in PURE or plain(parts.unit) in PERCENT or is_column_unit(parts.unit, "N")
+        return bool(behind) or not is_number
+    is_compound = any(map(known.FRICTION_OF.match, words)) and not is_friction
+    return is_compound and not any(map(known.LUBRICANTS.search, words))
+
+
+def turns(unit: str) -> float | None:
+    """rad/s of a unit of rotation; None for what is none."""
+    return known.TURNS.get(unit.lower().replace(" ", ""))
 
 
 def words_for(kinds: Collection[str]) -> list[str]:
@@ -154,35 +133,33 @@ def words_for(kinds: Collection[str]) -> list[str]:
     return [word.replace("|", "").replace("+", "") for word in words]
 
 
-def with_units_below(
-    table: Table, headings: list[Heading], kinds: tuple[str, ...] = POINTS
-) -> tuple[list[Heading], bool]:
-    """The headings with the units of a line of their own below them, and whether there is one.
-
-    kinds : of columns there may be. Such a line holds no number, and the unit of a column whose heading has none; other
-    words in it belong to the headings.
-    """
-    written = [cell.text for cell in first_cells(table)]
-    texts = [text.strip("[]() ") for text in written]
-    if (
-        len(texts) != len(headings)
-        or len(table.lines) < 2
-        or any(NUMBER.fullmatch(text.replace(",", ".")) for text in written)
-    ):
-        return headings, False
-    pairs = [*zip(headings, texts, strict=True)]
-    if not any(not h.unit and (turns(text) or is_column_unit(text, known.PHYSICAL[h.kind]))
-               for h, text in pairs if h.kind in known.PHYSICAL):  # fmt: skip
-        return headings, False
-    return [above if not below or above.unit else _continued(above, below, kinds) for above, below in pairs], True
+# --- units ------------------------------------------------------------------------------------------------------------
 
 
-def _continued(above: Heading, below: str, kinds: tuple[str, ...]) -> Heading:
+def are_units(texts: Collection[str]) -> bool:
+    """True for cells that hold units and nothing else, as a line of them below the names does."""
+    bare = [text.strip("[]() ") for text in texts]
+    return all(text in PURE or plain(text) in PERCENT or text.startswith("°") or turns(text) is not None
+               or is_column_unit(text) for text in bare)  # fmt: skip
+
+
+def below(headings: list[Heading], texts: list[str], kinds: tuple[str, ...]) -> list[Heading] | None:
+    """The headings with what a line below them holds: units, and other words that belong to them; None for no such
+    line, which holds the unit of a physical column whose heading has none."""
+    bare = [text.strip("[]() ") for text in texts]
+    if not any(not head.unit and (turns(text) or is_column_unit(text, known.PHYSICAL[head.kind]))
+               for head, text in zip(headings, bare, strict=True) if head.kind in known.PHYSICAL):  # fmt: skip
+        return None
+    return [_continued(head, text, kinds) if text and not head.unit else head
+            for head, text in zip(headings, bare, strict=True)]  # fmt: skip
+
+
+def _continued(above: Heading, text: str, kinds: tuple[str, ...]) -> Heading:
     """A heading that goes on in the line below: with a unit, or with words such as `std`."""
-    is_unit = _is_unit(below)
-    text = f"{above.text} [{below}]" if is_unit or above.kind in known.PHYSICAL else f"{above.text} {below}"
-    joined = heading(text, kinds)
-    return replace(joined, text=above.text if is_unit else joined.text, kind=joined.kind or above.kind)
+    is_unit = _is_unit(text)
+    whole = f"{above.text} [{text}]" if is_unit or above.kind in known.PHYSICAL else f"{above.text} {text}"
+    both = heading(whole, kinds)
+    return replace(both, text=above.text if is_unit else both.text, kind=both.kind or above.kind)
 
 
 def _cut(text: str) -> tuple[str, str]:
@@ -208,6 +185,9 @@ def _is_unit(text: str, in_round: bool = False) -> bool:
     except QuantityError as error:
         return error.kind is not None or bool(error.hint and error.hint.startswith("did you mean"))
     return True
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
 
 
 def _deviation(name: str) -> tuple[str, str] | None:
@@ -239,22 +219,15 @@ def _known(name: str, kinds: tuple[str, ...]) -> tuple[str, str]:
 
 
 def _kind_of(word: str, kinds: tuple[str, ...]) -> str:
-    joined, index = _joined(word), _index()
-    if (exact := next((kind for kind in kinds if joined in index[kind]), "")) or not word or "mu" not in kinds:
-        return exact
-    parts = word.split()
-    for kind, words in (("static", known.STATIC), ("kinetic", known.KINETIC)):
-        if word in words and len(word) > 3 and not known.FRICTION_OF.match(word):
+    """The kind of column that this word is all the name of; of friction also the manner, static or kinetic."""
+    index, tokens = _index(), known.GLUED.sub(r"\1 ", word).split()
+    exact = next((kind for kind in kinds if _joined(word) in index[kind]), "")
+    for kind, words in known.MANNERS.items() if tokens and not exact and "mu" in kinds else ():
+        others = [token for token in tokens if token not in words]
+        is_alone = not others and len(word) > 3 and not known.FRICTION_OF.match(word)
+        if is_alone or len(others) < len(tokens) and "".join(others) in index["mu"]:
             return kind
-        for i, part in enumerate(parts):
-            if part in words and "".join([*parts[:i], *parts[i + 1 :]]) in index["mu"]:
-                return kind
-        glued = (word.removeprefix(start) for start in ("mu", "μ") if word.startswith(start))
-        if any(end in words for end in glued) or any(
-            joined.startswith(w) and joined.removeprefix(w) in index["mu"] for w in ("haft", "gleit") if w in words
-        ):
-            return kind
-    return ""
+    return exact
 
 
 def _rest(text: str, kind: str, kinds: tuple[str, ...]) -> str:
@@ -278,16 +251,13 @@ def _tokens(name: str) -> list[str]:
 @lru_cache(maxsize=1)
 def _index() -> dict[str, frozenset[str]]:
     """The words of each kind of column, cut short or not, without spaces."""
-    return {
-        kind: frozenset(_joined(short) for word in words.split(", ") for short in _cut_short(word))
-        for kind, (_, words) in known.KINDS.items()
-    }
 
+    def shorter(word: str) -> list[str]:
+        parts = [part.partition("|") for part in re.split("[ +]", word)]
+        return ["".join(cut) for cut in product(*([a + b[:n] for n in range(len(b) + 1)] for a, _, b in parts))]
 
-def _cut_short(word: str) -> Iterator[str]:
-    """A word of the table, and all ways of writing less of it."""
-    parts = [part.partition("|") for part in re.split("[ +]", word)]
-    return map("".join, product(*([begin + rest[:n] for n in range(len(rest) + 1)] for begin, _, rest in parts)))
+    return {kind: frozenset(_joined(short) for word in words.split(", ") for short in shorter(word))
+            for kind, (_, words) in known.KINDS.items()}  # fmt: skip
 
 
 def _joined(word: str) -> str:

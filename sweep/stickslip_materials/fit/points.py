@@ -11,6 +11,7 @@ are called. A table without a column of that name is wide: every other column of
 its heading, and may have gaps. A column called material, lubricant or sample tells materials apart row by row.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
@@ -21,24 +22,22 @@ from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files import layout, tables
-from stickslip.files.layout import NUMBER
-from stickslip.files.tables import Cell, Table
-from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
-from stickslip_materials.fit.checks import check_conditions, check_record, check_units_above, check_waiting
 from stickslip_materials.fit.columns import HeadedTable, example, titled
-from stickslip_materials.fit.headings import Heading, are_units, heading
-from stickslip_materials.fit.roles import GAPS, MU, WHOLE, ColumnSearch, Role, Roles, Wanted
+from stickslip_materials.fit.headings import Heading, heading
+from stickslip_materials.fit.roles import GAPS, MU, WHOLE, PointsTable, Role, Wanted
 from stickslip_materials.fit.turns import branch_of, course, directions
+from stickslip_materials.fit.words import WAITING, plain
 
 Content = TypeVar("Content")
-_FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
-_LOAD = Parameter("load", "N", "normal load", "points", above=0)
 _SMALLEST, _LARGEST = 1e-15, 1e15  # in SI; measurements are not beyond, and squares must stay finite
+_RECORD = 8  # steps of time, of which most are alike in a record
+_COURSE = re.compile(r"cycl|zykl|loop|schleife|run|lauf|repe|wiederh|pass|sweep|ramp|step|schritt|\bn[or]\b|index")
+_CONDITION = 1.25  # ratio of friction by which two conditions are told from scatter
 
 
 class Columns(dict[str, NDArray[np.float64]]):
@@ -71,13 +70,11 @@ class Columns(dict[str, NDArray[np.float64]]):
 
 
 def read_points(path: str | Path, columns: Sequence[Parameter], unit: str | None = None) -> Columns:
-    """The columns of a CSV or .xlsx file with the points of one material by name, in SI, row by row.
+    """As `read_materials`, the points of one material. Raises ConfigError for a table of several.
 
-    columns : CURVE_COLUMNS or AGEING_COLUMNS; that of sigma may be missing, and then is missing in the result. unit :
-    of the speeds or times, where the header does not name it; None takes SI. Raises ConfigError with everything that is
-    wrong, by line and column, and for a table of several materials.
+    unit : of the speeds or times, where the header does not name it; None takes SI.
     """
-    return only(Path(path), read_materials(path, columns, Wanted(unit or "")))
+    return only(path, read_materials(path, columns, Wanted(unit or "")))
 
 
 def only(path: str | Path, materials: Mapping[str, Content]) -> Content:
@@ -88,85 +85,172 @@ def only(path: str | Path, materials: Mapping[str, Content]) -> Content:
     return next(iter(materials.values()))
 
 
-def kind_of(path: Path, wanted: Wanted) -> tuple[Parameter, ...]:
-    """The kind of points in a table: CURVE_COLUMNS or AGEING_COLUMNS. Raises ConfigError."""
-    if wanted.speed or wanted.time:
-        return CURVE_COLUMNS if wanted.speed else AGEING_COLUMNS
-    (_, table), *_ = _tables(path, CURVE_COLUMNS, ("speed", "time"), wanted)
-    headings = HeadedTable(table).headings
-    has_speed = any(column.kind == "speed" or is_column_unit(column.unit, "m s-1") for column in headings)
-    return AGEING_COLUMNS if not has_speed and any(column.kind == "time" for column in headings) else CURVE_COLUMNS
+def read_materials(
+    path: str | Path, columns: Sequence[Parameter] | None = None, wanted: Wanted | None = None
+) -> dict[str, Columns]:
+    """The points of every material of a CSV or .xlsx file, by name; the name of a single unnamed one is empty.
 
-
-def read_materials(path: str | Path, columns: Sequence[Parameter], wanted: Wanted | None = None) -> dict[str, Columns]:
-    """The points of every material of a table, by name, in its order; the name of a single unnamed one is empty.
-
-    path, columns : as for `read_points`. wanted : which columns to take, and in which units, where the headings do not
-    say. Raises ConfigError with everything that is wrong, by line and column.
+    columns : CURVE_COLUMNS or AGEING_COLUMNS, None takes what the file has; sigma may be missing. wanted : which
+    columns to take, and in which units, where the headings do not say. Of a workbook all sheets with such headings are
+    read. Raises ConfigError with everything that is wrong, by line and column.
     """
-    wanted = wanted or Wanted()
-    read: dict[str, Columns] = {}
-    sheets = _tables(Path(path), columns, (columns[0].name,), wanted)
-    for title, table in sheets:
-        for name, points in _materials(HeadedTable(table), columns, wanted).items():
-            read[" ".join(filter(None, (title if len(sheets) > 1 else "", name)))] = points
-            if others := tables.sheets_without(Path(path), [title for title, _ in sheets]):
-                points.notes += (f"sheets not read: {', '.join(map(repr, others))}",)
-    return read
+    path, wanted = Path(path), wanted or Wanted()
+    if columns is None:
+        columns = AGEING_COLUMNS if wanted.time and not wanted.speed else CURVE_COLUMNS
+        if not wanted.time and not wanted.speed:
+            headings = next(iter(_tables(path, columns, ("speed", "time"), wanted).values())).headings
+            has_speed = any(column.kind == "speed" or is_column_unit(column.unit, "m s-1") for column in headings)
+            if not has_speed and any(column.kind == "time" for column in headings):
+                columns = AGEING_COLUMNS
+    sheets, materials = _tables(path, columns, (columns[0].name,), wanted), dict[str, Columns]()
+    others = [repr(title) for title in tables.sheets_without(path, [*sheets])]
+    for title, headed in sheets.items():
+        for name, points in _materials(headed, columns, wanted).items():
+            points.notes += (f"sheets not read: {', '.join(others)}",) if others else ()
+            materials[" ".join(filter(None, (title if len(sheets) > 1 else "", name)))] = points
+    return materials
+
+
+def _tables(path: Path, columns: Sequence[Parameter], over: tuple[str, ...], wanted: Wanted) -> dict[str, HeadedTable]:
+    """The table of a file, or of each sheet of a workbook with such headings, by title.
+
+    over : speed, time, or both, of which the table has one beside a column that may be friction. Raises ConfigError.
+    """
+    kinds = ("", MU, "kinetic", "static", "friction_force")
+
+    def are_headings(headings: Sequence[Heading]) -> bool:
+        named = [word for word in (wanted.speed, wanted.time) if word]
+        steps = [h for h in headings if h.kind in (*over, "rotation") or any(map(h.is_called, named))]
+        frictions = [h for h in headings if any(map(h.is_called, wanted.friction))
+                     or h not in steps and h.text and h.kind in kinds]  # fmt: skip
+        return bool(steps and frictions)
+
+    return HeadedTable.read_sheets(path, example(columns), are_headings, "points")
 
 
 def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted) -> dict[str, Columns]:
     """The points of every material of one table."""
-    table, headings, rows = headed.table, headed.headings, list(tables.cells(headed.table))
-    if not wanted.speed and not wanted.time:
-        check_record(headed, rows)
-    roles, group, notes = taken = ColumnSearch(headed, rows, columns, wanted).roles()
-    materials = _PointsReader(table, rows, taken).materials()
-    for role in (role for role in roles if role.column.name == MU):
+    table = PointsTable(headed, columns, wanted)
+    materials, along = _read(table), table.along
+    for role in table.frictions:
         own = [float(points[MU].max()) for name, points in materials.items() if role.label in ("", name)]
         headed.check_friction(role.position, max(own, default=0.0) if role.load is None else 0.0)
     if columns is AGEING_COLUMNS and not wanted.time:
-        check_waiting(headed, roles, materials)
-    physical = [role for role in roles if role.column.units != "1"]
-    if assumed := tuple(role.column for role in physical if not role.unit):
-        check_units_above(table, assumed[0])
-    used = {group, *(i for role in roles for i in role.positions)}
+        _check_waiting(table, materials)
+    if not along.unit:
+        _check_units_above(table)
     if len(materials) == 1:
-        check_conditions(headed, rows, used, *materials.values())
-    if table.left_out:
-        summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in table.left_out], "and")
-        notes = (*notes, f"left out, since they are no measurements: {summaries}")
+        _check_conditions(table, *materials.values())
+    if left_out := headed.table.left_out:
+        summaries = listed([f"{cell.text!r} (line {cell.place.line})" for cell in left_out], "and")
+        table.notes.append(f"left out, since they are no measurements: {summaries}")
+    unused = [i for i in range(len(headed.headings)) if i not in (*table.used, table.group)]
+    above = [line[0].place.line for line in headed.table.above]
     for name, points in materials.items():
-        own_roles = (role for role in roles if role.label in ("", name) or group is not None)
-        points.assumed, points.notes = assumed, notes
-        points.units = {role.column.name: role.unit for role in physical if role.unit}
-        points.read = {role.column.name: headings[role.position].text for role in own_roles}
-        points.ignored = tuple(head.text for i, head in enumerate(headings) if i not in used and head.text)
-        points.above = (table.above[0][0].place.line, table.above[-1][0].place.line) if table.above else None
+        own_roles = [role for role in table.roles if role.label in ("", name) or table.group is not None]
+        points.notes, points.assumed = tuple(table.notes), () if along.unit else (along.row,)
+        points.units = {along.name: along.unit} if along.unit else {}
+        points.read = {role.name: headed.headings[role.position].text for role in own_roles}
+        points.ignored = tuple(headed.headings[i].text for i in unused if headed.headings[i].text)
+        points.above = (above[0], above[-1]) if above else None
         if "speed" in points:
-            _direct(points, headings, {row[0].place.line: row for row in rows})
+            _direct(points, table)
     return _branches_joined(materials)
 
 
-def _direct(points: Columns, headings: list[Heading], rows: Mapping[int, tuple[Cell, ...]]) -> None:
+# --- the numbers ------------------------------------------------------------------------------------------------------
+
+
+def _read(table: PointsTable) -> dict[str, Columns]:
+    """The points by material. Raises ConfigError with everything that is wrong."""
+    import pandas as pd
+
+    whole = table.headed.table
+    problems = [tables.wrong_count(whole, row) for row in table.rows if len(row) != len(whole.heading)]
+    comma = tables.has_decimal_commas(whole, table.texts.tolist(), table.used)
+
+    def values(role: Role, inside: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """The numbers of some rows in SI, NaN in others."""
+        column = [row[role.position] for row in table.complete]
+        are_thousands = layout.thousands([cell.text for cell in column], comma)
+        read = np.full(len(column), np.nan)
+        for k in np.flatnonzero(inside):
+            text, place = column[k]
+            try:
+                read[k] = _number(text, role.unit, role.row, comma, are_thousands)
+            except QuantityError as error:
+                got = f"got {text!r}, expected" if text else "empty, expected"
+                problems.append(Problem((role.name,), f"{got} {error.expected}", place, error.hint))
+        load = role.load
+        return read if load is None else read / (values(load, inside) if isinstance(load, Role) else load)
+
+    groups = [""] * len(table.complete) if table.group is None else [row[table.group].text for row in table.complete]
+    groups = [match[1] if (match := WHOLE.fullmatch(group)) else group for group in groups]
+    # materials of a wide table need not be measured at the same speeds
+    rows = [~table.gaps[:, role.position] | (not role.label) for role in table.frictions]
+    along, parts = values(table.along, np.any(rows, axis=0)), []
+    for role, inside in zip(table.frictions, rows, strict=True):
+        own = {
+            deviation.name: values(deviation, inside) for deviation in table.deviations if deviation.label == role.label
+        }
+        names = [" ".join(filter(None, (group, role.label))) for group in groups]
+        parts.append(pd.DataFrame({"": names, table.along.name: along, MU: values(role, inside), **own})[inside])
+    if problems:
+        problems = sorted(problems, key=lambda problem: problem.place or ())
+        raise ConfigError(whole.name, problems[: tables.MOST_PROBLEMS])
+    materials = {}
+    for name, part in pd.concat(parts).sort_index(kind="stable").groupby("", sort=False):
+        numbers = part.drop(columns="").dropna(axis=1)
+        materials[str(name)] = Columns({str(key): numbers[key].to_numpy() for key in numbers})
+        materials[str(name)].lines = tuple(table.complete[i][0].place.line for i in part.index)
+    return materials
+
+
+def _number(text: str, unit: str, column: Parameter, comma: bool, are_thousands: bool) -> float:
+    """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
+    if are_thousands:
+        raise QuantityError("a number without separators of thousands", f"write {text!r} as '1234.5'")
+    pointed, mixed = text.replace(",", ".") if comma else text, layout.mixed_marks(text, comma) or None
+    if not layout.NUMBER.fullmatch(pointed) or mixed:
+        hint = "leave out points that were not measured" if text.lower() in GAPS else mixed
+        if layout.DECIMAL_COMMA.fullmatch(text):
+            hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
+        raise QuantityError("a number", hint)
+    if unit == "%":
+        value = float(Decimal(pointed) / 100)
+    else:
+        value = units.si_value(f"{pointed} {unit}" if unit else float(pointed), column.units)
+    if not column.allows(value):
+        raise QuantityError(column.expected)
+    if value and not _SMALLEST <= value <= _LARGEST:
+        raise QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
+    return value
+
+
+# --- sweeps up and down -----------------------------------------------------------------------------------------------
+
+
+def _direct(points: Columns, table: PointsTable) -> None:
     """Put points into the order of a column of time, and add what one of directions says."""
-    of_kind = {kind: [i for i, head in enumerate(headings) if head.kind == kind and not head.label]
-               for kind in ("time", "direction")}  # fmt: skip
-    for kind, (i, *_) in ((kind, places) for kind, places in of_kind.items() if len(places) == 1):
-        texts = [rows[line][i].text for line in points.lines]
-        if kind == "direction":
-            if (direction := directions(texts, points["speed"])).any():
-                points["direction"], points.read[kind] = direction, headings[i].text
-        elif all(NUMBER.fullmatch(text.replace(",", ".")) for text in texts):
-            time = np.array([float(text.replace(",", ".")) for text in texts])
-            if np.unique(time).size == time.size and (np.diff(time) < 0).any():
-                order = np.argsort(time)
-                points.update({name: values[order] for name, values in points.items()})
-                points.lines = tuple(points.lines[k] for k in order)
-                points.notes += (f"points are in the order of {headings[i].text!r}",)
-        points.ignored = tuple(text for text in points.ignored if text != points.read.get(kind))
-    if "direction" not in points and (way := course(points["speed"])) is not None:
-        points["direction"] = way
+    heads = table.headed.headings
+    at = np.searchsorted([row[0].place.line for row in table.complete], points.lines)
+    for kind in ("time", "direction"):
+        places = [i for i, head in enumerate(heads) if head.kind == kind and not head.label]
+        if len(places) != 1:
+            continue
+        i, text = places[0], heads[places[0]].text
+        time = table.numbers[at, i]
+        if kind == "direction" and (way := directions(table.texts[at, i].tolist(), points["speed"])).any():
+            points[kind], points.read[kind] = way, text
+            points.ignored = tuple(other for other in points.ignored if other != text)
+        elif kind == "time" and np.isfinite(time).all() and len({*time}) == time.size and (np.diff(time) < 0).any():
+            order = np.argsort(time)
+            at = at[order]
+            points.update({name: values[order] for name, values in points.items()})
+            points.lines = tuple(points.lines[k] for k in order)
+            points.notes += (f"points are in the order of {text!r}",)
+    if "direction" not in points and (turned := course(points["speed"])) is not None:
+        points["direction"] = turned
 
 
 def _branches_joined(materials: dict[str, Columns]) -> dict[str, Columns]:
@@ -188,121 +272,46 @@ def _branches_joined(materials: dict[str, Columns]) -> dict[str, Columns]:
     return joined
 
 
-def _tables(
-    path: Path, columns: Sequence[Parameter], along: tuple[str, ...], wanted: Wanted
-) -> list[tuple[str, Table]]:
-    """The parts of a file, or of each sheet of a workbook with such headings, by title where there are several.
-
-    Where no line has headings that are known, the names of columns stand over the numbers.
-
-    along : speed, time, or both, of which the table has one beside a column that may be friction. Raises ConfigError.
-    """
-
-    def may_be_headings(texts: Sequence[str]) -> bool:
-        headings = [heading(text) for text in texts]
-        named = [word for word in (wanted.speed, wanted.time) if word]
-        over, kinds = (*along, "rotation"), ("", MU, "kinetic", "static", "friction_force")
-        steps = [head.kind in over or any(map(head.is_called, named)) for head in headings]
-        frictions = [
-            any(map(head.is_called, wanted.friction)) or not is_step and head.text and head.kind in kinds
-            for head, is_step in zip(headings, steps, strict=True)
-        ]
-        return not are_units(texts) and any(steps) and any(frictions)
-
-    def are_words(texts: Sequence[str]) -> bool:
-        return not any(are_units([text]) for text in texts if text)
-
-    def read(sheet: str | None = None) -> Table:
-        table = tables.read_table(path, example(columns), "points", may_be_headings, sheet)
-        if may_be_headings([cell.text for cell in table.heading]):
-            return table
-        return tables.read_table(path, example(columns), "points", are_words, sheet)
-
-    if not is_workbook(path):
-        return [("", read())]
-    titles = tables.sheets_with_tables(path, may_be_headings)
-    return [(title, read(title)) for title in titles]
+# --- tables that are not the points they were taken for ---------------------------------------------------------------
 
 
-# --- the numbers ------------------------------------------------------------------------------------------------------
+def _check_waiting(table: PointsTable, materials: dict[str, Columns]) -> None:
+    """Raises ConfigError for friction over the time of a record, which is no time at rest."""
+    heads = table.headed.headings
+    if WAITING.search(plain(heads[table.along.position].name)) or heads[table.frictions[0].position].kind == "static":
+        return
+    for points in materials.values():
+        steps = np.diff(points["time"])
+        usual = np.median(steps) if steps.size >= _RECORD else 0.0
+        if points["time"].min() <= 0 or (usual > 0 and np.mean(np.abs(steps - usual) < 0.2 * usual) > 0.7):
+            hint = "`stickslip points RECORD --plan PLAN` averages a record; call times at rest 'hold time [s]'"
+            raise table.headed.refused(table.along.position, "hold times; this looks like a record over time", hint)
 
 
-class _PointsReader:
-    """Reads the numbers of the columns that have a role, and collects what is wrong with them."""
-
-    def __init__(self, table: Table, rows: list[tuple[Cell, ...]], roles: Roles) -> None:
-        self._table, self._rows, self._roles, self._group = table, rows, roles.roles, roles.group
-        texts = [[cell.text for cell in row] for row in rows]
-        used = [i for role in roles.roles for i in role.positions]
-        self._comma = tables.has_decimal_commas(table, texts, used)
-        self._thousands = {i for i in used if layout.thousands([row[i] for row in texts if i < len(row)], self._comma)}
-        self._problems: list[Problem] = []
-
-    def materials(self) -> dict[str, Columns]:
-        """The points by material. Raises ConfigError with everything that is wrong."""
-        along, *others = self._roles
-        sigmas = {role.label: role for role in others if role.column.name != MU}
-        values: dict[str, dict[str, list[float]]] = {}
-        lines: dict[str, list[int]] = {}
-        for row in self._rows:
-            if len(self._problems) >= tables.MOST_PROBLEMS:
-                break
-            if len(row) != len(self._table.heading):
-                self._problems.append(tables.wrong_count(self._table, row))
-                continue
-            group = "" if self._group is None else row[self._group].text
-            group = whole[1] if (whole := WHOLE.fullmatch(group)) else group
-            place = self._number(along, row)
-            for mu in (role for role in others if role.column.name == MU):
-                if mu.label and row[mu.position].text.lower() in GAPS:
-                    continue  # of a wide table, whose materials need not be measured at the same speeds
-                name = " ".join(filter(None, (group, mu.label)))
-                points = values.setdefault(name, {})
-                points.setdefault(along.column.name, []).append(place)
-                for role in (mu, *([sigmas[mu.label]] if mu.label in sigmas else [])):
-                    points.setdefault(role.column.name, []).append(self._number(role, row))
-                lines.setdefault(name, []).append(row[along.position].place.line)
-        if self._problems:
-            raise ConfigError(self._table.name, self._problems)
-        read = {name: Columns({key: np.array(column) for key, column in points.items()})
-                for name, points in values.items()}  # fmt: skip
-        for name, columns in read.items():
-            columns.lines = tuple(lines[name])
-        return read
-
-    def _number(self, role: Role, row: Sequence[Cell]) -> float:
-        """One number in SI; what is wrong with it becomes a problem."""
-        cell = row[role.position]
-        try:
-            if role.position in self._thousands:
-                raise QuantityError("a number without separators of thousands", f"write {cell.text!r} as '1234.5'")
-            value = _number(cell.text, role.unit, role.column if role.load is None else _FORCE, self._comma)
-            if not isinstance(role.load, tuple):
-                return value if role.load is None else value / role.load
-            cell = row[role.load[0]]
-            return value / _number(cell.text, role.load[1], _LOAD, self._comma)
-        except QuantityError as error:
-            got = f"got {cell.text!r}, expected" if cell.text else "empty, expected"
-            self._problems.append(Problem((role.column.name,), f"{got} {error.expected}", cell.place, error.hint))
-            return 0.0
+def _check_units_above(table: PointsTable) -> None:
+    """Raises ConfigError where a line above the heading holds a unit that the heading lacks."""
+    row = table.along.row
+    for cell in (cell for line in table.headed.table.above for cell in line if is_column_unit(cell.text, row.units)):
+        message = f"got the unit {cell.text!r} above the heading, expected it behind {row.name}"
+        hint = f"write '{row.name} [{cell.text}]', or say --unit {cell.text}"
+        raise ConfigError.of(table.headed.table.name, message, hint, place=cell.place)
 
 
-def _number(text: str, unit: str, column: Parameter, comma: bool) -> float:
-    """One number in SI; comma : whether the file has decimal commas. Raises QuantityError."""
-    plain = text.replace(",", ".") if comma else text
-    if not NUMBER.fullmatch(plain) or layout.mixed_marks(text, comma):
-        hint = layout.mixed_marks(text, comma) or None
-        if layout.DECIMAL_COMMA.fullmatch(text):
-            hint = f"write a decimal point, not a comma: {text.replace(',', '.')}"
-        elif text.lower() in GAPS:
-            hint = "leave out points that were not measured"
-        raise QuantityError("a number", hint)
-    if unit == "%":
-        value = float(Decimal(plain) / 100)
-    else:
-        value = units.si_value(f"{plain} {unit}" if unit else float(plain), column.units)
-    if not column.allows(value):
-        raise QuantityError(column.expected)
-    if value and not _SMALLEST <= value <= _LARGEST:
-        raise QuantityError(f"0 or a number from {_SMALLEST:g} to {_LARGEST:g} in SI")
-    return value
+def _check_conditions(table: PointsTable, points: Columns) -> None:
+    """Raises ConfigError where a column that is not used tells parts of very different friction at one speed."""
+    along, mu = (points[name] for name in (*points,)[:2])
+    for i, head in enumerate(table.headed.headings if mu.size == len(table.texts) else ()):  # no gaps
+        texts = table.texts[:, i]
+        values = list(dict.fromkeys(texts))
+        is_course = head.kind in ("sigma", "spread", "time", "direction") or _COURSE.search(plain(head.name))
+        if i in (*table.used, table.group) or is_course or not 1 < len(values) <= mu.size / 3:
+            continue
+        order = np.argsort(along, kind="stable")
+        x, y, parts = along[order], mu[order], texts[order]
+        first, others = parts == values[0], (parts != values[0]) & (y > 0)
+        shared = others & (x >= x[first].min()) & (x <= x[first].max())
+        ratios = np.interp(x[shared], x[first], y[first]) / y[shared]
+        if ratios.size > 2 and (ratios.min() > _CONDITION or ratios.max() < 1 / _CONDITION):
+            times = float(np.median(np.maximum(ratios, 1 / ratios)))
+            expected = f"one of {listed(values, 'and')}: friction at one speed differs by a factor of {times:.2g}"
+            raise table.headed.refused(i, expected, "keep the rows of one, or call the column 'material'")

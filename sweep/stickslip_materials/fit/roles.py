@@ -1,26 +1,30 @@
-"""Columns of a table of points: those that people name, those of known headings, else the materials.
+"""The columns of a table of points: those that people name, those of known headings, else the materials.
 
 Friction forces are divided by a column of loads, a line above the heading (`Prüflast;15;N`), or the load of the caller.
 """
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from stickslip.errors import ConfigError, QuantityError
-from stickslip.files.layout import NUMBER, is_number
-from stickslip.files.tables import Cell
-from stickslip.vocabulary.column_units import column_unit, is_column_unit
+from stickslip.files.layout import is_number
+from stickslip.files.tables import cells
+from stickslip.vocabulary.display_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest
 from stickslip_materials.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
-from stickslip_materials.fit.headings import Heading, heading, trailing_unit
+from stickslip_materials.fit.headings import heading
 from stickslip_materials.fit.words import PERCENT, PURE, plain
 
 MU, SIGMA = "mu", "sigma"
 WHOLE = re.compile(r"([-+]?\d+)(?:[.,]0*)?")  # workbooks write 1.0
 GAPS = ("", "nan", "na", "n/a", "-", "--", "#n/a", "#nv")  # what people write where nothing was measured
+_FORCE = Parameter("friction_force", "N", "friction force", "points", at_least=0)
+_LOAD = Parameter("load", "N", "normal load", "points", above=0)
+_MOST_SAMPLES = 10  # of a speed that follow each other, in a table of points
 _ALIKE = 3.0  # ratio of the largest numbers of two columns of one name; a standard deviation is less
 _NAME_ONE = "remove one of the two columns, or name the one to take, such as --friction-column 'mu_k'"
 
@@ -40,284 +44,230 @@ class Wanted:
     load: float | str | None = None
 
 
-class Role(NamedTuple):
-    """A column of the file: its position, its row of the vocabulary, its unit, the material.
+@dataclass(frozen=True)
+class Role:
+    """A column that is used: its position, name of what it holds, the row of its numbers, their unit, the material.
 
-    load : by which friction forces are divided: the position and the unit of a column, or a force in N.
+    load : by which friction forces are divided, a column or in N.
     """
 
     position: int
-    column: Parameter
-    unit: str
+    name: str
+    row: Parameter
+    unit: str = ""
     label: str = ""
-    load: tuple[int, str] | float | None = None
-
-    @property
-    def positions(self) -> tuple[int, ...]:
-        """Of the column, and of that of its loads."""
-        return (self.position, self.load[0]) if isinstance(self.load, tuple) else (self.position,)
+    load: "Role | float | None" = None
 
 
-class Roles(NamedTuple):
-    """The roles of the columns, the position of that which names materials, and remarks on what was taken."""
+class PointsTable:
+    """A table of points: its columns, and the role of each that is used.
 
-    roles: list[Role]
-    group: int | None
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class _Column:
-    """A column of the file: its position, its heading, and the texts below it, gaps left out."""
-
-    position: int
-    heading: Heading
-    texts: list[str]
-
-    @property
-    def is_numbers(self) -> bool:
-        return all(map(is_number, self.texts))
-
-    @property
-    def has_numbers(self) -> bool:
-        return any(map(is_number, self.texts))
-
-    @property
-    def is_count(self) -> bool:
-        """True for a column of whole numbers only, as no friction has."""
-        return all(map(WHOLE.fullmatch, self.texts))
-
-    @property
-    def may_be_material(self) -> bool:
-        """True for numbers that might be the friction of a material called so."""
-        head = self.heading
-        is_known = head.kind not in ("", "material") or head.unit not in PURE
-        return not is_known and not self.is_count and (self.is_numbers or not head.kind)
-
-    @property
-    def largest(self) -> float:
-        return max((abs(_size(text)) for text in self.texts), default=0.0)
-
-
-class ColumnSearch:
-    """Looks for the columns of a table among its headings.
-
-    columns : the one of speeds or times, that of friction, and perhaps that of its standard deviations.
+    columns : the one of speeds or times, that of friction, and perhaps that of its standard deviations. rows, texts :
+    the cells below the heading, and the texts of complete lines; numbers : NaN where a text is none. along, frictions,
+    deviations : the columns that are used; group : that which names materials; notes : on what was taken. Raises
+    ConfigError where they are not there, or several may be meant.
     """
 
-    def __init__(
-        self, table: HeadedTable, rows: list[tuple[Cell, ...]], columns: Sequence[Parameter], wanted: Wanted
-    ) -> None:
-        self._table, self._rows, self._wanted = table, rows, wanted
+    def __init__(self, headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted) -> None:
+        self.headed, self.heads, self._wanted, self.notes = headed, headed.headings, wanted, list[str]()
         self._known = {column.name: column for column in columns}
-        self._along = columns[0]
-        self._columns = [
-            _Column(i, head, [row[i].text for row in rows if _is_there(row, i)])
-            for i, head in enumerate(table.headings)
-        ]
-        self._notes: list[str] = []
+        self.rows, width = list(cells(headed.table)), len(headed.headings)
+        self.complete = [row for row in self.rows if len(row) == width]
+        self.texts = np.array([[cell.text for cell in row] for row in self.complete], object).reshape(-1, width)
+        self.gaps = np.isin(np.char.lower(self.texts.astype(str)), GAPS)
+        read = [float(text.replace(",", ".")) if is_number(text) else np.nan for text in self.texts.flat]
+        self.numbers = np.array(read).reshape(self.texts.shape)
+        if not wanted.speed and not wanted.time:
+            self._check_record()
+        along = self._along(columns[0])
+        others = [i for i, head in enumerate(headed.headings) if head.text and not (along and i == along.position)]
+        self.frictions = self._frictions(others, columns[0].name, along is not None)
+        if along is None or not self.frictions:
+            raise self._lacking([columns[0]] * (along is None) + [self._known[MU]] * (not self.frictions), others)
+        self.along = along
+        self.deviations = self._deviations() if SIGMA in self._known else []
+        self.group = self._group()
 
-    def roles(self) -> Roles:
-        """The role of each column that is used. Raises ConfigError."""
-        along = self._speed_or_time()
-        others = [column for column in self._columns if along is None or column.position != along.position]
-        frictions = self._frictions([column for column in others if column.heading.text], along is not None)
-        if along is None or not frictions:
-            lacking = [self._along] * (along is None) + [self._known[MU]] * (not frictions)
-            raise self._lacking(lacking, others)
-        frictions = [role if role.load is None else self._divided(role) for role in frictions]
-        deviations = self._deviations(frictions) if SIGMA in self._known else []
-        return Roles([along, *frictions, *deviations], self._group(), tuple(self._notes))
+    def _check_record(self) -> None:
+        """Raises ConfigError for samples over time at steps of a speed: which are points, the steps tell."""
+        speed = next(
+            (i for kind in ("speed", "rotation") for i, head in enumerate(self.heads) if head.kind == kind), None
+        )
+        if speed is None or not any(head.kind == "time" for head in self.heads):
+            return
+        steps = 1 + int(np.sum(self.texts[1:, speed] != self.texts[:-1, speed]))
+        if len(self.texts) >= _MOST_SAMPLES * steps:
+            message = f"this is a record with {steps} steps of {self.heads[speed].text!r}, expected a point of each"
+            raise self.headed.error(message, "stickslip points RECORD -o points.csv averages them")
 
-    # --- speed or time ------------------------------------------------------------------------------------------------
+    @property
+    def roles(self) -> list[Role]:
+        """Of all columns that are used."""
+        return [self.along, *self.frictions, *self.deviations]
 
-    def _speed_or_time(self) -> Role | None:
-        """The column of speeds or times; None if there is none. Raises ConfigError where several may be meant."""
-        name, si, given = self._along.name, self._along.units, self._wanted.unit
-        if word := self._wanted.speed if name == "speed" else self._wanted.time:
-            column = self._called(word)
-            text = column.heading.text
-            unit = column.heading.unit or trailing_unit(text, si) or "".join(re.findall(r"[(\[].*[)\]]", text))
-            unit = "" if given and not is_column_unit(unit, si) else unit
-        elif (i := self._table.pick(name)) is not None:
-            column, unit = self._columns[i], self._columns[i].heading.unit
-        else:
+    @property
+    def used(self) -> list[int]:
+        """The positions of these columns, and of loads."""
+        loads = [role.load.position for role in self.frictions if isinstance(role.load, Role)]
+        return [role.position for role in self.roles] + loads
+
+    def _present(self, i: int) -> list[str]:
+        """The texts of a column, gaps left out."""
+        return list(self.texts[~self.gaps[:, i], i])
+
+    def _is_count(self, i: int) -> bool:
+        """True for a column of whole numbers only, as no friction has."""
+        return all(map(WHOLE.fullmatch, self._present(i)))
+
+    def _are_numbers(self, i: int) -> bool:
+        return all(map(is_number, self._present(i)))
+
+    def _largest(self, i: int) -> float:
+        return float(np.abs(self.numbers[:, i]).max(initial=0.0, where=~np.isnan(self.numbers[:, i])))
+
+    # --- speed or time, friction --------------------------------------------------------------------------------------
+
+    def _along(self, row: Parameter) -> Role | None:
+        """The column of speeds or times; None if there is none."""
+        word, given = self._wanted.speed if row.name == "speed" else self._wanted.time, self._wanted.unit
+        if (i := self.headed.pick(row.name, word)) is None:
             return None
+        head = self.heads[i]
+        unit = head.unit or ("".join(re.findall(r"[(\[].*[)\]]", head.text)) if word else "")
+        if word and given and not is_column_unit(unit, row.units):
+            unit = ""
         if unit and given and unit != given:
-            self._notes.append(f"--unit {given} is not used, since {column.heading.text!r} has a unit")
+            self.notes.append(f"--unit {given} is not used, since {head.text!r} has a unit")
         unit = unit or given
         try:
-            return Role(column.position, self._along, column_unit(unit, si) if unit else "")
+            return Role(i, row.name, row, column_unit(unit, row.units) if unit else "")
         except QuantityError as error:
-            raise self._refused(column, error.expected, error.hint) from None
+            raise self.headed.refused(i, error.expected, error.hint) from None
 
-    # --- friction -----------------------------------------------------------------------------------------------------
-
-    def _frictions(self, others: list[_Column], has_along: bool) -> list[Role]:
-        """The columns of friction: those named, else those of friction, else all that may be. Raises ConfigError."""
+    def _frictions(self, others: list[int], over: str, has_along: bool) -> list[Role]:
+        """The columns of friction: those named, else the one of friction as such, else all that may be a material."""
         if self._wanted.friction:
-            chosen = [self._called(word) for word in self._wanted.friction]
-            return [self._friction(c, len(chosen) > 1 or c.heading.kind in ("", "other")) for c in chosen]
-        if (single := self._unlabelled(others)) is not None:
-            return [self._friction(single, False)]
-        others = [column for column in others if column.has_numbers]
-        kinds = (MU, "kinetic" if self._along.name == "speed" else "static")
-        of_materials = [column for column in others if column.heading.kind in kinds and column.heading.label]
-        forces = [column for column in others if column.heading.kind == "friction_force"]
-        if not of_materials and forces:
-            return [self._friction(column, len(forces) > 1) for column in forces]
-        if not has_along:
-            return []
-        unknown = [column for column in others if column.may_be_material]
-        names = [plain(column.heading.name) for column in unknown]
-        spreads = {start + name for name in names for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
-        unknown = [column for column, name in zip(unknown, names, strict=True) if name not in spreads]  # s_A beside A
-        if of_materials:  # others beside them, which are too large, are something else
-            unknown = [column for column in unknown if column.largest <= MOST_FRICTION]
-        materials = sorted([*of_materials, *unknown], key=lambda column: column.position)
-        self._check_repeats(materials)
-        return [self._friction(column, True) for column in materials]
-
-    def _unlabelled(self, others: list[_Column]) -> _Column | None:
-        """The column of friction as such, of which a table has one. Raises ConfigError where it is not certain."""
-        over = self._along.name
-        kinds = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
-        bare, fitting, other = (
-            [column for column in others if column.heading.kind == kind and not column.heading.label]
-            for kind in (MU, *kinds)
-        )
-        chosen = [*bare, *fitting]
+            chosen = [self.headed.pick(MU, word) or 0 for word in self._wanted.friction]
+            return [self._friction(i, len(chosen) > 1 or self.heads[i].kind in ("", "other")) for i in chosen]
+        fitting, other = ("kinetic", "static") if over == "speed" else ("static", "kinetic")
+        bare = [i for i in others if self.heads[i].kind in (MU, fitting) and not self.heads[i].label]
+        unfit = [i for i in others if self.heads[i].kind == other and not self.heads[i].label]
         if len(bare) > 1:
-            raise self._refused(bare[1], "it once", _NAME_ONE)
-        if len(chosen) > 1:
-            raise self._refused(chosen[0], "one column of friction", _NAME_ONE)
-        if not chosen and other:
-            raise self._refused(other[0], f"{kinds[0]} friction over {over}", _NAME_ONE)
-        self._notes += [f"{column.heading.text!r} is {kinds[1]} friction and not used" for column in other]
-        return chosen[0] if chosen else None
+            raise self.headed.refused(bare[1], "one column of friction", _NAME_ONE)
+        if unfit and not bare:
+            raise self.headed.refused(unfit[0], f"{fitting} friction over {over}", _NAME_ONE)
+        if bare:
+            self.notes += [f"{self.heads[i].text!r} is {other} friction and not used" for i in unfit]
+            return [self._friction(bare[0], False)]
+        others = [i for i in others if np.isfinite(self.numbers[:, i]).any()]
+        named = [i for i in others if self.heads[i].kind in (MU, fitting)]
+        forces = [i for i in others if self.heads[i].kind == "friction_force"]
+        if forces and not named:
+            return [self._friction(i, len(forces) > 1) for i in forces]
+        unknown = {i: plain(self.heads[i].name) for i in others if has_along and self._may_be_material(i)}
+        spreads = {start + name for name in unknown.values() for start in ("s ", "s", "u ", "u", "d ", "d", "δ", "σ")}
+        materials = [i for i in others if i in named or i in unknown and unknown[i] not in spreads]  # s_A beside A
+        if named:  # what is too large beside them is something else
+            materials = [i for i in materials if i in named or self._largest(i) <= MOST_FRICTION]
+        self._check_repeats(materials)
+        return [self._friction(i, True) for i in materials if has_along]
 
-    def _check_repeats(self, materials: list[_Column]) -> None:
+    def _may_be_material(self, i: int) -> bool:
+        """True for numbers that might be the friction of a material called so."""
+        head = self.heads[i]
+        is_known = head.kind not in ("", "material") or head.unit not in PURE or self._is_count(i)
+        return not is_known and (not head.kind or self._are_numbers(i))
+
+    def _check_repeats(self, materials: list[int]) -> None:
         """Note columns of one heading, which are repeats. Raises ConfigError where they are not alike."""
-        by_name: dict[str, list[_Column]] = {}
-        for column in materials:
-            by_name.setdefault(column.heading.text, []).append(column)
+        by_name: dict[str, list[int]] = {}
+        for i in materials:
+            by_name.setdefault(self.heads[i].text, []).append(i)
         for name, alike in by_name.items():
-            largest = sorted(column.largest for column in alike)
+            largest = sorted(map(self._largest, alike))
             if largest[-1] > _ALIKE * largest[0]:
                 expected = "another name than the first column of this name, which holds other numbers"
-                raise self._refused(alike[1], expected)
+                raise self.headed.refused(alike[1], expected)
             if len(alike) > 1:
-                self._notes.append(f"the {len(alike)} columns called {name!r} are repeats")
+                self.notes.append(f"the {len(alike)} columns called {name!r} are repeats")
 
-    def _friction(self, column: _Column, is_material: bool) -> Role:
-        head, row = column.heading, self._known[MU]
-        label = head.text if is_material else ""
-        self._table.check_friction(column.position, 0.0)
+    def _friction(self, i: int, is_material: bool) -> Role:
+        head, label = self.heads[i], self.heads[i].text if is_material else ""
         if head.is_force() or head.unit and head.kind in ("", "other") and is_column_unit(head.unit, "N"):
-            return Role(column.position, row, self._newtons(column), label, 0.0)
+            return Role(i, MU, _FORCE, self._newtons(i), label, self._load(i))
         if head.unit in PURE or plain(head.unit) in PERCENT:
-            return Role(column.position, row, "" if head.unit in PURE else "%", label)
-        raise self._refused(column, "no unit", f"{MU} is a pure number, or in %")
+            return Role(i, MU, self._known[MU], "" if head.unit in PURE else "%", label)
+        raise self.headed.refused(i, "no unit", f"{MU} is a pure number, or in %")
 
-    def _divided(self, role: Role) -> Role:
-        """A column of friction forces with the load they are divided by. Raises ConfigError."""
-        force = self._columns[role.position]
-        load: tuple[int, str] | float
-        if (i := self._table.pick("load")) is not None:
-            load, shown = (i, self._newtons(self._columns[i])), repr(self._columns[i].heading.text)
-        elif (above := load_above(self._table.table)) is not None:
+    def _load(self, force: int) -> Role | float:
+        """What a column of friction forces is divided by."""
+        load: Role | float
+        if (i := self.headed.pick("load")) is not None:
+            load, shown = Role(i, MU, _LOAD, self._newtons(i)), repr(self.heads[i].text)
+        elif (above := load_above(self.headed.table)) is not None:
             load, shown = above[0], f"{above[0]:g} N (line {above[1]})"
         elif self._wanted.load is not None:
             load = newtons(self._wanted.load)
             shown = f"{load:g} N (--load)"
         else:
-            expected = "a friction coefficient, or a load to divide this force by"
             hint = "give the load: a column 'Load [N]', a line 'Load;15;N' above the heading, or --load '15 N'"
-            raise self._refused(force, expected, hint)
-        self._notes.append(f"{force.heading.text!r} is divided by {shown}")
-        return role._replace(load=load)
+            expected = "a friction coefficient, or a load to divide this force by"
+            raise self.headed.refused(force, expected, hint)
+        self.notes.append(f"{self.heads[force].text!r} is divided by {shown}")
+        return load
 
-    def _newtons(self, column: _Column) -> str:
+    def _newtons(self, i: int) -> str:
+        unit = self.heads[i].unit
         try:
-            return column_unit(column.heading.unit, "N")
+            return column_unit(unit, "N")
         except QuantityError as error:
-            hint = error.hint if column.heading.unit else "write it in brackets: 'Force [N]'"
-            raise self._refused(column, "the unit of a force", hint) from None
+            hint = error.hint if unit else "write it in brackets: 'Force [N]'"
+            raise self.headed.refused(i, "the unit of a force", hint) from None
 
-    # --- standard deviations, materials -------------------------------------------------------------------------------
+    # --- standard deviations, materials, what is lacking --------------------------------------------------------------
 
-    def _deviations(self, frictions: list[Role]) -> list[Role]:
-        """The columns of standard deviations that belong to one of friction. Raises ConfigError."""
-        sigmas = [column for column in self._columns if column.heading.kind == SIGMA and column.has_numbers]
-        bare = [column for column in sigmas if not column.heading.label]
-        if len(frictions) == 1 and not frictions[0].label and len(bare) > 1:
-            raise self._refused(bare[1], "it once", "remove one of the two")
-        deviations = []
-        for role in frictions:
-            own = bare if not role.label else [column for column in sigmas if self._belongs(column, role)]
+    def _deviations(self) -> list[Role]:
+        """The columns of standard deviations that belong to one of friction."""
+        sigmas = [i for i, head in enumerate(self.heads) if head.kind == SIGMA]
+        sigmas = [i for i in sigmas if np.isfinite(self.numbers[:, i]).any()]
+        bare, deviations = [i for i in sigmas if not self.heads[i].label], []
+        if len(self.frictions) == 1 and not self.frictions[0].label and len(bare) > 1:
+            raise self.headed.refused(bare[1], "it once", "remove one of the two")
+        for role in self.frictions:
+            head = self.heads[role.position]
+            names = {*map(plain, (head.name, head.text, head.label, heading(head.name).label))} - {""}
+            own = [i for i in sigmas if plain(self.heads[i].label) in names] if role.label else bare
             if len(own) != 1 or role.load is not None:
                 continue
-            i, unit = own[0].position, own[0].heading.unit
-            unit = "%" if plain(unit) in PERCENT else unit
-            is_pure = unit in PURE and not role.unit or unit == role.unit
-            beside = (row for row in self._rows if _is_there(row, role.position))
-            if is_pure and (not role.label or all(i < len(row) and _size(row[i].text) > 0 for row in beside)):
-                deviations.append(Role(i, self._known[SIGMA], role.unit, role.label))
-                if role.label:
-                    self._notes.append(f"{own[0].heading.text!r} is the standard deviation of {role.label!r}")
+            sigma, values = self.heads[own[0]], self.numbers[~self.gaps[:, role.position], own[0]]
+            unit = "%" if plain(sigma.unit) in PERCENT else "" if sigma.unit in PURE else sigma.unit
+            if unit == role.unit and (not role.label or (values > 0).all()):
+                deviations.append(replace(role, position=own[0], name=SIGMA, row=self._known[SIGMA]))
+                self.notes += [f"{sigma.text!r} is the standard deviation of {role.label!r}"] if role.label else []
         return deviations
 
-    def _belongs(self, sigma: _Column, role: Role) -> bool:
-        """True for a column of standard deviations that is called after one of friction."""
-        label, head = plain(sigma.heading.label), self._columns[role.position].heading
-        names = (head.name, head.text, head.label, heading(head.name).label)
-        return bool(label) and label in map(plain, names)
-
     def _group(self) -> int | None:
-        heads = ((column, column.heading) for column in self._columns)
-        columns = [column for column, head in heads if head.kind == "material" and not head.unit and head.text]
-        named = [column for column in columns if not column.is_numbers]
-        group = named or [column for column in columns if column.is_count and len({*column.texts}) < len(column.texts)]
-        return group[0].position if len(group) == 1 else None
+        """The column that tells materials apart row by row: by name, or by numbers that come again."""
+        columns = [i for i, head in enumerate(self.heads) if head.kind == "material" and not head.unit and head.text]
+        named = [i for i in columns if not self._are_numbers(i)]
+        counted = [i for i in columns if self._is_count(i) and len({*self._present(i)}) < len(self._present(i))]
+        group = named or counted
+        return group[0] if len(group) == 1 else None
 
-    # --- what is wrong ------------------------------------------------------------------------------------------------
-
-    def _called(self, word: str) -> _Column:
-        called = [column for column in self._columns if column.heading.is_called(word)]
-        if len(called) == 1:
-            return called[0]
-        names = listed([repr(column.heading.text) for column in self._columns])
-        count = f"{len(called)} columns are" if called else "no column is"
-        raise self._table.error(f"{count} called {word!r}, expected {names}")
-
-    def _refused(self, column: _Column, expected: str, hint: str | None = None) -> ConfigError:
-        return self._table.refused(column.position, expected, hint)
-
-    def _lacking(self, missing: list[Parameter], others: Iterable[_Column]) -> ConfigError:
+    def _lacking(self, missing: list[Parameter], others: list[int]) -> ConfigError:
         """An error about columns that are not there, with the heading that was perhaps meant."""
-        heads = ((column, column.heading) for column in others)
-        others = [column for column, head in heads if head.text and (head.label or head.kind not in self._known)]
-        for column in others:
-            if near := nearest(column.heading.name, self._known):
-                expected = f"{listed([*self._known])}, with the unit in brackets"
-                return self._refused(column, expected, f"did you mean {near!r}?")
+        heads = {i: head for i in others if (head := self.heads[i]).label or head.kind not in self._known}
+        for i, head in heads.items():
+            if near := nearest(head.name, self._known):
+                return self.headed.refused(i, f"{listed([*self._known])}, with the unit in brackets",
+                                           f"did you mean {near!r}?")  # fmt: skip
         lacking = listed([f"{column.name} ({column.long_name})" for column in missing], "and")
-        if not others or is_number(others[0].heading.text):
+        if not heads or is_number(next(iter(heads.values())).text):
             hint = f"the first line names the columns, for instance '{example([*self._known.values()])}'"
-            return self._table.error(f"no column is called {lacking}", hint)
-        unknown = listed([repr(column.heading.text) for column in others], "and")
-        likely = [column.heading.text for column in others if is_column_unit(column.heading.unit, missing[0].units)]
+            return self.headed.error(f"no column is called {lacking}", hint)
+        unknown = listed([repr(head.text) for head in heads.values()], "and")
+        likely = [head.text for head in heads.values() if is_column_unit(head.unit, missing[0].units)]
         word = likely[0] if len(likely) == 1 else "HEADING"
         options = ["--friction-column 'HEADING'" if c.name == MU else f"--{c.name}-column '{word}'" for c in missing]
         hint = f"columns of other names are taken by {listed(options, 'and')}"
-        return self._table.error(f"no column is called {lacking}; not understood: {unknown}", hint)
-
-
-def _is_there(row: tuple[Cell, ...], i: int) -> bool:
-    return i < len(row) and row[i].text.lower() not in GAPS
-
-
-def _size(text: str) -> float:
-    """A number, 0 where a text is none; read exactly later."""
-    text = text.replace(",", ".")
-    return float(text) if NUMBER.fullmatch(text) else 0.0
+        return self.headed.error(f"no column is called {lacking}; not understood: {unknown}", hint)

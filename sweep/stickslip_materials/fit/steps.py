@@ -98,21 +98,18 @@ def step_points(
         raise ValueError(f"time: got the shape {t.shape}, expected {_FEWEST} samples or more, and all arrays as long")
     if not (np.isfinite(t).all() and np.isfinite(y).all() and (np.diff(t) > 0).all()):
         raise ValueError("time and mu: expected finite numbers, and time to increase")
-    if steps is None:
-        controls = np.array([values for values in (v, n) if not np.isnan(values).all()])
-        if not np.isfinite(controls).all():
-            raise ValueError("speed and load: expected finite numbers")
-        parts = _plateaus(controls)
-    else:
-        parts = [(int(np.searchsorted(t, a)), int(np.searchsorted(t, b))) for a, b in steps]
-    rows, left_out, values = [], [], np.unique(y[:10_000])
+    controls = np.array([values for values in (v, n) if not np.isnan(values).all()])
+    if steps is None and not np.isfinite(controls).all():
+        raise ValueError("speed and load: expected finite numbers")
+    parts = _plateaus(controls) if steps is None else [tuple(np.searchsorted(t, ends).tolist()) for ends in steps]
+    values = np.unique(y[:10_000])
     resolution = float(np.diff(values).min()) if values.size > 1 else 0.0  # to which friction was rounded
+    rows, left_out = [], []
     for start, stop in parts:
-        where = f"{t[min(start, t.size - 1)]:.6g} to {t[max(stop - 1, 0)]:.6g} s"
         try:
             rows.append(_point(t[start:stop], y[start:stop], v[start:stop], n[start:stop], settle, resolution))
         except ValueError as error:
-            left_out.append(f"{where}: {error}")
+            left_out.append(f"{t[min(start, t.size - 1)]:.6g} to {t[max(stop - 1, 0)]:.6g} s: {error}")
     used = sum(stop - start for start, stop in parts) / t.size
     if steps is None and used < _LEAST:
         message = f"speed and load stay for {100 * used:.0f} % of the time, expected half or more"
@@ -248,29 +245,24 @@ def read_steps(
     a line above the heading tells it. speed_column, friction_column : headings of the columns to take, where they are
     none of the usual. Raises ConfigError for files that cannot be understood, by line and column.
     """
-    record = Signals(path, _RECORD, STEPS)
-    time, steps = record.read("time"), None
+    record, steps = Signals(path, _RECORD, STEPS), None
+    time = record.read("time")
     loads = record.read("load") if "load" in record else np.full(time.shape, record.given("load", load))
     if plan is None:
         speed = record.speed(radius, speed_column)
     else:
-        speed = np.full(time.shape, np.nan)
         planned = Signals(plan, _PLAN, PLAN)
         begins, ends, speeds = planned.read("begin"), planned.read("end"), planned.speed(radius)
         if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
             raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
-        steps = [*zip(begins.tolist(), ends.tolist(), strict=True)]
-        planned_loads = planned.read("load") if "load" in planned else None
-        for i, (begin, end) in enumerate(steps):
-            inside = (time >= begin) & (time < end)
-            speed[inside] = speeds[i]
-            if planned_loads is not None:
-                loads = np.where(inside, planned_loads[i], loads)
+        steps, at = [*zip(begins.tolist(), ends.tolist(), strict=True)], np.searchsorted(begins, time, "right") - 1
+        inside = (at >= 0) & (time < ends[at])
+        speed = np.where(inside, speeds[at], np.nan)
+        loads = np.where(inside, planned.read("load")[at], loads) if "load" in planned else loads
     friction = record.friction(loads, np.isfinite(speed), friction_column)
+    known = None if np.isnan(loads).all() else loads
     try:
-        points = step_points(
-            time, friction, speed, None if np.isnan(loads).all() else loads, settle=settle, steps=steps
-        )
+        points = step_points(time, friction, speed, known, settle=settle, steps=steps)
     except ValueError as error:
         raise record.error(str(error)) from None
     return replace(points, columns=record.describe(load, radius))

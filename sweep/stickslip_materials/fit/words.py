@@ -29,7 +29,7 @@ KINDS = {
     "displacement": ("m", "displacement, drive displacement, drive position, position, weg, verschiebung, déplacement"),
     "stick": ("", "stick"),
     "rotation": ("s-1", "rotation, rotational speed, rotation speed, speed of rotation, rotary speed, spindle speed, "
-        "rpm, upm, drehz|ahl, umdrehungen, drehgeschw|indigkeit, vitesse de rotation, n"),
+        "rpm, upm, drehz|ahl, umdrehungen, drehgeschw|indigkeit, vitesse de rotation"),
     "radius": ("m", "radius, track radius, wear track radius, friction radius, sliding radius, reib|ungs+radius, "
         "lauf+radius, spur+radius, laufbahn+radius, bahn+radius, rayon, rayon de piste, rayon de frottement"),
     "begin": ("s", "begin, start, from, beginn, von"),
@@ -60,7 +60,7 @@ NOT_OF_SLIDING = re.compile(  # speeds of rotation, rolling, wear, vibration, of
     r"umfang|circumf|periph|(?<!t)roll|roul|walz|entrain|summe|dreh|winkel|rotat|angul|wear|usure|verschlei|abras"
     r"|abtrag|abtast|vibr|schwing|sound|schall"
 )
-UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*,\s*|\s+/\s+)([^,]+)|[\s_]*(%))")
+UNIT_BEHIND = re.compile(r"(.+?)(?:(?:\s+in\s+|\s*,\s*|\s+/\s+|\s+(?=\S+/))([^,]+)|[\s_]*(%))")
 END = re.compile(r"[\s,_:/]*(?:\bin)?[\s,_:/]*$")  # between a name and its unit
 QUALIFIERS = frozenset(
     "mean avg average mittel mittelw mittelwert mittl mittlere mittlerer durchschn durchschnittl mw median "
@@ -77,12 +77,12 @@ def plain(word: str) -> str:
     return " ".join(re.sub(r"[_\-.':’]", " ", bare).split())
 
 
-STATIC = frozenset(map(plain, "static stat s haft statisch statische statique h 0".split()))
-KINETIC = frozenset(
-    plain(word)
-    for word in "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch kinetische dynamique "
-    "cinétique".split()
-)
+MANNERS = {  # of friction, beside its words
+    "static": frozenset(map(plain, "static stat s haft statisch statische statique h 0".split())),
+    "kinetic": frozenset(map(plain, "kinetic dynamic kin dyn k d g gleit sliding dynamisch dynamische kinetisch "
+                                    "kinetische dynamique cinétique".split())),
+}  # fmt: skip
+GLUED = re.compile(r"\b(haft|gleit|mu|μ)(?=\w)")  # Gleitreibung, mus
 SIGMA = re.compile(
     r"\b(?:std ?dev(?:iation)?|st ?dev|std ?abw(?:eichung)?|stabw|standard ?(?:dev\w*|abw\w*|error|fehler)|sdev"
     r"|std|sd|sem?|ecart type|erreur (?:type|standard)|sigma|σ)(?!\w)|\b(?:s|sd|std|σ|sigma) ?\( ?(?=[\w ]+\))"

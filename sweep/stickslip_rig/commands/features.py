@@ -1,4 +1,4 @@
-"""`rig features`: records of a test rig."""
+"""`rig features`: records of a test rig. `rig calibrate`: the risk model fitted to such."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, save_table, show_result
+from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
-from stickslip_rig.commands import sounds
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +54,6 @@ Examples:
 @click.option("--speed", metavar="SPEED", help='Of the drive, where files do not record it ("10 mm/s").')
 @click.option("--bandwidth", metavar="FREQUENCY", help='Of the acceleration, limits what is used ("2 kHz").')
 @params.plot_option()
-@sounds.sound_option("record")
 @PART
 @click.option(
     "-o", "--output", type=params.Target("table", "result"),
@@ -66,7 +64,6 @@ Examples:
 def features(
     files: tuple[Path, ...], config: Path | None, load: str | None, speed: str | None, bandwidth: str | None,
     plot: Path | None, beside: bool, begin: str | None, end: str | None, output: Location | None,
-    sound: Path | None = None,
 ) -> Answer:  # fmt: skip
     """Compute features and a risk number of rig records.
 
@@ -74,16 +71,15 @@ def features(
     drive_displacement; units are given in the header, "time [ms]". The risk number is a model RPN, not the rig maker's,
     and needs the acceleration.
     """
-    from stickslip.dataset.provenance import provenance
+    from stickslip.dataset.build import provenance
     from stickslip.files.targets import KINDS
     from stickslip_rig import api as rig
+    from stickslip_rig.evaluation import as_columns
     from stickslip_rig.risk import band_of
-    from stickslip_rig.tables import as_columns
 
     if len(set(files)) < len(files):
         fail("a file is named twice")
     settings = _settings(config, load, speed, bandwidth)
-    sounds.check_sounds(sound, len(files))
     window = time_window(begin, end)
     read: dict[Path, xr.Dataset] = {}
     for file in files:
@@ -107,8 +103,6 @@ def features(
 
         numbers = dict(zip(records, ds["model_rpn"].values.tolist(), strict=True))
         save_plot(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
-    if sound is not None:
-        sounds.save_sounds(sound, ((name, name, record) for name, record in records.items()))
     action = f"rig-features {' '.join(map(str, files))}"
     ds = ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
     if isinstance(output, Path) and output.suffix.lower() in KINDS["table"].suffixes:
@@ -153,7 +147,7 @@ def _settings(config: Path | None, load: str | None, speed: str | None, bandwidt
 
 def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
     """The part of a record that two options ask for, in s."""
-    from stickslip.config.select import seconds
+    from stickslip.config.grid import seconds
 
     if begin is None and end is None:
         return None
@@ -170,8 +164,8 @@ def time_window(begin: str | None, end: str | None) -> tuple[float, float] | Non
 def _show_what_was_read(records: Mapping[str, xr.Dataset]) -> None:
     """Print conditions and columns as they were understood, once for records that are alike."""
     from stickslip.vocabulary.display_units import quantity
-    from stickslip_rig.tables import first_of
-    from stickslip_rig.vocabulary import CONDITIONS
+    from stickslip_rig.evaluation import first_of
+    from stickslip_rig.quantities import CONDITIONS
 
     alike: dict[str, list[str]] = {}
     for name, record in records.items():
@@ -185,8 +179,8 @@ def _show_what_was_read(records: Mapping[str, xr.Dataset]) -> None:
 
 def report(ds: xr.Dataset) -> Iterator[Any]:
     """The features of records or of tests, what the colours of the risk number mean, and what to mind of them."""
-    from stickslip_rig.risk import RPN_NAME
-    from stickslip_rig.tables import as_records, first_of, shown_table, unfinished
+    from stickslip_rig.evaluation import shown_table, unfinished
+    from stickslip_rig.quantities import RPN_NAME
 
     table = shown_table(ds)
     rows = [*table.rows]
@@ -196,7 +190,46 @@ def report(ds: xr.Dataset) -> Iterator[Any]:
     yield f"RPN: {RPN_NAME}. Green 1 to 3, yellow 4 and 5, red 6 to 10."
     for sentence in unfinished(ds) if "status" in ds else ():
         screen.notice(f"warning: {sentence}")
-    if "model_rpn_extrapolated" in ds and ds["model_rpn_extrapolated"].any():
-        names = as_records(ds)["record"].values[ds["model_rpn_extrapolated"].values.ravel() == 1]
-        screen.notice(f"warning: the RPN of {first_of(names.tolist())} is an extrapolation: "
-                      "a feature lies outside of the range of the pairs of the calibration")  # fmt: skip
+
+
+# --- calibration ------------------------------------------------------------------------------------------------------
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip rig calibrate pairs.csv > risk.yaml
+Columns of FILE (.csv or .xlsx)
+  sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn
+as `stickslip rig features -o` writes them, with a column rpn added"""
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@CONFIG_OPTION
+@JSON
+@reports_errors
+def calibrate(file: Path, config: Path | None) -> dict[str, Any]:
+    """Fit the risk model to measured pairs of features and RPN.
+
+    At least five pairs of different features are needed. Records of which a feature is not
+    determined are left out.
+
+    Prints the parameters ready to paste into a configuration; the pairs and what the fit makes of them go to standard
+    error.
+    """
+    from stickslip.config.studies import ReportTable
+    from stickslip_rig.calibration import calibrate_file
+    from stickslip_rig.settings import load_settings
+
+    fit = calibrate_file(file, load_settings(config).risk)
+    screen.echo(fit.text())
+    columns = {"RPN": fit.rpn, "fitted": fit.level, "left out": fit.left_out, "default": fit.default}
+    rows = [(name, *(f"{value:.2f}" for value in row)) for name, *row in zip(fit.names, *columns.values(), strict=True)]
+    screen.notice(ReportTable("", ("pair",), tuple(columns), rows).text())
+    screen.notice(fit.prediction())
+    for pair in fit.omitted:
+        screen.notice(f"left out  {pair}")
+    pairs = ("names", "rpn", "level", "left_out", "default")
+    return {"risk": fit.risk.resolved(), "interval": fit.interval, "unidentified": fit.unidentified,
+            "leave_one_out_error": fit.error, "default_error": fit.default_error,
+            "is_better_than_default": fit.is_better, "noise": fit.noise,
+            "omitted": fit.omitted, "pairs": {name: getattr(fit, name) for name in pairs}}  # fmt: skip

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, QUIET, fail, reports_errors
-from stickslip.cli.groups import SectionedGroup
+from stickslip.cli import SectionedGroup, params, screen
 from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
 from stickslip.cli.run import BLOCKS, run_request, shard_of
-from stickslip_rig.commands import features, sounds
+from stickslip.cli.screen import JSON, QUIET, fail, reports_errors
+from stickslip_rig.commands import features
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from stickslip_rig.api import RigTests
 
 _MOST_TRACES = 6  # drawn over each other
-_FINE, _COARSE = 8, 2  # samples computed per sample of sound: of short tests, and of long ones, which take much memory
-_SHORT = 20.0  # s
 
 
 @click.command(
@@ -41,7 +38,6 @@ Examples:
 @params.plot_option("Plot: signals of up to six tests, else a heat map.")
 @click.option("--report", type=params.Target("page"), help="Page to write (.html): maps, traces, table.")
 @click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
-@sounds.sound_option("test")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @features.PART
 @BLOCKS
@@ -51,7 +47,7 @@ Examples:
 def run(
     config: Path, output: Location | None, plot: Path | None, report: Path | None, records: Path | None,
     chosen: tuple[int, ...], beside: bool, begin: str | None, end: str | None, shard: str | None,
-    sound: Path | None = None, **blocks: Any,
+    **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute a test matrix on a simulated rig.
 
@@ -71,10 +67,8 @@ def run(
             fail(f"--test {number}: tests are numbered from 0 to {tests.grid.size - 1}")
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
-    sounds.check_sounds(sound, tests.grid.size)
     request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
-    outputs = _Outputs(plot, tests=tests, report=report, records=records, sound=sound, chosen=chosen, beside=beside,
-                       window=window)  # fmt: skip
+    outputs = _Outputs(plot, tests=tests, report=report, records=records, chosen=chosen, beside=beside, window=window)
     return run_request(request, outputs)
 
 
@@ -85,14 +79,13 @@ class _Outputs(Outputs):
     tests: RigTests
     report: Path | None
     records: Path | None
-    sound: Path | None
     chosen: Sequence[int]
     beside: bool
     window: tuple[float, float] | None
 
     def is_lacking(self) -> bool:
         """True if something is to be written though the result is there and was complete already."""
-        made = (self.report, self.records, self.sound, params.requested_table())
+        made = (self.report, self.records, params.requested_table())
         return any(made) or super().is_lacking()
 
     def save(self, ds: xr.Dataset) -> Path | None:
@@ -112,19 +105,17 @@ class _Outputs(Outputs):
 
             for test in self.tests.tests(range(size)):
                 if test.record is not None:
-                    write_record(test.record, self.records / f"{self._file_name(test.number)}.csv")
+                    write_record(test.record, self.records / f"test{test.number:0{len(str(size - 1))}d}.csv")
             screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
-        if self.sound is not None:
-            sounds.save_sounds(self.sound, self._heard())
         if self.report is not None:
             from stickslip.plots.pages import write_page
-            from stickslip_rig.report import report
+            from stickslip_rig.plots import report
 
             records = self._records(drawn or range(min(size, _MOST_TRACES)))
             write_page(self.report, report(ds, records, self.tests.config))
             show_file("report", self.report)
         if table := params.requested_table():
-            from stickslip_rig.tables import as_columns
+            from stickslip_rig.evaluation import as_columns
 
             save_table(as_columns(ds), table)
         return self.plot
@@ -132,23 +123,6 @@ class _Outputs(Outputs):
     def _records(self, numbers: Sequence[int]) -> dict[str, xr.Dataset]:
         """Records by name, of the tests that were integrated to their end."""
         return {test.name: test.record for test in self.tests.tests(numbers) if test.record is not None}
-
-    def _file_name(self, number: int) -> str:
-        return f"test{number:0{len(str(self.tests.grid.size - 1))}d}"
-
-    def _heard(self) -> Iterator[tuple[str, str, xr.Dataset]]:
-        """Tests from the first stroke on: the acceleration itself, not what a sensor shows."""
-        from stickslip_rig.api import RigTests
-
-        config, rate = self.tests.config, float(sounds.maker().RATE)
-        for number in range(self.tests.grid.size):
-            sensor = self.tests.sensor.model_copy(update={
-                "rate": rate, "bandwidth": None, "force_noise": 0.0, "acceleration_noise": 0.0,
-                "oversampling": _FINE if self.tests.duration(number) <= _SHORT else _COARSE,
-            })  # fmt: skip
-            (test,) = RigTests(config.with_sections(sensor=sensor)).tests([number])
-            if test.record is not None:
-                yield self._file_name(number), f"{config.title}: {test.name}", test.record
 
 
 rig = SectionedGroup(
@@ -158,7 +132,7 @@ rig = SectionedGroup(
         "Commands": {
             "run": "stickslip_rig.commands.run",
             "features": "stickslip_rig.commands.features",
-            "calibrate": "stickslip_rig.commands.calibrate",
+            "calibrate": "stickslip_rig.commands.features",
         }
     },
     help="""Test rigs: simulated ones, records of measured ones, and the risk number.

@@ -8,6 +8,7 @@ import xarray as xr
 from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import told
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
@@ -29,13 +30,6 @@ SECTION = "attractors: {displacement: [0, 200 cm], velocity: [-1 m/s, 1 m/s]}\n"
 def band():
     """The attractors over the belt speed."""
     return stickslip.attractors(parse_config(PAIR), BOX)
-
-
-def test_a_call_with_cells_and_one_with_a_configuration_agree(band):
-    cells = stickslip.attractors(CELL | {"belt_speed": band["belt_speed"].values}, BOX)
-    assert cells["settling_share"].dims == ("cell",) and band["settling_share"].dims == ("belt_speed",)
-    for name in band.data_vars:
-        np.testing.assert_array_equal(cells[name].values, band[name].values)
 
 
 def test_a_dataset_says_what_its_numbers_are(band, tmp_path):
@@ -60,56 +54,12 @@ def test_a_section_asks_run_for_the_same(band, tmp_path):
     xr.testing.assert_equal(called, band)
 
 
-@pytest.mark.parametrize(
-    ("box", "message"),
-    [
-        ({"displacement": (2, 0), "velocity": (0, 1)}, r"displacement: got \[2, 0\], .* swap the ends"),
-        ({"displacement": (0, np.inf), "velocity": (0, 1)}, r"displacement: got \[0, inf\], expected a finite number"),
-        ({"displacement": (0, 1)}, "velocity: missing, expected velocities of the box"),
-        ({"displacement": (0, 1), "velocty": (0, 1)}, "velocty: unknown key, .*did you mean velocity"),
-        (None, "box: missing"),
-        (3, "box: got 3"),
-    ],
-)
-def test_a_bad_box_is_refused_before_anything_is_computed(box, message):
-    with pytest.raises((TypeError, ValueError), match=message):
-        stickslip.attractors(CELL | {"belt_speed": 0.5}, box)
-
-
-@pytest.mark.parametrize("numbers", [{"samples": 48}, {"samples": 64.5}, {"seed": -1}])
-def test_bad_numbers_of_samples_are_refused(numbers):
-    with pytest.raises(ValueError, match="(samples|seed): got"):
-        stickslip.attractors(CELL | {"belt_speed": 0.5}, BOX, **numbers)
-
-
-@pytest.mark.parametrize(
-    ("section", "message"),
-    [
-        ("attractors: {displacement: [0, 1]}", "attractors.velocity: missing, expected velocities of the box"),
-        ("attractors: {displacement: [1, 0], velocity: [0, 1]}", "the lower end first and the upper above it"),
-        ("attractors: {displacement: [0, 1 m/s], velocity: [0, 1]}", "got [0, 1 m/s] (speed), expected a length"),
-        ("attractors: {displacement: [0, 1], velocity: [0, 1], sample: 64}", "did you mean samples?"),
-        ("attractors: {displacement: [0, 1], velocity: [0, sticking]}", "expected a"),
-    ],
-)
-def test_bad_sections_are_refused_with_their_place(section, message):
-    with pytest.raises(ConfigError) as caught:
-        parse_config(PAIR + section, "my.yaml")
-    assert message in str(caught.value) and "my.yaml:6" in str(caught.value)
-
-
 def test_an_axis_of_starting_states_is_refused():
     text = PAIR + "  velocity: [0, 1]\n"
     with pytest.raises(ConfigError, match="axes.velocity: expected no axis: the starting states are those of the box"):
         parse_config(text + SECTION)
     with pytest.raises(ValueError, match="velocity: expected no axis"):
         stickslip.attractors(parse_config(text), BOX)
-
-
-def told(*words):
-    done = CliRunner().invoke(main, [str(word) for word in words])
-    assert done.exit_code == 0, done.output
-    return done.output
 
 
 @pytest.fixture

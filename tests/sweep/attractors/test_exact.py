@@ -1,4 +1,5 @@
-"""Shares, unstable cycles and critical disturbances of the plain curve, against SciPy and published numbers."""
+"""Shares, unstable cycles and critical disturbances: exact ones against SciPy, closed forms and published numbers,
+sampled and searched ones against these."""
 
 import numpy as np
 import pytest
@@ -7,11 +8,49 @@ from scipy.optimize import brentq
 from helpers.nightly import few
 from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.engine import Options, compute_range, stop_flag
-from stickslip.studies.attractors import Attractors, find_attractors
+from stickslip.studies.attractors import AttractorStudy
+from stickslip.studies.exact import area_in_box, largest, velocities_at_rest_point
+from stickslip.studies.starts import Attractors, Motions, critical_disturbances, sampled_shares, steady_state
 from stickslip.theory import unstable_amplitude
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, as_cells, taken
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
+
+
+def ellipse(width, height):
+    """A clockwise ellipse in the plane (x, v), v being the derivative of x: x, v and accelerations."""
+    rate = height / width
+    phase = np.linspace(0.0, 2.0 * np.pi, 513)[np.newaxis] + 0.3  # no sample at an extreme
+    return width * np.sin(phase), height * np.cos(phase), -height * rate * np.sin(phase)
+
+
+def area(width, height, *ends):
+    period = np.array([2.0 * np.pi * width / height])
+    return area_in_box(*ellipse(width, height), period, *(np.array([float(end)]) for end in ends))[0]
+
+
+@pytest.mark.parametrize(
+    ("ends", "exact"),
+    [
+        ((-9, 9, -9, 9), np.pi),
+        ((-9, 9, 0, 9), np.pi / 2),
+        ((0, 9, 0, 9), np.pi / 4),
+        ((0.5, 9, -9, 9), np.pi / 3 - np.sqrt(3) / 4),  # the segment beyond half the radius
+        ((-9, 9, -9, -0.5), np.pi / 3 - np.sqrt(3) / 4),
+        ((-0.5, 0.5, -0.5, 0.5), 1.0),  # a box inside
+        ((0.8, 9, 0.7, 9), 0.0),  # a corner beyond the circle
+        ((2, 3, -1, 1), 0.0),
+        ((-2, 2, 1.5, 3), 0.0),
+    ],
+)
+def test_area_of_a_circle_cut_by_a_box(ends, exact):
+    assert area(1.0, 1.0, *ends) == pytest.approx(exact, abs=1e-6)
+
+
+def test_extremes_and_passings_lie_between_samples():
+    x, v, a = ellipse(1.3, 0.7)
+    extremes = [largest(x), largest(-x), largest(v), largest(-v), *velocities_at_rest_point(x, v, a)]
+    assert np.concatenate(extremes) == pytest.approx([1.3, 1.3, 0.7, 0.7, 0.7, -0.7], rel=1e-8)
+
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BSTAB = UNIT | {"damping": 0.1, "a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5}
@@ -32,8 +71,7 @@ PUBLISHED = np.array([0, 0, 0, 0, 0, 0.018, 0.08, 0.1535, 0.226, 0.298, 0.382, 0
 
 def find(cells, box=BSTAB_BOX, **options):
     full = as_cells(cells)
-    size = full["mass"].size
-    return find_attractors(Cells.of(full), range(size), box, Options(**options), stop_flag())
+    return AttractorStudy(Cells.of(full), box, Options(**options)).compute(range(full["mass"].size), stop_flag())
 
 
 def test_shares_are_those_published_for_bstab_within_three_of_their_standard_errors():
@@ -143,10 +181,99 @@ def test_numbers_do_not_depend_on_how_cells_are_cut():
     cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
 
     def part(items):
-        return find_attractors(
-            Cells.of(cells), items, BSTAB_BOX.model_copy(update={"samples": 64}), Options(), stop_flag()
-        )
+        box = BSTAB_BOX.model_copy(update={"samples": 64})
+        return AttractorStudy(Cells.of(cells), box, Options()).compute(items, stop_flag())
 
     whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
     for name, values in whole.items():
         np.testing.assert_array_equal(values, np.concatenate([one[name] for one in parts]))
+
+
+# --- sampled ----------------------------------------------------------------------------------------------------------
+
+
+SAMPLED = SHARE_METHODS.index("sampled")
+
+
+def sampling(samples=256, seed=1):
+    return Attractors(displacement=(0.0, 2.0), velocity=(-1.0, 1.0), samples=samples, seed=seed)
+
+
+BOX = sampling()
+
+
+def plain_cells(count):
+    """Cells with an unstable cycle or without, of curves and dampers drawn at random."""
+    draw = np.random.default_rng(14)
+    curve = {"a1": draw.uniform(0.3, 1.2, count), "a2": draw.uniform(0.0, 0.1, count)}
+    curve |= {"a3": draw.uniform(0.2, 0.6, count), "a4": draw.uniform(0.1, 0.3, count)}
+    more = {"damping": draw.uniform(0.0, 0.1, count), "belt_speed": draw.uniform(0.3, 0.9, count)}
+    return UNIT | curve | more
+
+
+def test_sampled_shares_of_plain_cells_are_the_exact_ones_within_three_standard_errors():
+    cells = plain_cells(40)
+    exact = find(cells, BOX)
+    assert (exact["share_method"] != SAMPLED).all()
+    assert ((exact["settling_share"] > 0) & (exact["settling_share"] < 1)).sum() >= 10
+    shares, _ = sampled_shares(as_cells(cells), sampling(512), Motions(Options(), stop_flag()))
+    assert (np.abs(shares["settling_share"] - exact["settling_share"]) <= 3 * shares["share_error"]).all()
+    some = (exact["settling_share"] > 0.02) & (exact["settling_share"] < 0.98)
+    binomial = np.sqrt(exact["settling_share"] * (1 - exact["settling_share"]) / 512)
+    assert np.median(shares["share_error"][some] / binomial[some]) < 0.7  # what Sobol points are for
+
+
+@pytest.mark.slow
+def test_searched_disturbances_of_plain_cells_are_those_of_their_unstable_cycle():
+    cells = plain_cells(40)
+    exact, full, work = find(cells, BOX), as_cells(cells), Motions(Options(rtol=1e-8), stop_flag())
+    some = np.isfinite(exact["unstable_period"])
+    part = taken(full, some)
+    found = critical_disturbances(part, steady_state(part, Options()), work)
+    for name, values in found.items():
+        np.testing.assert_allclose(values, exact[name][some], rtol=3e-6)
+
+
+@pytest.mark.parametrize(
+    ("more", "law"),
+    [
+        ({"mu_stop": 1.1}, "stribeck"),
+        ({"a2": -0.01, "damping": 0.05}, "stribeck"),
+        pytest.param({"delta": 1.5}, "stribeck_delta", marks=pytest.mark.slow),
+    ],
+)
+def test_other_curves_are_sampled_and_say_so(more, law):
+    found = find(ARTICLE | more | {"belt_speed": [0.2, 0.5, 2.0]}, BOX, law=law)
+    assert (found["share_method"] == SAMPLED).all() and (found["share_error"] > 0).all()
+    assert np.isnan(found["unstable_period"]).all()
+    assert (found["settling_share_low"] <= found["settling_share"]).all()
+    assert found["settling_share"][0] == 0.0 and found["settling_share"][2] == 1.0
+    assert found["critical_shock"][0] == 0.0 and found["critical_shock"][2] == np.inf
+
+
+def test_a_hysteretic_curve_has_its_own_bistable_band():
+    """From sticking it keeps up stick-slip where sliding is stable already, and a searched shock parts the two."""
+    cell = ARTICLE | {"mu_stop": 1.1, "belt_speed": 0.5}
+    found = find(cell, BOX)
+    assert [REGIMES[found[f"regime_from_{start}"][0]] for start in ("stick", "sliding")] == ["stick_slip", "damped"]
+    full, work = as_cells(cell), Motions(Options(), stop_flag())
+    steady = steady_state(full, Options())
+    for way, sign in (("along", 1), ("against", -1)):
+        shock = sign * found[f"critical_shock_{way}"]
+        ends = [REGIMES[work.regimes(full, steady, share * shock)[0]] for share in (0.9999, 1.0001)]
+        assert ends == ["damped", "stick_slip"]
+
+
+def test_undecided_starting_states_are_bounds():
+    """With a step budget that is too small nothing is known, and that is said."""
+    found = find(ARTICLE | {"mu_stop": 1.1, "belt_speed": 0.5}, BOX, max_steps=3)
+    assert found["settling_share_low"][0] < 0.5 < found["settling_share_high"][0]
+    assert found["coexisting"][0] & (1 << (REGIMES.index("unresolved") - 1))
+    assert np.isnan(found["critical_shock"][0])
+
+
+def test_a_belt_at_rest_has_no_steady_sliding():
+    found = find(ARTICLE | {"belt_speed": 0.0}, BOX)
+    assert REGIMES[found["regime_from_stick"][0]] == "stuck"
+    assert REGIMES[found["regime_from_sliding"][0]] == "not_computed"
+    assert found["settling_share"][0] == 0.0 and np.isnan(found["critical_shock"][0])

@@ -6,16 +6,15 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import told
 from helpers.refined_maps import CURVES, compared, map_config
 from helpers.runs import block_files, opened, same
-from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, StoreError
-from stickslip.runs import blocks
-from stickslip.studies.refinement import tiles
+from stickslip.runs import work
+from stickslip.studies import boxes
 
 PLANE = """\
 system: {mass: 1, normal_load: 1}
@@ -73,14 +72,6 @@ def test_without_an_audit_nothing_is_claimed():
     assert found.attrs["audit_bound"] == (found["computed"] == 0).mean()
 
 
-def test_a_depth_of_zero_is_the_full_map(whole):
-    found = stickslip.run(parse_config(PLANE + "refine: {depth: 0}"))
-    assert (found["computed"] == 1).all()
-    assert found.attrs["audit_bound"] == 0.0
-    np.testing.assert_array_equal(found["period"], whole["period"])
-    assert_refines(found, whole)
-
-
 SHORT = PLANE.replace("num: 150", "num: 6")
 SPACE = (
     PLANE.replace("num: 150", "num: 40").replace("num: 201", "num: 45") + "  damping: {start: 0, stop: 1, num: 30}\n"
@@ -110,9 +101,9 @@ def test_any_number_of_axes_of_any_kind_is_refined(text):
 @pytest.mark.slow
 def test_the_numbers_do_not_depend_on_where_and_when_tiles_are_computed(tmp_path, monkeypatch):
     """Many small tiles; blocks in a store, in shards, in memory; written at once and region by region."""
-    monkeypatch.setattr(tiles, "_TILE", 8)  # 16 x 16 cells a tile
-    monkeypatch.setattr(blocks, "_FEWEST", 1)  # and each a block
-    monkeypatch.setattr(blocks, "_BLOCKS", 10**9)
+    monkeypatch.setattr(boxes, "_TILE", 8)  # 16 x 16 cells a tile
+    monkeypatch.setattr(work, "_FEWEST", 1)  # and each a block
+    monkeypatch.setattr(work, "_BLOCKS", 10**9)
     config = tmp_path / "map.yaml"
     config.write_text(REFINED)
     memory = stickslip.run(parse_config(REFINED))
@@ -133,43 +124,29 @@ def test_a_map_and_its_refinement_do_not_overwrite_each_other(tmp_path):
         stickslip.run(parse_config(REFINED.replace("depth: 3", "depth: 4")), tmp_path / "map.nc")
 
 
-@pytest.mark.parametrize(
-    ("section", "message"),
-    [
-        ("refine: {depth: -1}", "my.yaml:6:17: refine.depth: got -1, expected a whole number from 0 to 18"),
-        ("refine: {depth: 8}", "my.yaml:6:17: refine.depth: got 8, expected at most 7"),
-        ("refine: {audit: -0.1}", "my.yaml:6:17: refine.audit: got -0.1, expected "),
-        ("refine: {deep: 3}", "my.yaml:6:10: refine.deep: unknown key, expected depth or audit"),
-        ("refine: 3", "my.yaml:6:9: refine: got 3, expected"),
-        ("refine: {}\nborder: {along: mass, between: [1, 2]}", "got border besides refine on line 6"),
-    ],
-)
-def test_bad_sections_are_refused_with_file_line_and_key(section, message):
+LISTS = PLANE[: PLANE.index("axes")] + "axes: {stiffness: [1, 2, 3], belt_speed: [0.1, 0.2]}\n"
+WIDE = SPACE.replace("num: 30", "num: 200").replace("num: 4", "num: 20")
+
+
+@pytest.mark.parametrize(("text", "section", "message"), [
+    (PLANE, "refine: {depth: -1}", "my.yaml:6:17: refine.depth: got -1, expected a whole number from 0 to 18"),
+    (PLANE, "refine: {depth: 8}", "my.yaml:6:17: refine.depth: got 8, expected at most 7"),
+    (PLANE, "refine: {audit: -0.1}", "my.yaml:6:17: refine.audit: got -0.1, expected "),
+    (PLANE, "refine: {deep: 3}", "my.yaml:6:10: refine.deep: unknown key, expected depth or audit"),
+    (PLANE, "refine: 3", "my.yaml:6:9: refine: got 3, expected"),
+    (PLANE, "refine: {}\nborder: {along: mass, between: [1, 2]}", "got border besides refine on line 6"),
+    (LISTS, "refine: {depth: 1}", "my.yaml:4:1: refine: got no range among the axes, expected an axis with "),
+    (WIDE, "refine: {depth: 7}", "refine.depth: got 7, expected at most 6\n"),
+])  # fmt: skip
+def test_bad_sections_are_refused_with_file_line_and_key(text, section, message):
     with pytest.raises(ConfigError) as caught:
-        parse_config(PLANE + section, "my.yaml")
+        parse_config(text + section, "my.yaml")
     assert message in str(caught.value)
-
-
-def test_axes_without_a_range_cannot_be_refined():
-    lists = "axes: {stiffness: [1, 2, 3], belt_speed: [0.1, 0.2]}\n"
-    with pytest.raises(ConfigError, match=r"my.yaml:4:1: refine: got no range among the axes, expected an axis with "):
-        parse_config(PLANE[: PLANE.index("axes")] + lists + "refine: {depth: 1}", "my.yaml")
-
-
-def test_boxes_of_too_many_cells_are_refused():
-    wide = SPACE.replace("num: 30", "num: 200").replace("num: 4", "num: 20")
-    with pytest.raises(ConfigError, match=r"refine.depth: got 7, expected at most 6\n.*2\^21 cells in 3 dimensions"):
-        parse_config(wide + "refine: {depth: 7}")
 
 
 def test_the_commands_tell_what_is_computed_and_what_the_audit_says(tmp_path):
     config = tmp_path / "map.yaml"
     config.write_text(REFINED)
-
-    def told(*words):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exit_code == 0, done.output
-        return done.output
 
     assert "30,150 cells: stiffness (150) x belt_speed (201), refined in 1 tile" in told("validate", config)
     planned = told("plan", config)

@@ -8,14 +8,14 @@ import pytest
 import stickslip
 from helpers.configs import write_config
 from helpers.runs import until
-from stickslip.runs import blocks, work
+from stickslip.runs import work
 
 SIDE, BLOCK = 30, 64  # 900 cells in 15 blocks of two rows
 
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(blocks, "_FEWEST", BLOCK)
+    monkeypatch.setattr(work, "_FEWEST", BLOCK)
 
 
 @pytest.fixture

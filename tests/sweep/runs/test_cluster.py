@@ -15,8 +15,8 @@ from helpers.cluster import BLOCK, CLI, Cluster, environment
 from helpers.configs import write_config
 from helpers.runs import block_files, opened, same, until
 from stickslip.cli import main
-from stickslip.runs import blocks
-from stickslip.runs.dask import dispatch
+from stickslip.runs import cluster as clusters
+from stickslip.runs import work
 
 distributed = pytest.importorskip("distributed")
 pytestmark = [
@@ -44,8 +44,8 @@ def cluster(shared):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(blocks, "_FEWEST", BLOCK)
-    monkeypatch.setattr(blocks, "_BLOCKS", 10**9)
+    monkeypatch.setattr(work, "_FEWEST", BLOCK)
+    monkeypatch.setattr(work, "_BLOCKS", 10**9)
 
 
 @pytest.fixture
@@ -101,8 +101,8 @@ def test_a_worker_killed_in_mid_run_changes_no_bit(cluster, config, output, whol
 
 def test_a_store_that_workers_do_not_see_is_written_by_the_client(cluster, config, output, whole, monkeypatch):
     """They look into another folder of that name, as on another machine."""
-    notices, job = [], dispatch.Job
-    monkeypatch.setattr(dispatch, "Job", lambda **of: job(**of | {"place": f"{of['place']} of another machine"}))
+    notices, job = [], clusters.Job
+    monkeypatch.setattr(clusters, "Job", lambda **of: job(**of | {"place": f"{of['place']} of another machine"}))
     stickslip.run(config, output, dask=cluster.address, notice=notices.append).close()
     assert notices == [f"workers do not write to {output}.parts: blocks are sent here to be written"]
     same(opened(output), whole)
@@ -133,10 +133,10 @@ def test_what_a_block_raises_is_recorded_with_its_traceback_after_retries(cluste
 
 
 def test_workers_of_another_version_are_refused_by_name(cluster, config, output, monkeypatch):
-    from stickslip.runs.dask import connecting, worker
+    from stickslip.runs import worker
 
     there = worker.versions()
-    monkeypatch.setattr(connecting, "versions", lambda: there | {"numba": "0.1"})
+    monkeypatch.setattr(clusters, "versions", lambda: there | {"numba": "0.1"})
     with pytest.raises(stickslip.ClusterError) as caught:
         stickslip.run(config, output, dask=cluster.address)
     assert re.search(rf"3 of 3 workers .*\n  tcp://\S+ on \S+: numba {there['numba']} \(here 0.1\)", str(caught.value))
@@ -145,11 +145,9 @@ def test_workers_of_another_version_are_refused_by_name(cluster, config, output,
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://nowhere", "gone.json"])
 def test_a_scheduler_that_is_not_there_is_told_before_anything_is_changed(config, output, monkeypatch, address):
-    from stickslip.runs.dask import connecting
-
-    monkeypatch.setattr(connecting, "PATIENCE", 0.5)
+    monkeypatch.setattr(clusters, "PATIENCE", 0.5)
     monkeypatch.chdir(output.parent)
-    done = CliRunner().invoke(main, ["run", str(config), "-o", str(output), "--dask", address])
+    done = CliRunner().invoke(main, ["run", str(config), "-o", str(output), "--set", f"execution.dask={address}"])
     assert done.exit_code == 2, done.output
     assert address in done.stderr and "Traceback" not in done.stderr
     assert not output.with_name("map µ.nc.parts").exists()
@@ -162,7 +160,7 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
     store = output.with_name("map µ.nc.parts")
     for hit in (lambda run: os.killpg(run.pid, signal.SIGINT), lambda run: shared.scheduler.kill()):
         count = len(finished(store))
-        run = started(shared.folder, "run", config, "-o", output, "--no-plot", "--dask", shared.address)
+        run = started(shared.folder, "run", config, "-o", output, "--set", f"execution.dask={shared.address}")
         until(lambda: len(finished(store)) > count + 4)  # noqa: B023
         hit(run)
         code, _, errors = ended(run)
@@ -172,7 +170,7 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
     shared.forget()
     there = finished(store)
     assert 8 < len(there) < COUNT
-    code, out, errors = ended(started(shared.folder, "run", config, "-o", output, "--no-plot", "--dask", "local"))
+    code, out, errors = ended(started(shared.folder, "run", config, "-o", output, "--set", "execution.dask=local"))
     assert code == 0, errors
     assert "cells were found finished" in errors and re.search(r"on \d Dask workers? \(this machine\)", out)
     assert sorted(shared.computed()) == sorted(set(range(COUNT)) - there)

@@ -12,7 +12,7 @@ import stickslip
 from helpers.runs import FEW, block_files, interrupted_after, same, stop_early, with_axes
 from stickslip.cli import main
 from stickslip.errors import StoreError
-from stickslip.files.locations import folder_at
+from stickslip.files.targets import folder_at
 from stickslip.runs import work
 
 # --- shards, collect, status ------------------------------------------------------------------------------------------

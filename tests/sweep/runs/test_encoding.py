@@ -11,10 +11,9 @@ from hypothesis.extra import numpy as arrays
 
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import DamagedBlockError, DamagedManifestError
-from stickslip.files.filters import PACKINGS
+from stickslip.files.chunks import PACKINGS
+from stickslip.runs.formats import _MAGIC, Manifest, block_bytes, decoded, opened_block
 from stickslip.runs.work import Work
-from stickslip.runs.workdir import manifest as manifests
-from stickslip.runs.workdir.encoding import MAGIC, encode, opened
 
 PAIR = {"system": {"mass": 1, "stiffness": 1, "normal_load": 1}, "friction": {"a1": 1, "a2": 0, "a3": 0.1, "a4": 1}}
 columns = st.dictionaries(
@@ -31,7 +30,7 @@ columns = st.dictionaries(
     st.integers(0, 30),
 )
 def test_a_block_comes_back_to_the_bit(given_columns, header, packing, length):
-    found_header, found = opened(encode(header, given_columns, packing, length))
+    found_header, found = opened_block(block_bytes(header, given_columns, packing, length))
     assert found_header == header and list(found) == list(given_columns)
     for name, values in given_columns.items():
         assert found[name].dtype == values.dtype
@@ -41,7 +40,7 @@ def test_a_block_comes_back_to_the_bit(given_columns, header, packing, length):
 @settings(max_examples=300)
 @given(st.data())
 def test_no_changed_bytes_pass_for_a_block(data):
-    good = encode({"block": 3}, {"regime": np.arange(9, dtype=np.int8), "period": np.linspace(0, 1, 9)})
+    good = block_bytes({"block": 3}, {"regime": np.arange(9, dtype=np.int8), "period": np.linspace(0, 1, 9)})
     place = data.draw(st.integers(0, len(good) - 1))
     kind = data.draw(st.sampled_from(["flip", "cut", "add", "drop"]))
     bad = {
@@ -51,59 +50,42 @@ def test_no_changed_bytes_pass_for_a_block(data):
         "drop": good[:place] + good[place + 1 :],
     }[kind]
     with pytest.raises(DamagedBlockError):
-        opened(bad)
+        opened_block(bad)
 
 
 @given(st.binary(max_size=400))
 def test_arbitrary_bytes_with_a_good_checksum_are_refused_or_read(body):
     """Whoever can write a checksum can write anything; nothing but DamagedBlockError may come of it."""
-    for data in (MAGIC + body, MAGIC + body + b"\n"):
+    for data in (_MAGIC + body, _MAGIC + body + b"\n"):
         try:
-            header, found = opened(data + hashlib.sha256(data).digest())
+            header, found = opened_block(data + hashlib.sha256(data).digest())
         except DamagedBlockError as refused:
             assert str(refused)
         else:
             assert isinstance(header, dict) and isinstance(found, dict)
 
 
-PLAIN = {"name": "a", "type": "|i1", "cells": 4, "packing": "plain", "sha256": "", "bytes": 4}
-
-
-@pytest.mark.parametrize(("columns", "said"), [
-    ([PLAIN | {"type": "<f4"}], "a column of type '<f4'"),
-    ([PLAIN | {"bytes": 2}], "more data than columns"),
-    ([PLAIN | {"bytes": 5}], "more columns than data"),
-    ([{"name": "a"}], "its header is invalid"),
-    (3, "its header is invalid"),
-])  # fmt: skip
-def test_a_header_that_does_not_describe_the_columns_is_refused(columns, said):
-    header = json.dumps({"columns": columns}).encode()
-    data = MAGIC + header + b"\n" + bytes(4)
-    with pytest.raises(DamagedBlockError, match=said):
-        opened(data + hashlib.sha256(data).digest())
-
-
 def manifest():
     config = make_config({**PAIR, "axes": {"belt_speed": [0.1, 0.2]}, "title": "µ"})
-    return manifests.make(Work(config))
+    return Manifest.of(Work(config))
 
 
 def test_a_manifest_comes_back():
     made = manifest()
-    assert manifests.decode(manifests.encode(made)) == made
+    assert decoded(made.encoded()) == made
     assert parse_config(made.configuration).title == "µ"
 
 
 @given(st.data())
 def test_no_changed_bytes_pass_for_a_manifest(data):
-    good = manifests.encode(manifest())
+    good = manifest().encoded()
     place = data.draw(st.integers(0, len(good) - 1))
     with pytest.raises(DamagedManifestError):
-        manifests.decode(good[:place])
+        decoded(good[:place])
     flipped = good[:place] + bytes([good[place] ^ 4]) + good[place + 1 :]
     if json_of(flipped) != json_of(good):  # a changed blank changes nothing
         with pytest.raises(DamagedManifestError):
-            manifests.decode(flipped)
+            decoded(flipped)
 
 
 def json_of(data):

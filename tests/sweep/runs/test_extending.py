@@ -10,7 +10,7 @@ from helpers.runs import FEW, MANY, same, stop_early, with_axes
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import make_config
 from stickslip.errors import StoreError
-from stickslip.runs.known_cells import as_before, points_of
+from stickslip.runs.output import as_before, points_of
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])

@@ -1,30 +1,22 @@
 """Maps that keep some variables: bytes, resume, shards, clusters, and what is said where one is missing."""
 
-import json
-
-import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import message, write_config
 from helpers.runs import block_files, same
 from stickslip import plots
-from stickslip.cli import main
 from stickslip.config.reader import load_config, parse_config
 from stickslip.dataset.summary import why_absent
-from stickslip.engine import bytes_per_cell, columns
+from stickslip.engine import columns
 from stickslip.errors import ConfigError, PlotError, StoreError
-from stickslip.runs.work import Work, study_of
-from stickslip.runs.workdir.encoding import opened
+from stickslip.runs.formats import opened_block
+from stickslip.runs.work import Work
 from stickslip.vocabulary.results import VARIABLES
 
 SIDE = 30
 KEPT = "output: {variables: [period, regime]}\n"
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 @pytest.fixture
@@ -81,22 +73,9 @@ def test_what_is_kept_is_bit_identical_and_nothing_else_is_stored(few, whole, tm
         assert found[name].values.tobytes() == whole[name].values.tobytes()
     store = tmp_path / f"few{suffix}.parts"
     for name in block_files(store):
-        header, stored = opened((store / name).read_bytes())
+        header, stored = opened_block((store / name).read_bytes())
         assert stored.keys() == {"regime", "period"} and header["stop"] - header["start"] == 2 * SIDE
     same(found, stickslip.run(few))
-
-
-def test_regimes_alone_are_a_byte_a_cell_in_memory_on_disk_and_in_the_plan(regimes, tmp_path):
-    study = study_of(load_config(regimes))
-    assert bytes_per_cell(study.options) == 1
-    found = study.compute(range(100), np.zeros(1, np.int64))
-    assert sum(values.nbytes for values in found.values()) == 100
-    stickslip.run(regimes, tmp_path / "regimes.nc", keep_parts=True).close()
-    store = tmp_path / "regimes.nc.parts"
-    columns = [opened((store / name).read_bytes())[1].values() for name in block_files(store)]
-    assert all(column.data.nbytes <= 2 * SIDE + 20 for (column,) in columns)
-    plan = json.loads(call("plan", regimes, "--json").stdout)
-    assert (plan["bytes_per_cell"], plan["bytes_store"], plan["bytes_map"]) == (1, SIDE**2, SIDE**2)
 
 
 # --- runs in parts ----------------------------------------------------------------------------------------------------

@@ -1,6 +1,8 @@
 """Two runs on one store."""
 
+import errno
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -12,7 +14,8 @@ import stickslip
 from helpers.runs import block_files, same
 from stickslip.errors import StoreError
 from stickslip.files import targets
-from stickslip.runs.workdir import lock
+from stickslip.files.targets import Folder
+from stickslip.runs import lock
 
 
 def holding(output, **changes):
@@ -91,3 +94,17 @@ def test_shards_work_at_once_and_a_whole_run_waits_for_them(config, output):
     stickslip.run_shard(config, "1/2", f"{output}.parts", progress=meanwhile)
     assert merged[0].computed == 7 * 60 and "another run works there" in refused[0]
     assert len(block_files(f"{output}.parts")) == 15
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_name_is_created_once_on_any_file_system(tmp_path, monkeypatch, links):
+    def refused(source, target):
+        raise OSError(errno.EPERM, "Operation not permitted")
+
+    if not links:
+        monkeypatch.setattr(os, "link", refused)
+    folder = Folder(tmp_path / "map.nc.parts")
+    folder.create("lock", b"mine")
+    with pytest.raises(FileExistsError):
+        folder.create("lock", b"yours")
+    assert folder.read("lock") == b"mine" and folder.names() == ["lock"] and folder.size() == 4

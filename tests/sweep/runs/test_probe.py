@@ -31,11 +31,6 @@ def test_a_probe_times_cells_from_all_over_the_map(tmp_path, monkeypatch):
     assert known[0].min() == stiffness[0] and known[0].max() == stiffness[-1] and np.unique(known[0]).size >= 10
 
 
-@pytest.mark.parametrize(("num", "cells"), [(2, 4), (12, 128)])
-def test_a_small_map_is_not_computed_more_than_once(tmp_path, num, cells):
-    assert probe(grid(tmp_path, num), engine.Options()).cells == cells
-
-
 def test_cells_that_run_out_of_steps_are_counted(tmp_path):
     assert probe(grid(tmp_path, 8), engine.Options(max_steps=1)).at_step_limit == 64
     assert probe(grid(tmp_path, 8), engine.Options()).at_step_limit == 0

@@ -13,29 +13,12 @@ import pytest
 import stickslip
 from helpers.configs import write_config
 from helpers.nightly import few
-from helpers.runs import until
+from helpers.runs import called, environment, started, until
 
 ROOT = Path(__file__).parents[3]
 SEED = os.environ.get("STICKSLIP_SEED", "5")
-COMMAND = (sys.executable, "-m", "stickslip")
 pytestmark = pytest.mark.usefixtures("kernels")  # what is watched should not compile
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals, limits and users")
-
-
-def environment():
-    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONWARNINGS": "ignore"}
-
-
-def started(*arguments, **options):
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment()}
-    return subprocess.Popen([*COMMAND, *map(str, arguments)], **pipes, **options)
-
-
-def called(*arguments, **options):
-    process = started(*arguments, **options)
-    out, errors = process.communicate(timeout=120)
-    assert "Traceback" not in errors, errors
-    return process.returncode, out, errors
 
 
 def same_bits(path, expected):
@@ -110,7 +93,7 @@ def test_memory_does_not_grow_with_the_map(tmp_path):
     """Four times the cells, the same peak, within a few megabytes of noise: no array is as long as the map."""
     code = (
         "import resource, sys; from stickslip.cli import main\n"
-        "main(['run', sys.argv[1], '-o', sys.argv[2], '--no-plot'], standalone_mode=False)\n"
+        "main(['run', sys.argv[1], '-o', sys.argv[2]], standalone_mode=False)\n"
         "print('PEAK', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
     peaks = []

@@ -7,22 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.runs.blocks import Blocks, Shard, blocks_of, blocks_of_chunks, chunks_of, extent, regions
-
-shapes = st.lists(st.integers(1, 7), max_size=4).map(tuple)
-
-
-@given(shapes, st.data())
-def test_regions_are_the_cells_of_the_range_in_their_order(shape, data):
-    size = prod(shape)
-    start = data.draw(st.integers(0, size))
-    stop = data.draw(st.integers(start, size))
-    numbers = np.arange(size).reshape(shape)
-    found = regions(start, stop, shape)
-    parts = [numbers[region].ravel() for region in found]
-    np.testing.assert_array_equal(np.concatenate(parts) if parts else [], np.arange(start, stop))
-    assert len(found) <= max(1, 2 * len(shape) - 1)
-    assert all(extent(region) == numbers[region].shape for region in found)
+from stickslip.runs.output import part_of
+from stickslip.runs.work import Blocks, Shard, blocks_of, blocks_of_chunks, chunks_of
 
 
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=3).map(tuple), st.integers(1, 500))
@@ -31,16 +17,20 @@ def test_the_chunks_of_any_file_are_blocks(shape, most):
     blocks = blocks_of_chunks(chunks, shape)
     check(blocks, shape)
     for number in range(blocks.count):
-        (region,) = regions(blocks.cells(number).start, blocks.cells(number).stop, shape)
-        for side, chunk, length in zip(region, chunks, shape, strict=True):
-            assert side.start % chunk == 0 and side.stop in (side.start + chunk, length)
+        cells, numbers = blocks.cells(number), np.arange(prod(shape)).reshape(shape)
+        origin, extent = part_of(cells, shape)
+        assert all(
+            first % chunk == 0 and (size == chunk or first + size == length)
+            for first, size, chunk, length in zip(origin, extent, chunks, shape, strict=True)
+        )
+        part = tuple(slice(first, first + size) for first, size in zip(origin, extent, strict=True))
+        np.testing.assert_array_equal(numbers[part].ravel(), cells)
 
 
 def check(blocks, shape):
-    """Blocks are all cells in order, each is a hyper-rectangle, and each cell is in its block."""
+    """Blocks are all cells in order, and each cell is in its block."""
     ranges = [blocks.cells(number) for number in range(blocks.count)]
     np.testing.assert_array_equal(np.concatenate(ranges), np.arange(prod(shape)))
-    assert all(len(regions(cells.start, cells.stop, shape)) == 1 for cells in ranges)
     assert all(blocks.at(cells[0]) == blocks.at(cells[-1]) == number for number, cells in enumerate(ranges))
 
 
@@ -53,14 +43,6 @@ def test_the_blocks_of_a_map_are_chunks(shape, weight):
     check(blocks, shape)
     chunks = chunks_of(blocks, shape)
     assert chunks is not None and blocks_of_chunks(chunks, shape) == blocks
-
-
-@given(st.lists(st.integers(1, 3000), max_size=5).map(tuple))
-def test_blocks_are_neither_too_small_nor_too_large_nor_too_few(shape):
-    size, blocks = prod(shape), blocks_of(shape)
-    assert blocks.length <= 131_072 and (blocks.length >= 4096 // 3 or blocks.count == 1 or blocks.plane < 3 * 4096)
-    assert blocks.cells(blocks.count - 1).stop == size
-    assert blocks.count <= 4 * 64 or blocks.length > 131_072 // 4
 
 
 @given(st.integers(1, 10**8), st.integers(1, 50))

@@ -13,7 +13,7 @@ from helpers.configs import write_config
 from helpers.nightly import few
 from helpers.runs import block_files, same, stop_early
 from stickslip.errors import StoreError
-from stickslip.runs.workdir import block_store
+from stickslip.runs import block_store
 
 SIDE = 30  # cells along an axis; two rows are a block
 
@@ -245,12 +245,6 @@ def test_a_fresh_run_that_was_interrupted_goes_on_by_the_same_command(config, ou
     del computed[:]
     same(stickslip.run(config, output, fresh=True), whole)
     assert sum(computed) == 900 - stopped.done
-
-
-def test_a_fresh_run_that_is_finished_begins_again(config, output, whole, computed):
-    for _ in range(2):
-        same(stickslip.run(config, output, fresh=True, keep_parts=True), whole)
-    assert sum(computed) == 1800
 
 
 # --- what is damaged or must not be touched ---------------------------------------------------------------------------

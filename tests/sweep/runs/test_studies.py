@@ -9,7 +9,7 @@ import stickslip
 from helpers.runs import block_files, opened, same, stop_early
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, IncompleteError, StoreError
-from stickslip.runs import blocks
+from stickslip.runs import work
 
 PAIR = """
 system: {mass: 1, normal_load: 1}
@@ -22,7 +22,7 @@ SEARCH = "border: {along: belt_speed, between: [0.01, 5 m/s], tolerance: 1e-6, s
 
 @pytest.fixture
 def config(tmp_path, monkeypatch):
-    monkeypatch.setattr(blocks, "_FEWEST", 8)  # lines a block: 4
+    monkeypatch.setattr(work, "_FEWEST", 8)  # lines a block: 4
     path = tmp_path / "border.yaml"
     path.write_text(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1") + SEARCH)
     return path
@@ -76,7 +76,7 @@ def test_results_of_another_search_or_a_map_are_not_overwritten(config, tmp_path
 
 
 def test_a_block_that_fails_is_recorded_and_tried_again(config, tmp_path, monkeypatch):
-    from stickslip.studies.borders.border import BorderStudy
+    from stickslip.studies.border import BorderStudy
 
     output, compute = tmp_path / "borders.nc", BorderStudy.compute
 
@@ -93,24 +93,18 @@ def test_a_block_that_fails_is_recorded_and_tried_again(config, tmp_path, monkey
     same(opened(output), stickslip.run(config))
 
 
-@pytest.mark.parametrize(
-    ("section", "message"),
-    [
-        ("border: {between: [1, 2]}", "border.along: missing, expected parameter of a cell"),
-        ("border: {along: belt_sped}", "belt_speed?"),
-        ("border: {along: damping}", "border.between: missing; damping is no axis of the configuration"),
-        (
-            "border: {along: belt_speed, between: [2, 1]}",
-            "got [2, 1], expected the lower end first",
-        ),
-        ("border: {along: belt_speed, between: [2 kg, 3]}", "border.between: got [2 kg, 3] (mass), expected a speed"),
-        ("border: {along: mass, between: [0, 3]}", "expected a mass above 0 kg"),
-        ("border: {along: mu_stop, between: [0.5, 2]}", "expected at most mu_start = a1 + a3 = 1.3"),
-        ("border: {along: stiffness, scan: 1}", "border.scan: got 1, expected a whole number from 2"),
-        ("border: {along: stiffness, tolerance: 0}", "border.tolerance: got 0"),
-        ("border: {along: stiffness, between: [1, 2], widht: 3}", "unknown key"),
-    ],
-)
+@pytest.mark.parametrize(("section", "message"), [
+    ("border: {between: [1, 2]}", "border.along: missing, expected parameter of a cell"),
+    ("border: {along: belt_sped}", "belt_speed?"),
+    ("border: {along: damping}", "border.between: missing; damping is no axis of the configuration"),
+    ("border: {along: belt_speed, between: [2, 1]}", "got [2, 1], expected the lower end first"),
+    ("border: {along: belt_speed, between: [2 kg, 3]}", "border.between: got [2 kg, 3] (mass), expected a speed"),
+    ("border: {along: mass, between: [0, 3]}", "expected a mass above 0 kg"),
+    ("border: {along: mu_stop, between: [0.5, 2]}", "expected at most mu_start = a1 + a3 = 1.3"),
+    ("border: {along: stiffness, scan: 1}", "border.scan: got 1, expected a whole number from 2"),
+    ("border: {along: stiffness, tolerance: 0}", "border.tolerance: got 0"),
+    ("border: {along: stiffness, between: [1, 2], widht: 3}", "unknown key"),
+])  # fmt: skip
 def test_bad_sections_are_refused_with_their_place(section, message):
     with pytest.raises(ConfigError) as caught:
         parse_config(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1") + section, "my.yaml")

@@ -9,7 +9,7 @@ import os
 import time
 from pathlib import Path
 
-from stickslip.runs import blocks, work
+from stickslip.runs import work
 
 FOLDER = Path(os.environ["STICKSLIP_TEST_FOLDER"])
 compute = getattr(work.Work.compute, "__wrapped__", work.Work.compute)  # Dask loads this twice
@@ -29,5 +29,5 @@ def watched(self, number, *rest):
     return block
 
 
-blocks._FEWEST, blocks._BLOCKS = int(os.environ["STICKSLIP_TEST_BLOCK"]), 10**9
+work._FEWEST, work._BLOCKS = int(os.environ["STICKSLIP_TEST_BLOCK"]), 10**9
 work.Work.compute = watched

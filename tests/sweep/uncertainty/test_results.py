@@ -8,11 +8,12 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import told
 from helpers.runs import same
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.errors import ArgumentError, PlotError
-from stickslip.runs import blocks
+from stickslip.runs import work
 
 TEXT = """\
 title: A pad whose speed scatters
@@ -35,7 +36,7 @@ def write(folder, axes=LINE, more="", steps=100_000):
 
 @pytest.fixture
 def config(tmp_path, monkeypatch):
-    monkeypatch.setattr(blocks, "_FEWEST", 300)
+    monkeypatch.setattr(work, "_FEWEST", 300)
     return write(tmp_path)
 
 
@@ -54,11 +55,6 @@ def test_draws_of_missing_shards_are_carried_as_bounds(config, tmp_path):
 
 
 def test_the_command_tells_and_draws(config, tmp_path):
-    def told(*words):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exit_code == 0, done.output
-        return done.output
-
     assert "3,072 draws: stiffness (3) x draw (1024)" in told("validate", config)
     assert "3,072 draws" in told("plan", config)
     output, plot = tmp_path / "scatter.nc", tmp_path / "scatter.png"

@@ -10,9 +10,9 @@ import stickslip
 from stickslip.config.grid import options_of
 from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
-from stickslip.studies.uncertainty.design import Design
-from stickslip.studies.uncertainty.reduction import STATES, Summary, reduced
-from stickslip.studies.uncertainty.sampling import SampleStudy
+from stickslip.studies.draws import Design
+from stickslip.studies.reduction import STATES, Summary, reduced
+from stickslip.studies.uncertain import SampleStudy
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 TEXT = """\

@@ -1,0 +1,221 @@
+"""The borders in one plane: every node solved along a side of a fine grid, joined to lines and loops."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.config.studies import Moved
+from stickslip.engine import Options, Results, StopFlag, by_theory, solve
+from stickslip.studies.lines import Side, decided, growth_of, guide_of, uncontradicted
+from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
+from stickslip.studies.tracing import (
+    Chain,
+    Crossing,
+    Points,
+    Segment,
+    border_cells,
+    chained,
+    corner_labels,
+    joined,
+    meeting_points,
+)
+from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models import model_of
+
+OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
+_ALONG_X, _ALONG_Y, _JUNCTION = range(3)
+_SMALLEST = 1e-15  # of the share of a side
+_CLOSED_IN = 0.25  # of a cell: wider, the middle of the crossings around a junction says more than that of the window
+_NEUTRAL = 2e-3  # damping ratio below which a cell may be undecided because motions grow or decay too slowly
+_STEPS = 4.0 ** np.arange(-5, 2)  # of the grid, to places about such a cell
+_AROUND = np.array([(-1, 0), (0, 1), (1, 0), (0, -1)])  # along y and x
+_ROUNDS = 12  # of closing in on a junction: to 2e-4 of a cell
+# Sides of a cell counter-clockwise: direction, row and column of where they begin, whether they are run backwards.
+_SIDES = ((_ALONG_X, 0, 0, False), (_ALONG_Y, 0, 1, False), (_ALONG_X, 1, 0, True), (_ALONG_Y, 0, 0, True))
+_Rings = Mapping[tuple[int, ...], list[Crossing]]  # crossings in ascending order, by side (direction, row, column)
+
+
+class LineNodes(NamedTuple):
+    """Points of lines: (n,) each. `along` : which parameter was searched along there, or a junction."""
+
+    x: Floats
+    y: Floats
+    width: Floats
+    along: NDArray[np.int8]
+
+
+class PlaneSearch:
+    """A panel looked at through the engine. Everything raises StoppedError once the stop flag is raised."""
+
+    def __init__(
+        self, cells: Cells, y: Side, x: Side, panel: int, scan: int, tolerance: float, options: Options, stop: StopFlag,
+        moved: Moved | None = None,
+    ) -> None:  # fmt: skip
+        self.cells, self.x, self.y, self.panel = cells, x, y, panel
+        self.scan, self.tolerance = scan, tolerance
+        self.options, self.stop, self.moved = options, stop, moved
+        self.computed, self.undecided = 0, 0  # undecided: grid points that take the label of another
+        self.points = Points((y.points, x.points), self.labels_of_points)
+
+    def columns(self) -> Results:
+        """The lines, as columns of a study."""
+        cells = border_cells(self.points, self.scan)
+        nodes, rings = self.nodes(cells)
+        segments, nodes = self.segments(cells, nodes, rings)
+        chains = chained(segments)
+        counts = {"lines": len(chains), "looked_at": np.count_nonzero(self.points.known), "computed": self.computed,
+                  "undecided": self.undecided}  # fmt: skip
+        return {name: np.array([count]) for name, count in counts.items()} | _table(chains, nodes)
+
+    @property
+    def growth(self) -> str | None:
+        """The result of linear theory that leads to borders, if one does."""
+        return model_of(self.options.law).growth
+
+    def labels_of_points(self, row: Integers, column: Integers) -> Labels:
+        """Regimes of grid points. Where one is undecided as small motions hardly grow or decay, it is that of the
+        nearest decided place on its side of where they do neither."""
+        labels = self.looked(self.x.places[column], self.y.places[row])[0]
+        if (growth := self.growth) is None:
+            return labels
+
+        def theory(name: str, x: Floats, y: Floats) -> Floats:
+            return by_theory(name, self.at(x, y), self.options)
+
+        here = np.flatnonzero(labels == OPEN)
+        x, y = self.x.places[column[here]], self.y.places[row[here]]
+        neutral = np.abs(theory("damping_ratio", x, y)) < _NEUTRAL
+        here, side = here[neutral], np.sign(theory(growth, x[neutral], y[neutral]))
+        for step in _STEPS:
+            if not here.size:
+                break
+            which, around = np.repeat(here, len(_AROUND)), np.tile(_AROUND, (here.size, 1))
+            x, y = self.x.near(column[which], step * around[:, 1]), self.y.near(row[which], step * around[:, 0])
+            beside = np.full(which.size, OPEN, np.int8)
+            same = theory(growth, x, y) * np.repeat(side, len(_AROUND)) > 0
+            beside[same] = self.looked(x[same], y[same])[0]
+            of_each = beside.reshape(here.size, len(_AROUND))
+            labels[here] = of_each[np.arange(here.size), np.argmax(of_each != OPEN, axis=1)]
+            left = labels[here] == OPEN
+            self.undecided += int(np.count_nonzero(~left))
+            here, side = here[left], side[left]
+        return labels
+
+    def at(self, x: Floats, y: Floats) -> Parameters:
+        """The cells there."""
+        return self.cells.take(np.full(x.size, self.panel), **{self.x.name: x, self.y.name: y})
+
+    def looked(self, x: Floats, y: Floats) -> tuple[Labels, Floats]:
+        """Regimes of cells, `OPEN` what is undecided; and the guide to where stick-slip ends by grazing."""
+        results = solve(self.at(x, y), self.options, self.stop, self.moved)
+        self.computed += x.size
+        regime = results["regime"]
+        labels = np.where(decided(regime), regime, OPEN).astype(np.int8)
+        return labels, np.asarray(guide_of(results, self.options), np.float64)
+
+    def labels_in_cells(self, cells: Integers, x: Floats, y: Floats) -> Labels:
+        """Regimes at shares of grid cells (n, 2) along both sides."""
+        return self.looked(self.x.at(cells[:, 1], x), self.y.at(cells[:, 0], y))[0]
+
+    def nodes(self, cells: Integers) -> tuple[LineNodes, _Rings]:
+        """Return where labels change on the sides of grid cells."""
+        sides = _sides(cells, corner_labels(self.points, cells))
+        brackets = self._crossings(sides)
+        direction, row, column = sides[brackets["line"]].T
+        flat, place = direction == _ALONG_X, brackets["place"]
+        x, y = self.x.at(column, np.where(flat, place, 0.0)), self.y.at(row, np.where(flat, 0.0, place))
+        rings: dict[tuple[int, ...], list[Crossing]] = {}
+        for node, (side, below, above) in enumerate(
+            zip(sides[brackets["line"]].tolist(), brackets["below"].tolist(), brackets["above"].tolist(), strict=True)
+        ):
+            rings.setdefault(tuple(side), []).append(Crossing(node, below, above))
+        return LineNodes(x, y, brackets["high"] - brackets["low"], direction.astype(np.int8)), rings
+
+    def _crossings(self, sides: Integers) -> Brackets:
+        """Brackets on sides of the grid, as lines from 0 to 1 whose ends are known."""
+        direction, row, column = sides.T
+        flat = direction == _ALONG_X
+        low, high = (self.points(row + up, column + right) for up, right in ((0, 0), (~flat, flat)))
+        open_ended = (low == OPEN) | (high == OPEN)
+
+        def there(line: Integers, place: Floats) -> tuple[Floats, Floats]:
+            x = self.x.at(column[line], np.where(flat[line], place, 0.0))
+            return x, self.y.at(row[line], np.where(flat[line], 0.0, place))
+
+        guide_at = growth_of(lambda line, place: self.at(*there(line, place)), self.options) if self.growth else None
+
+        def labels_at(line: Integers, place: Floats) -> Looked:
+            labels = np.where(place == 0.0, low[line], high[line])  # of ends, as neighbours see them
+            inside = (place != 0.0) & (place != 1.0)
+            computed = inside if guide_at else np.ones(place.size, np.bool_)
+            regimes, guide = self.looked(*there(line[computed], place[computed]))
+            labels[inside] = regimes[inside[computed]]
+            guide = uncontradicted(guide_at(line, place), labels) if guide_at else guide
+            return Looked(labels, (labels != OPEN) | open_ended[line], guide)
+
+        tolerance = min(share_of(side, self.tolerance) for side in (self.x, self.y))
+        return search_lines(len(sides), Scan(0.0, 1.0, 2, "linear"), tolerance, labels_at, guide_at)[0]
+
+    def segments(self, cells: Integers, nodes: LineNodes, rings: _Rings) -> tuple[list[Segment], LineNodes]:
+        """Return what is inside the grid cells; and the nodes, with one more where three labels meet."""
+        around = [_ring(cell, rings) for cell in cells.tolist()]
+        centres: list[int | None] = [None] * len(cells)
+        many = np.array([i for i, ring in enumerate(around) if len(ring) > 2], np.int64)
+        half = np.full(many.size, 0.5)
+        for i, label in zip(many, self.labels_in_cells(cells[many], half, half), strict=True):
+            centres[i] = int(label)
+        parts = [joined(ring, centre, junction=-1) for ring, centre in zip(around, centres, strict=True)]
+        ends = np.array([i for i, part in enumerate(parts) if any(piece.end == -1 for piece in part)], np.int64)
+        place, width = meeting_points(
+            ends.size, lambda which, x, y: self.labels_in_cells(cells[ends[which]], x, y), _ROUNDS
+        )
+        row, column = cells[ends].T
+        x, y = self.x.at(column, place[:, 0]), self.y.at(row, place[:, 1])
+        for number, i in enumerate(ends):
+            if width[number] > _CLOSED_IN:
+                on_sides = [crossing.node for crossing in around[i]]
+                x[number], y[number] = nodes.x[on_sides].mean(), nodes.y[on_sides].mean()
+            parts[i] = joined(around[i], centres[i], nodes.x.size + number)
+        columns = zip(nodes, (x, y, width, np.full(ends.size, _JUNCTION, np.int8)), strict=True)
+        nodes = LineNodes(*(np.concatenate([of_sides, inside]) for of_sides, inside in columns))
+        return [piece for part in parts for piece in part], nodes
+
+
+def share_of(side: Side, tolerance: float) -> float:
+    """Return how much of a side of a grid cell the tolerance is, at least, where a border may lie."""
+    low, high = np.abs(side.places[:-1]), np.abs(side.places[1:])
+    scale = (np.maximum(low, high) / np.diff(side.places)).min()
+    return float(np.clip(tolerance * scale, _SMALLEST, 0.5))
+
+
+def _sides(cells: Integers, labels: Labels) -> Integers:
+    """The sides of cells whose ends differ, once each: (n, 3) of direction, row and column."""
+    differs = labels != np.roll(labels, -1, axis=1)
+    sides = [np.insert(cells[differs[:, k]] + (row, column), 0, direction, axis=1)
+             for k, (direction, row, column, _) in enumerate(_SIDES)]  # fmt: skip
+    return np.unique(np.concatenate(sides), axis=0)
+
+
+def _ring(cell: list[int], rings: _Rings) -> list[Crossing]:
+    """The crossings around a cell, counter-clockwise from its lower left corner."""
+    row, column = cell
+    ring: list[Crossing] = []
+    for direction, up, right, backwards in _SIDES:
+        there = rings.get((direction, row + up, column + right), [])
+        ring += [Crossing(node, after, before) for node, before, after in reversed(there)] if backwards else there
+    return ring
+
+
+def _table(chains: list[Chain], nodes: LineNodes) -> Results:
+    """Lines and nodes as columns."""
+    order = np.array([node for chain in chains for node in chain.nodes], np.int64)
+    return {
+        "node_count": np.array([len(chain.nodes) for chain in chains], np.int32),
+        "closed": np.array([chain.nodes[0] == chain.nodes[-1] for chain in chains], np.int8),
+        "regime_left": np.array([chain.left for chain in chains], np.int8),
+        "regime_right": np.array([chain.right for chain in chains], np.int8),
+        "x": nodes.x[order], "y": nodes.y[order], "node_width": nodes.width[order], "node_along": nodes.along[order],
+    }  # fmt: skip
