@@ -116,7 +116,7 @@ def dask(folder: str) -> dict:
     """Cells a second on two workers of one thread each over those on two threads, both as the command says."""
     rates = {}
     for name, words in {"threads": (), "dask": ("--dask", "local")}.items():
-        said = stickslip(folder, "run", "map.yaml", "-o", f"{name}.nc", "--no-plot", "--fresh", *words)
+        said = stickslip(folder, "run", "map.yaml", "-o", f"{name}.nc", "--fresh", *words)
         rates[name] = float(re.search(r"([\d,]+) cells/s", said)[1].replace(",", ""))
     return rates | {"ratio": rates["dask"] / rates["threads"]}
 

@@ -262,7 +262,7 @@ def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", TOY)
-    copy.insert("sweep/stickslip/vocabulary/flags.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
@@ -330,7 +330,7 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     copy = Copy(tmp_path, ["sweep", "kernels"])
     copy.write("sweep/stickslip/studies/pace.py", TOY.lstrip())
     copy.write("sweep/stickslip/plots/paces.py", PACES.lstrip())
-    copy.insert("sweep/stickslip/vocabulary/flags.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
     copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')

@@ -5,7 +5,7 @@ import pytest
 from stickslip.config.reader import load_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.flags import BESIDE, STUDIES
+from stickslip.vocabulary.studies import BESIDE, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 GOOD = """\

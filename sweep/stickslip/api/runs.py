@@ -26,7 +26,7 @@ from stickslip.runs.lock import Notice
 from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.threads import compute_study
 from stickslip.runs.work import MapStudy, parse_shard, study_of
-from stickslip.vocabulary.flags import STUDIES
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import or_meant
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import click
 
 from stickslip.cli import screen
 from stickslip.cli.screen import fail
-from stickslip.vocabulary.flags import STUDIES
+from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.config.grid import Recipe
@@ -140,6 +140,12 @@ SET = screen.remembered_option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE", read=_setting,
     help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
 )  # fmt: skip
+THREADS = screen.remembered_option(
+    "--threads", metavar="N|auto", help="Threads to compute on; short for --set execution.threads=N."
+)
+DASK = screen.remembered_option(
+    "--dask", metavar="ADDRESS", help="Dask scheduler, its file, or local; short for --set execution.dask=ADDRESS."
+)
 OUTPUT = click.option(
     "-o", "--output", type=Target("result", "table"), callback=_result_beside,
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
@@ -212,8 +218,12 @@ def recipe_in(path: Location) -> Recipe:
 
 
 def settings() -> tuple[Setting, ...]:
-    """Settings of the configuration that `--set` of this call gives."""
-    return screen.remembered("settings") or ()
+    """Settings of the configuration that `--set` of this call gives, and the options that are short for it."""
+    from stickslip.config.yaml import setting
+
+    given = {key: screen.remembered(key) for key in ("threads", "dask")}
+    short = (setting(f"execution.{key}={value}") for key, value in given.items() if value is not None)
+    return (*(screen.remembered("settings") or ()), *short)
 
 
 def pairs(texts: tuple[str, ...]) -> dict[str, str]:

@@ -50,14 +50,15 @@ Examples:
   stickslip run my.yaml -o s3://bucket/map.zarr
   stickslip run my.yaml --set axes.belt_speed.num=50 --set "system.mass=200 g"
   stickslip run my.yaml --shard 3/40        # 1/40 to 40/40; then: stickslip collect my.yaml
-  stickslip run my.yaml --set execution.threads=8
-  stickslip run my.yaml --set execution.dask=tcp://login1:8786
+  stickslip run my.yaml --dask tcp://login1:8786
 \n{EXIT_CODES}"""
 )
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option()
 @BLOCKS
+@params.THREADS
+@params.DASK
 @QUIET
 @JSON
 @reports_errors

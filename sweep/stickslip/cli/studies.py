@@ -13,7 +13,7 @@ from stickslip.cli import params
 from stickslip.cli.outputs import Outputs
 from stickslip.cli.run import run_request
 from stickslip.cli.screen import refuses_bad_input, reports_errors
-from stickslip.vocabulary.flags import STUDIES
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.units import is_number, number_or_text
 
 if TYPE_CHECKING:

@@ -19,12 +19,12 @@ from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.vocabulary.cells import Cells, Coordinate
 from stickslip.vocabulary.display_units import units_shown
-from stickslip.vocabulary.flags import STUDIES
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, QUANTITIES, SEARCHABLE, SOLVER
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.scales import Floats
+from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.suggest import did_you_mean, listed
 from stickslip.vocabulary.units import number_or_text
 

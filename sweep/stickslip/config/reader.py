@@ -24,10 +24,10 @@ from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, rea
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.flags import BESIDE, STUDIES, WITH_UNCERTAIN
 from stickslip.vocabulary.models import STIFFNESS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
 from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF
 from stickslip.vocabulary.results import MAP_VARIABLES, VARIABLES
+from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
 from stickslip.vocabulary.suggest import beyond_hint, listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"

@@ -14,10 +14,10 @@ from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Sect
 from stickslip.config.studies import section_class
 from stickslip.config.uncertain import DRAWN, NUMBERS, TRUNCATED, SamplingSection, Uncertain, has_unit
 from stickslip.vocabulary import units
-from stickslip.vocabulary.flags import STUDIES
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import AXIS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.studies import STUDIES
 
 
 def json_schema() -> Schema:

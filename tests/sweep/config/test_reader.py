@@ -13,7 +13,7 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.resolve import config_names, config_path
 from stickslip.config.sections import System
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.flags import BESIDE, STUDIES
+from stickslip.vocabulary.studies import BESIDE, STUDIES
 from stickslip.vocabulary.suggest import listed
 
 
