@@ -188,9 +188,9 @@ def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
 
 
 def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
-    from stickslip.runs import assembly
+    from stickslip.runs import output
 
-    write, calls = assembly.writing.write, []
+    write, calls = output.writing.write, []
 
     def interrupted_once(*given, **how):
         calls.append(given)
@@ -198,7 +198,7 @@ def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return write(*given, **how)
 
-    monkeypatch.setattr(assembly.writing, "write", interrupted_once)
+    monkeypatch.setattr(output.writing, "write", interrupted_once)
     path, target = write_config(tmp_path), tmp_path / "map.nc"
     with pytest.raises(stickslip.Interrupted, match="144 of 144 cells are safe in"):
         stickslip.run(path, target)
