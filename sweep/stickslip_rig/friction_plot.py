@@ -25,7 +25,12 @@ _ALIKE = ("mass", "damping", "normal_load", "drive_speed")  # conditions that re
 
 
 def plot_friction(ds: xr.Dataset) -> Figure:
-    """Friction over slip speed of records (`friction_table`): full while it rises, dashed and empty while it falls."""
+    """Friction over slip speed of records (`friction_table`): full while it rises, dashed and empty while it falls.
+
+    Raises PlotError where no record tells any.
+    """
+    if not int(ds["slips_used"].max()):
+        raise PlotError("nothing to draw: no record has slips that tell friction")
     figure = Figure(figsize=_SIZE, layout="constrained")
     ax, names, handles = figure.add_subplot(), ds["record"].values.tolist(), []
     for i, name in enumerate(names):

@@ -53,6 +53,7 @@ def friction(
     with the reason.
     """
     from stickslip.config.yaml import Setting
+    from stickslip.dataset.build import provenance
     from stickslip_rig import api as rig
     from stickslip_rig.friction import friction_table
 
@@ -75,6 +76,8 @@ def friction(
         names = [str(file.with_suffix("")) for file in files]
     with refuses_bad_input(", ".join(map(str, files))):
         ds = friction_table(dict(zip(names, read.values(), strict=True)), settings.features)
+    action = f"rig-friction {' '.join(map(str, files))}"
+    ds = ds.assign_attrs(provenance(settings.to_yaml(), title=str(ds.attrs["title"]), action=action))
     show(ds)
     if plot is not None:
         from stickslip_rig.friction_plot import plot_friction, plot_over_stiffness
