@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, show_file
+from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip_rig.commands.features import CONFIG_OPTION
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def write_points(ds: xr.Dataset, path: Path) -> None:
 
 def show(ds: xr.Dataset) -> None:
     """Print the coefficients of records, and what to mind of each."""
-    from stickslip.config.studies import Table
+    from stickslip.config.studies import ReportTable
     from stickslip.vocabulary.display_units import number, quantity
     from stickslip_rig.friction import COEFFICIENTS
 
@@ -121,7 +121,7 @@ def show(ds: xr.Dataset) -> None:
         head = [row["record"], quantity(row["stiffness"], "N m-1"), f"{row['slips_used']:.0f}"]
         lines.append([*head, *(cell(row, name) for name in COEFFICIENTS)])
     headings = [name if name != "v_reversal" else "v_reversal [mm/s]" for name in COEFFICIENTS]
-    screen.echo(Table("", ("record",), ("stiffness", "slips", *headings), lines).text())
+    screen.echo(ReportTable("", ("record",), ("stiffness", "slips", *headings), lines).text())
     for row in rows:
         if row["remarks"]:
             screen.echo(f"{row['record']}: " + row["remarks"].replace("\n", "\n  "))
