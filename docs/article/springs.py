@@ -8,7 +8,7 @@ import numpy as np
 from article.recipe import STICK_SLIP, Findings, Floats, Made, labelled
 from stickslip.api.cells import evaluate
 from stickslip.api.studies import border
-from stickslip.config.examples import config_path
+from stickslip.config.resolve import config_path
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models.stribeck import coefficients
