@@ -65,7 +65,12 @@ class Figure:
 
 def configuration(name: str) -> Config:
     """The configuration `name` of the article's."""
-    return load_config(config_path(f"{FOLDER}/{name}"))
+    return load_config(config_path(config_name(name)))
+
+
+def config_name(name: str) -> str:
+    """The name of a configuration below configs/, which is one of the article's unless it names its folder."""
+    return name if "/" in name else f"{FOLDER}/{name}"
 
 
 def cells(config: Config) -> dict[str, Floats]:

@@ -270,9 +270,16 @@ def feature_table(records: Mapping[str, xr.Dataset], settings: Settings | None =
         empty text, for the others.
     """
     settings = settings or Settings()
-    rows = [rate(features(record, settings.features), settings.risk) for record in records.values()]
+    return along_record(
+        {name: rate(features(record, settings.features), settings.risk) for name, record in records.items()}
+    )
+
+
+def along_record(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """What is known of several records, by name, along `record`; coordinates that some lack are NaN, or empty."""
+    rows = list(results.values())
     shared = list(dict.fromkeys(str(name) for row in rows for name in row.coords))
-    names = xr.Variable("record", np.asarray(list(records), str), {"long_name": "record"})
+    names = xr.Variable("record", np.asarray(list(results), str), {"long_name": "record"})
     coordinates: dict[str, Any] = {"record": names, **{name: _column(rows, name) for name in shared}}
     return xr.Dataset({name: _column(rows, str(name)) for name in rows[0].data_vars}, coordinates)
 

@@ -132,6 +132,7 @@ rig = SectionedGroup(
         "Commands": {
             "run": "stickslip_rig.commands.run",
             "features": "stickslip_rig.commands.features",
+            "friction": "stickslip_rig.commands.friction",
             "calibrate": "stickslip_rig.commands.features",
         }
     },
