@@ -61,16 +61,16 @@ class Parts(codegen.JITCPUCodegen):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, name: str) -> None:
-    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error."""
+def main(name: str, file: str) -> None:
+    """Compile an object, and write its file to standard output; whatever else is printed goes to standard error."""
     gc.disable()  # an eighth of the time; this process is soon over
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        out.write(objects.packed(name, *build(law, signals)))
+        out.write(objects.packed(file, build(name)))
 
 
-def build(law: str, signals: bool) -> tuple[list[str], bytes]:
-    """The object of a machine, and the functions it expects in a process. From now on nothing else compiles here."""
+def build(name: str) -> objects.Object:
+    """The object of this name (`objects.py`). From now on nothing else compiles here."""
     jit.compile_parts()
     context = cpu_target.target_context
     context.refresh()
@@ -81,18 +81,18 @@ def build(law: str, signals: bool) -> tuple[list[str], bytes]:
     _look_at_variables_once()
     from . import exports  # decorates the kernels, as parts
 
-    made = exports.c_functions(law, signals)
+    made, contact = exports.of_object(name)
     parts: dict[codegen.CPUCodeLibrary, None] = {}
     for function in made.values():
         _gather(function._library, parts)
     whole = llvm.parse_assembly(str(maker._create_empty_module("kernels")))
     for part in parts:
         whole.link_in(part._final_module)
-    for name, function in made.items():
-        whole.get_function(function.native_name).name = name
+    for symbol, function in made.items():
+        whole.get_function(function.native_name).name = symbol
     _make_local(whole, set(made))
     _optimise(whole, maker._tm)
-    return _symbols(whole), maker._tm.emit_object(whole)
+    return objects.Object(contact, _symbols(whole), maker._tm.emit_object(whole))
 
 
 def _make_door(context, library, function, environment, call_helper) -> None:

@@ -67,7 +67,9 @@ def nonzero_bits(typing_context, array, first, count):
     n = count.literal_value
 
     def generate(context, builder, signature, arguments):
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        data = arguments[0]
+        if isinstance(signature.args[0], types.Array):
+            data = context.make_array(signature.args[0])(context, builder, data).data
         vector = ir.VectorType(ir.DoubleType(), n)
         start = builder.bitcast(builder.gep(data, [arguments[1]]), vector.as_pointer())
         up = builder.fcmp_unordered("!=", builder.load(start, align=8), ir.Constant(vector, [0.0] * n))

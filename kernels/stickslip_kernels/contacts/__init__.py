@@ -14,8 +14,8 @@ and for a trial step Y_NEW ... WEAK_NEW, TAKEN, WORK, GOOD, and SERIES, of flagg
 the step, from which all else about it follows (`dense.py`). Rows of `cells` that are not of the oscillator are its
 parameters, in a meaning of its own.
 
-The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name; machines are named
-so), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
+The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name), `LINKED` (functions
+of a law that it calls, `linking.py`), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
 without modes has `begin_cell` and `handle_event` from `smooth.py`.
 """
 
@@ -124,9 +124,19 @@ def register(tag, functions):
             stub.of(tag)(functions[name])
 
 
-def tags_of(name):
-    """The tags of the machine of this name: its contact and its law; and the observer of its maps."""
+def of_law(name):
+    """The file of the contact that has a law of this name."""
     for file in (import_module(f".{contact}", __name__) for contact in _NAMES):
         if name in file.LAWS:
-            return file.TAG, file.LAWS[name], file.REGIMES
+            return file
     raise KeyError(name)
+
+
+def name_of(file):
+    """The name of a contact: that of its file, or of the folder that is in."""
+    return file.__name__.removeprefix(f"{__name__}.").partition(".")[0]
+
+
+def named(name):
+    """The file of a contact."""
+    return next(file for file in (import_module(f".{contact}", __name__) for contact in _NAMES) if name_of(file) == name)

@@ -16,8 +16,9 @@ from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import as_index, select, widest_vectors
 from ..jit import compiled
+from ..linking import by_law
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
-from .rate_state_laws import ROWS, AgeingCutOff, Slip, SlipCutOff, by_law, growth
+from .rate_state_laws import ROWS, AgeingCutOff, Slip, SlipCutOff, growth
 from .stribeck.resolvable import may_bend_twice
 from .stribeck.taylor import sum_series
 
@@ -29,7 +30,7 @@ ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may sp
 CARRIED = 10.0  # over a: from this slip speed on, errors of w do not count over w, since the load is as far off
 
 
-@by_law
+@by_law(":b", inline=True)
 def has_series(law):
     """Return whether the law has such series."""
     return True
@@ -40,7 +41,7 @@ def _has_none(law):
     return False
 
 
-@by_law
+@by_law(inline=True)
 def follow(law, s, i, first, u, w, q, total, per_n):
     """u and psi' of order n; u : of order 0, for that alone. q : phi + psi. total : of products of lower orders."""
     u = select(first, u, -total * per_n)
@@ -52,7 +53,7 @@ def _follow_slip(law, s, i, first, u, w, q, total, per_n):
     return q, -s[RATE + i] / s[V + i] * (s[at.SERIES + i] * q + total)
 
 
-@by_law
+@by_law(inline=True)
 def left(law):
     """First row, less one, of what is multiplied by u."""
     return at.SERIES_DW - at.WIDTH

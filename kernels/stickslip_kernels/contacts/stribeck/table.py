@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from ... import layout as at
 from ...intrinsics import as_index, bits_of, select
 from ...jit import compiled
+from ...linking import columns_at, with_stations
 from . import laws
 from .laws import shape, weakening_slope
 
@@ -35,7 +36,7 @@ class Table(NamedTuple):
 
 LAWS = {"table": Table(0.0)}
 
-laws.with_stations.of(Table)(lambda law, stations: Table(stations))
+with_stations.of(Table)(lambda law, stations: Table(columns_at(stations, (at.STATION_ROWS, at.STATIONS))))
 
 
 def search(row, starts):
