@@ -20,9 +20,10 @@ os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import base, codegen, postproc, transforms, types
+from numba.core import base, codegen, fastmathpass, postproc, transforms, types
 from numba.core import ir as numba_ir
 from numba.core.compiler import DefaultPassBuilder
+from numba.core.cpu_options import FastMathOptions
 from numba.core.registry import cpu_target
 
 from . import jit, objects
@@ -34,28 +35,31 @@ _CALLED_FOR_INTRINSICS = ("sin", "cos", "tan", "exp", "exp2", "log", "log2", "lo
 
 
 class Part(codegen.JITCodeLibrary):
-    """A function as it was lowered; nothing is linked, optimised or emitted."""
+    """A function as it was lowered, into the one module of all; nothing is linked, optimised or emitted."""
 
-    def _optimize_functions(self, module):
-        module.data_layout = self._codegen._data_layout
+    def __init__(self, maker, name):
+        codegen.CodeLibrary.__init__(self, maker, name)
 
-    def add_linking_library(self, library):
-        """Note a function that this one calls."""
-        self._linking_libraries.append(library)
+    def create_ir_module(self, name):
+        """The module."""
+        return self._codegen.whole
 
-    def finalize(self):
-        """Leave it as it is."""
-        self._finalized = True
-
-    def get_pointer_to_function(self, name):
-        """No address: the part is not called."""
+    def _nothing(self, *_):
+        """It is there already; and it has no address, being called by others only."""
         return 0
+
+    add_ir_module = add_linking_library = finalize = get_pointer_to_function = _nothing
 
 
 class Parts(codegen.JITCPUCodegen):
     """Has Numba make parts."""
 
     _library_class = Part
+
+    def __init__(self):
+        super().__init__("parts")
+        self.whole = self._create_empty_module("kernels")
+        self.whole.data_layout = self._data_layout
 
     def set_env(self, name, environment):
         """Nothing of the interpreter is needed."""
@@ -74,20 +78,16 @@ def build(name: str) -> objects.Object:
     jit.compile_parts()
     context = cpu_target.target_context
     context.refresh()
-    context._internal_codegen = maker = Parts("parts")
-    context.create_cfunc_wrapper = partial(_make_door, context)
+    context._internal_codegen = maker = Parts()
+    context.create_cfunc_wrapper, context.post_lowering = partial(_make_door, context), lambda *_: None
     _remember()
     _leave_out_passes()
     _look_at_variables_once()
     from . import exports  # decorates the kernels, as parts
 
     made, contact = exports.of_object(name)
-    parts: dict[codegen.CPUCodeLibrary, None] = {}
-    for function in made.values():
-        _gather(function._library, parts)
-    whole = llvm.parse_assembly(str(maker._create_empty_module("kernels")))
-    for part in parts:
-        whole.link_in(part._final_module)
+    fastmathpass.rewrite_module(maker.whole, FastMathOptions(jit.FASTMATH))
+    whole = llvm.parse_assembly(str(maker.whole))
     for symbol, function in made.items():
         whole.get_function(function.native_name).name = symbol
     _make_local(whole, set(made))
@@ -97,15 +97,13 @@ def build(name: str) -> objects.Object:
 
 def _make_door(context, library, function, environment, call_helper) -> None:
     """Numba's wrapper of a C function, without its words on exceptions: kernels never raise."""
-    module, convention, kinds = context.create_module("door"), context.call_conv, function.argtypes
-    inner_type = convention.get_function_type(function.restype, kinds)
+    module, convention, kinds = context.codegen().whole, context.call_conv, function.argtypes
     door_type = ir.FunctionType(context.get_value_type(function.restype), [context.get_value_type(k) for k in kinds])
-    inner = ir.Function(module, inner_type, function.llvm_func_name)
+    inner = module.get_global(function.llvm_func_name)
     door = ir.Function(module, door_type, function.llvm_cfunc_wrapper_name)
     builder = ir.IRBuilder(door.append_basic_block())
     _, result = convention.call_function(builder, inner, function.restype, kinds, door.args)
     builder.ret(result)
-    library.add_ir_module(module)
 
 
 def _optimise(module, target) -> None:
@@ -114,14 +112,6 @@ def _optimise(module, target) -> None:
     builder = llvm.create_pass_builder(target, options)
     builder.getModulePassManager().run(module, builder)
     module.verify()
-
-
-def _gather(library, parts) -> None:
-    """Add a part and all it calls. Numba's own runtime is none, and none of it may be needed."""
-    if isinstance(library, Part) and library not in parts:
-        parts[library] = None
-        for called in library._linking_libraries:
-            _gather(called, parts)
 
 
 def _make_local(module, kept: set[str]) -> None:

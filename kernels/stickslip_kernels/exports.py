@@ -12,6 +12,7 @@ from . import contacts, runtime
 from . import layout as at
 from .block import run
 from .drive import STEADY_BELT, Segments
+from .jit import FASTMATH
 from .linking import FLOATS, PREFIX, Linked, columns_at, door, signature_of, with_stations
 from .machine import Machine
 from .observers.signals import Signals
@@ -40,7 +41,7 @@ def c_functions(contact, law, signals):
 
 
 def _c_function(function, signature):
-    return numba.cfunc(signature, error_model="numpy", fastmath={"contract"}, _nrt=False)(function)
+    return numba.cfunc(signature, error_model="numpy", fastmath=FASTMATH, _nrt=False)(function)
 
 
 def _regimes_of(file, tag):
