@@ -85,7 +85,7 @@ def build(name: str) -> objects.Object:
     _look_at_variables_once()
     from . import exports  # decorates the kernels, as parts
 
-    made, contact = exports.of_object(name)
+    contact, made = exports.of_object(name)
     fastmathpass.rewrite_module(maker.whole, FastMathOptions(jit.FASTMATH))
     whole = llvm.parse_assembly(str(maker.whole))
     for symbol, function in made.items():

@@ -21,16 +21,14 @@ _TYPES = {"f": types.float64, "i": types.int64, "F": FLOATS, "I": types.CPointer
 
 
 def of_object(name):
-    """The C functions of an object, by name, and its contact: of a law, or of the machine of a contact (`objects.py`)."""
+    """The name of a contact, and the C functions of an object by name: of its machine, or of a law linked to that."""
     contact, _, purpose = name.partition("-")
     if purpose:
-        return c_functions(contacts.named(contact), Linked(0), purpose == "signals"), contact
-    file = contacts.of_law(name)
-    functions = {
-        PREFIX + function.__name__: _c_function(door(function, file.LAWS[name]), signature_of(function))
-        for function in file.LINKED
-    }
-    return functions, contacts.name_of(file)
+        return contact, c_functions(contacts.files()[contact], Linked(0), purpose == "signals")
+    contact, file = contacts.of_law(name)
+    calls = {PREFIX + function.__name__: function for function in file.LINKED}
+    return contact, {symbol: _c_function(door(function, file.LAWS[name]), signature_of(function))
+                     for symbol, function in calls.items()}  # fmt: skip
 
 
 def c_functions(contact, law, signals):
@@ -48,8 +46,8 @@ def _regimes_of(file, tag):
     contact, regimes = file.TAG, file.REGIMES
 
     def run_regimes(stations, cells, n, rtol, max_steps, stop, lanes, results, room, until):
-        observer, columns = regimes(columns_at(results, (at.RESULT_ROWS, room)), until), columns_at(cells, (at.CELL_ROWS, n))
-        law = with_stations(tag, stations)
+        law, columns = with_stations(tag, stations), columns_at(cells, (at.CELL_ROWS, n))
+        observer = regimes(columns_at(results, (at.RESULT_ROWS, room)), until)
         run(Machine(contact, law, STEADY_BELT, observer, lanes, columns, rtol, max_steps), stop)
         return 0
 

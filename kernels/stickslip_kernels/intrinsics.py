@@ -1,11 +1,8 @@
 """Intrinsics, single instructions of LLVM that Numba cannot express: bits of a float, a select, the lowest bit set."""
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
-
-from .jit import compiled
 
 
 @intrinsic
@@ -86,9 +83,3 @@ def lowest_bit(typing_context, bits):
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
 
     return types.int64(types.int64), generate
-
-
-@compiled(inline=True)
-def as_index(i):
-    """i >= 0 as an unsigned index. A signed one may count from the end, which costs three instructions an access."""
-    return np.uint32(i)

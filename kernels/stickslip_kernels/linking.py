@@ -1,4 +1,4 @@
-"""What a machine and the laws it is linked to share: arrays as addresses, and laws as functions of another object.
+"""What machines and laws share: arrays as addresses, and laws as functions of another object.
 
 A machine (`exports.py`) is compiled once for a contact. There the tag of its law is `Linked`, and functions of a law
 that say their kinds are calls of another object, that of the law, where its own tag chooses what is compiled: the loops
@@ -12,7 +12,12 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import (
-    intrinsic, lower_builtin, make_attribute_wrapper, models, register_model, type_callable,
+    intrinsic,
+    lower_builtin,
+    make_attribute_wrapper,
+    models,
+    register_model,
+    type_callable,
 )  # fmt: skip
 
 from .jit import by_type
@@ -22,7 +27,7 @@ FLOATS = types.CPointer(types.float64)
 
 
 class Linked(NamedTuple):
-    """Tag of a law in an object of its own. stations : address of the numbers of a array."""
+    """Tag of a law in an object of its own. stations : address of the numbers of a table."""
 
     stations: Any
 
@@ -37,13 +42,13 @@ class Columns(types.Type):
         super().__init__("Columns")
 
 
-COLUMNS = Columns()
+COLUMNS, _SHAPE = Columns(), types.UniTuple(types.int64, 2)
 
 
 @register_model(Columns)
 class _Model(models.StructModel):
     def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("data", FLOATS), ("shape", types.UniTuple(types.int64, 2))])
+        super().__init__(manager, kind, [("data", FLOATS), ("shape", _SHAPE)])
 
 
 make_attribute_wrapper(Columns, "shape", "shape")
@@ -59,9 +64,6 @@ def columns_at(typing_context, address, shape):
         return array._getvalue()
 
     return COLUMNS(address, shape), generate
-
-
-_SHAPE = types.UniTuple(types.int64, 2)
 
 
 @type_callable(operator.getitem)

@@ -1,8 +1,9 @@
 """Compiled kernels as object files in a cache folder.
 
-An object holds a law, and is named so; or the machine of a contact, CONTACT-maps or CONTACT-signals, to which laws are
-linked. `building.py` makes them, and `runtime.py` loads them. Its folder is named by the digest of all kernel sources, so that any edit anywhere gives a fresh one, its
-file by whatever else decides about the code: processor, compiler, Python. A file begins with the digest of the rest.
+An object is a law, and named so; or the machine of a contact, CONTACT-maps or CONTACT-signals, that laws are linked to.
+`building.py` makes them, and `runtime.py` loads them. Their folder is named by the digest of all kernel sources, so
+that any edit anywhere gives a fresh one, a file by whatever else decides about the code: processor, compiler, Python.
+It begins with the digest of the rest.
 
 A package may bring objects for kinds of processors, which are loaded in place of such files: nothing is
 compiled then, and machines of a kind run the same instructions.
@@ -106,7 +107,10 @@ def _host() -> str:
 
 
 class Object(NamedTuple):
-    """Machine code. contact : whose machine it is, or a law is linked to. symbols : the functions it expects to find."""
+    """Machine code.
+
+    contact : whose machine it is, or a law is linked to. symbols : the functions it expects to find.
+    """
 
     contact: str
     symbols: list[str]

@@ -14,9 +14,9 @@ and for a trial step Y_NEW ... WEAK_NEW, TAKEN, WORK, GOOD, and SERIES, of flagg
 the step, from which all else about it follows (`dense.py`). Rows of `cells` that are not of the oscillator are its
 parameters, in a meaning of its own.
 
-The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name), `LINKED` (functions
-of a law that it calls, `linking.py`), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
-without modes has `begin_cell` and `handle_event` from `smooth.py`.
+The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name), `LINKED` (functions of
+a law that it calls, `linking.py`), `REGIMES` (the observer of its maps), and ends in `register`, which takes its
+functions by their names. A contact without modes has `begin_cell` and `handle_event` from `smooth.py`.
 """
 
 from importlib import import_module
@@ -124,19 +124,14 @@ def register(tag, functions):
             stub.of(tag)(functions[name])
 
 
-def of_law(name):
-    """The file of the contact that has a law of this name."""
-    for file in (import_module(f".{contact}", __name__) for contact in _NAMES):
-        if name in file.LAWS:
-            return file
-    raise KeyError(name)
+def files():
+    """The files of contacts by their names: of the file, or of the folder that it is in."""
+    return {name.partition(".")[0]: import_module(f".{name}", __name__) for name in _NAMES}
 
 
-def name_of(file):
-    """The name of a contact: that of its file, or of the folder that is in."""
-    return file.__name__.removeprefix(f"{__name__}.").partition(".")[0]
-
-
-def named(name):
-    """The file of a contact."""
-    return next(file for file in (import_module(f".{contact}", __name__) for contact in _NAMES) if name_of(file) == name)
+def of_law(law):
+    """The name of the contact that has a law of this name, and its file."""
+    for name, file in files().items():
+        if law in file.LAWS:
+            return name, file
+    raise KeyError(law)

@@ -14,7 +14,7 @@ from .. import layout as at
 from ..dense import subtract_damper_work
 from ..exponential import exp
 from ..exponential import log as ln
-from ..intrinsics import as_index, select, widest_vectors
+from ..intrinsics import select, widest_vectors
 from ..jit import compiled
 from ..linking import by_law
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
@@ -90,12 +90,12 @@ def find_order(law, s, n):
     for i in range(at.WIDTH):
         s[SUM + i], s[SUM_STATE + i] = 0.0, 0.0
     for j in range(1, n + 1):
-        w, phi = as_index(at.SERIES + j * at.WIDTH), as_index(PHI_SLOPE + (n - j) * at.WIDTH)
-        first, u = as_index(left(law) + j * at.WIDTH), as_index(U + (n - j) * at.WIDTH)
+        w, phi = at.SERIES + j * at.WIDTH, PHI_SLOPE + (n - j) * at.WIDTH
+        first, u = left(law) + j * at.WIDTH, U + (n - j) * at.WIDTH
         for i in range(at.WIDTH):
             s[SUM + i] += s[w + i] * s[phi + i]
             s[SUM_STATE + i] += s[first + i] * s[u + i]
-    here, below, up = as_index(n * at.WIDTH), as_index((n - 1) * at.WIDTH), as_index((n + 1) * at.WIDTH)
+    here, below, up = n * at.WIDTH, (n - 1) * at.WIDTH, (n + 1) * at.WIDTH
     per_n, per_next = 1.0 / n, 1.0 / (n + 1)
     belt, bend = 1.0 if n == 1 else 0.0, 1.0 if n == 2 else 0.0
     for i in range(at.WIDTH):

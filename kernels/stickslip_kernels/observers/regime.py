@@ -63,7 +63,7 @@ from .settling import (
 )  # fmt: skip
 from .slow import comes_to_rest, pass_slowly
 from .spirals import is_damped
-from .tops import confirm_slopes, find_tops, has_exact_derivatives, record_tops, seek
+from .tops import find_tops, has_exact_derivatives, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, forget_extrema, note_ends, note_range, reset_extrema
 from .weak import decays_on_average, leaps, put
 

@@ -12,8 +12,8 @@ from ..contacts.stribeck.laws import RECURRENCES
 from ..dense import horner
 from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
-from ..linking import by_law
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
+from ..linking import by_law
 from ..roots import FOR_A_VALUE, reverted
 
 

@@ -80,7 +80,7 @@ def _compile(name: str) -> Object:
 def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     """Write the objects of laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
 
-    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes ten seconds a kind, a law three.
+    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes ten seconds, a law three.
     """
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
