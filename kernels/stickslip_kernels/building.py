@@ -27,6 +27,8 @@ from numba.core.cpu_options import FastMathOptions
 from numba.core.registry import cpu_target
 
 from . import jit, objects
+from . import layout as at
+from .jit import WIDEST_VECTORS
 
 # Passes of Numba for expressions of arrays, closures, what is inlined before LLVM sees it, and annotated listings.
 _LEFT_OUT = {"NopythonRewrites", "InlineClosureLikes", "InlineInlinables", "InlineOverloads", "AnnotateTypes"}
@@ -101,12 +103,15 @@ def _make_door(context, library, function, environment, call_helper) -> None:
     door_type = ir.FunctionType(context.get_value_type(function.restype), [context.get_value_type(k) for k in kinds])
     inner = module.get_global(function.llvm_func_name)
     door = ir.Function(module, door_type, function.llvm_cfunc_wrapper_name)
+    set.add(door.attributes, WIDEST_VECTORS)  # of the loops that are merged into it
     builder = ir.IRBuilder(door.append_basic_block())
     _, result = convention.call_function(builder, inner, function.restype, kinds, door.args)
     builder.ret(result)
 
 
 def _optimise(module, target) -> None:
+    """Loops over the lanes are not unrolled before they become vector code; shorter ones inside must be."""
+    llvm.set_option("", f"--unroll-full-max-count={at.WIDTH - 1}")
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving, options.slp_vectorization = True, True, False
     builder = llvm.create_pass_builder(target, options)

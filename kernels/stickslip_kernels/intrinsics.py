@@ -4,6 +4,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from .jit import WIDEST_VECTORS
+
 
 @intrinsic
 def bits_of(typing_context, number):
@@ -48,7 +50,7 @@ def widest_vectors(typing_context):
 
     def generate(context, builder, signature, arguments):
         # llvmlite knows a few attributes by name only; this one it prints as it is.
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        set.add(builder.function.attributes, WIDEST_VECTORS)
         return context.get_dummy_value()
 
     return types.void(), generate

@@ -14,7 +14,7 @@ from numba.extending import overload
 from .objects import CACHE_FOLDER
 
 _parts = False  # whether functions are parts of one object, see `compile_parts`
-FASTMATH = {"contract"}
+FASTMATH, WIDEST_VECTORS = {"contract"}, '"prefer-vector-width"="512"'
 APART: set[str] = set()  # names of functions that are merged into no other
 
 
