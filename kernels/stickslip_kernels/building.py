@@ -32,6 +32,7 @@ from .jit import WIDEST_VECTORS
 
 # Passes of Numba for expressions of arrays, closures, what is inlined before LLVM sees it, and annotated listings.
 _LEFT_OUT = {"NopythonRewrites", "InlineClosureLikes", "InlineInlinables", "InlineOverloads", "AnnotateTypes"}
+_PLAIN = {str, int, float, bool, type(None), numba_ir.Loc}  # of an instruction, what are no variables
 # What LLVM may call of the C library for an intrinsic of its own.
 _CALLED_FOR_INTRINSICS = ("sin", "cos", "tan", "exp", "exp2", "log", "log2", "log10", "pow", "fmod")
 
@@ -151,7 +152,13 @@ def _remember() -> None:
             known[self, args] = resolve(self, context, args, kws)
         return known[self, args]
 
+    call = types.Dispatcher.get_call_type
+
+    def call_without_values(self, context, args, kws):  # one function for True and False, and for all numbers
+        return call(self, context, tuple(map(types.unliteral, args)), kws)
+
     types.BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
+    types.Dispatcher.get_call_type = call_without_values  # type: ignore[method-assign]
     base.BaseContext.get_abi_sizeof = cache(base.BaseContext.get_abi_sizeof)  # type: ignore[method-assign]
     inspect.signature = cache(inspect.signature)
 
@@ -189,7 +196,7 @@ def _look_at_variables_once() -> None:
             value = value.values()
         elif not isinstance(value, list | tuple):
             return []
-        return [variable for part in value for variable in variables(self, part)]
+        return [variable for part in value if type(part) not in _PLAIN for variable in variables(self, part)]
 
     postproc.PostProcessor.run = run_lazily  # type: ignore[method-assign]
     numba_ir.Inst._rec_list_vars = variables  # type: ignore[method-assign]

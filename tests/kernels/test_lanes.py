@@ -38,7 +38,7 @@ def loops_of_lanes(law):
     """Instructions by address of the functions that step the lanes, in the objects of a law and of its machine."""
     of_law = compile_apart(law)
     yield from loops_in(of_law.code, r"law\.(try_step|step|step_regularised|confirm_slopes|expand_regularised)")
-    yield from loops_in(compile_apart(of_law.machine(False)).code, ".*run_lanes.*")
+    yield from loops_in(compile_apart(of_law.machine(False)).code, r".*5block\d(run|run_lanes)B.*")
 
 
 def loops_in(code, pattern):

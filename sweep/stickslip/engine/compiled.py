@@ -70,9 +70,9 @@ def _addresses(name: str, signals: bool) -> runtime.Addresses:
 
 
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
-    from stickslip_kernels import exports
+    from stickslip_kernels import contacts, exports
 
-    _, file = exports.contacts.of_law(name)
+    _, file = contacts.of_law(name)
     functions = exports.c_functions(file, file.LAWS[name], signals)
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
