@@ -53,7 +53,7 @@ SEAM = "engine"  # the only package of sweep/ that knows the kernels
 MAY_PRINT = {"cli"}
 KERNEL_IMPORTS = {"numpy", "numba", "llvmlite", "stickslip_kernels"} | {
     "__future__", "collections", "ctypes", "dataclasses", "functools", "gc", "hashlib", "importlib", "inspect", "json",
-    "math", "os", "pathlib", "stat", "sys", "tempfile", "typing",
+    "math", "operator", "os", "pathlib", "stat", "sys", "tempfile", "typing",
 }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from . import contacts
 from . import layout as at
-from .intrinsics import as_index, lowest_bit, nonzero_bits, widest_vectors
+from .intrinsics import lowest_bit, nonzero_bits, widest_vectors
 from .jit import compiled
 from .lanes import step_lanes
 from .layout import WIDTH  # a literal, which `nonzero_bits` needs
@@ -36,7 +36,7 @@ def run_lanes(m, stop):
     widest_vectors()
     following, busy = 0, 0  # cells started so far; bit i: lane i is in progress
     for i in range(at.WIDTH):
-        following = next_cell(m, as_index(i), following)
+        following = next_cell(m, i, following)
         busy |= (m.s[at.CELL + i] >= 0.0) << i
     while stop[0] == 0 and busy != 0:
         step_lanes(m)
@@ -44,8 +44,8 @@ def run_lanes(m, stop):
         while flagged != 0:
             i = lowest_bit(flagged)
             flagged &= flagged - 1
-            if contacts.handle_event(m, as_index(i)) == DONE:
-                following = next_cell(m, as_index(i), following)
+            if contacts.handle_event(m, i) == DONE:
+                following = next_cell(m, i, following)
                 busy ^= (m.s[at.CELL + i] < 0.0) << i
 
 

@@ -20,36 +20,38 @@ os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import base, codegen, postproc, transforms, types
+from numba.core import base, codegen, fastmathpass, postproc, transforms, types
 from numba.core import ir as numba_ir
 from numba.core.compiler import DefaultPassBuilder
+from numba.core.cpu_options import FastMathOptions
 from numba.core.registry import cpu_target
 
 from . import jit, objects
+from . import layout as at
+from .jit import WIDEST_VECTORS
 
 # Passes of Numba for expressions of arrays, closures, what is inlined before LLVM sees it, and annotated listings.
 _LEFT_OUT = {"NopythonRewrites", "InlineClosureLikes", "InlineInlinables", "InlineOverloads", "AnnotateTypes"}
+_PLAIN = {str, int, float, bool, type(None), numba_ir.Loc}  # of an instruction, what are no variables
 # What LLVM may call of the C library for an intrinsic of its own.
 _CALLED_FOR_INTRINSICS = ("sin", "cos", "tan", "exp", "exp2", "log", "log2", "log10", "pow", "fmod")
 
 
 class Part(codegen.JITCodeLibrary):
-    """A function as it was lowered; nothing is linked, optimised or emitted."""
+    """A function as it was lowered, into the one module of all; nothing is linked, optimised or emitted."""
 
-    def _optimize_functions(self, module):
-        module.data_layout = self._codegen._data_layout
+    def __init__(self, maker, name):
+        codegen.CodeLibrary.__init__(self, maker, name)
 
-    def add_linking_library(self, library):
-        """Note a function that this one calls."""
-        self._linking_libraries.append(library)
+    def create_ir_module(self, name):
+        """The module."""
+        return self._codegen.whole
 
-    def finalize(self):
-        """Leave it as it is."""
-        self._finalized = True
-
-    def get_pointer_to_function(self, name):
-        """No address: the part is not called."""
+    def _nothing(self, *_):
+        """It is there already; and it has no address, being called by others only."""
         return 0
+
+    add_ir_module = add_linking_library = finalize = get_pointer_to_function = _nothing
 
 
 class Parts(codegen.JITCPUCodegen):
@@ -57,71 +59,65 @@ class Parts(codegen.JITCPUCodegen):
 
     _library_class = Part
 
+    def __init__(self):
+        super().__init__("parts")
+        self.whole = self._create_empty_module("kernels")
+        self.whole.data_layout = self._data_layout
+
     def set_env(self, name, environment):
         """Nothing of the interpreter is needed."""
 
 
-def main(law: str, signals: bool, name: str) -> None:
-    """Compile the object `name`, and write it to standard output; whatever else is printed goes to standard error."""
+def main(name: str, file: str) -> None:
+    """Compile an object, and write its file to standard output; whatever else is printed goes to standard error."""
     gc.disable()  # an eighth of the time; this process is soon over
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        out.write(objects.packed(name, *build(law, signals)))
+        out.write(objects.packed(file, build(name)))
 
 
-def build(law: str, signals: bool) -> tuple[list[str], bytes]:
-    """The object of a machine, and the functions it expects in a process. From now on nothing else compiles here."""
+def build(name: str) -> objects.Object:
+    """The object of this name (`objects.py`). From now on nothing else compiles here."""
     jit.compile_parts()
     context = cpu_target.target_context
     context.refresh()
-    context._internal_codegen = maker = Parts("parts")
-    context.create_cfunc_wrapper = partial(_make_door, context)
+    context._internal_codegen = maker = Parts()
+    context.create_cfunc_wrapper, context.post_lowering = partial(_make_door, context), lambda *_: None
     _remember()
     _leave_out_passes()
     _look_at_variables_once()
     from . import exports  # decorates the kernels, as parts
 
-    made = exports.c_functions(law, signals)
-    parts: dict[codegen.CPUCodeLibrary, None] = {}
-    for function in made.values():
-        _gather(function._library, parts)
-    whole = llvm.parse_assembly(str(maker._create_empty_module("kernels")))
-    for part in parts:
-        whole.link_in(part._final_module)
-    for name, function in made.items():
-        whole.get_function(function.native_name).name = name
+    contact, made = exports.of_object(name)
+    fastmathpass.rewrite_module(maker.whole, FastMathOptions(jit.FASTMATH))
+    whole = llvm.parse_assembly(str(maker.whole))
+    for symbol, function in made.items():
+        whole.get_function(function.native_name).name = symbol
     _make_local(whole, set(made))
     _optimise(whole, maker._tm)
-    return _symbols(whole), maker._tm.emit_object(whole)
+    return objects.Object(contact, _symbols(whole), maker._tm.emit_object(whole))
 
 
 def _make_door(context, library, function, environment, call_helper) -> None:
     """Numba's wrapper of a C function, without its words on exceptions: kernels never raise."""
-    module, convention, kinds = context.create_module("door"), context.call_conv, function.argtypes
-    inner_type = convention.get_function_type(function.restype, kinds)
+    module, convention, kinds = context.codegen().whole, context.call_conv, function.argtypes
     door_type = ir.FunctionType(context.get_value_type(function.restype), [context.get_value_type(k) for k in kinds])
-    inner = ir.Function(module, inner_type, function.llvm_func_name)
+    inner = module.get_global(function.llvm_func_name)
     door = ir.Function(module, door_type, function.llvm_cfunc_wrapper_name)
+    set.add(door.attributes, WIDEST_VECTORS)  # of the loops that are merged into it
     builder = ir.IRBuilder(door.append_basic_block())
     _, result = convention.call_function(builder, inner, function.restype, kinds, door.args)
     builder.ret(result)
-    library.add_ir_module(module)
 
 
 def _optimise(module, target) -> None:
+    """Loops over the lanes are not unrolled before they become vector code; shorter ones inside must be."""
+    llvm.set_option("", f"--unroll-full-max-count={at.WIDTH - 1}")
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving, options.slp_vectorization = True, True, False
     builder = llvm.create_pass_builder(target, options)
     builder.getModulePassManager().run(module, builder)
     module.verify()
-
-
-def _gather(library, parts) -> None:
-    """Add a part and all it calls. Numba's own runtime is none, and none of it may be needed."""
-    if isinstance(library, Part) and library not in parts:
-        parts[library] = None
-        for called in library._linking_libraries:
-            _gather(called, parts)
 
 
 def _make_local(module, kept: set[str]) -> None:
@@ -156,7 +152,13 @@ def _remember() -> None:
             known[self, args] = resolve(self, context, args, kws)
         return known[self, args]
 
+    call = types.Dispatcher.get_call_type
+
+    def call_without_values(self, context, args, kws):  # one function for True and False, and for all numbers
+        return call(self, context, tuple(map(types.unliteral, args)), kws)
+
     types.BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
+    types.Dispatcher.get_call_type = call_without_values  # type: ignore[method-assign]
     base.BaseContext.get_abi_sizeof = cache(base.BaseContext.get_abi_sizeof)  # type: ignore[method-assign]
     inspect.signature = cache(inspect.signature)
 
@@ -194,7 +196,7 @@ def _look_at_variables_once() -> None:
             value = value.values()
         elif not isinstance(value, list | tuple):
             return []
-        return [variable for part in value for variable in variables(self, part)]
+        return [variable for part in value if type(part) not in _PLAIN for variable in variables(self, part)]
 
     postproc.PostProcessor.run = run_lazily  # type: ignore[method-assign]
     numba_ir.Inst._rec_list_vars = variables  # type: ignore[method-assign]

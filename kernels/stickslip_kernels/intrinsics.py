@@ -1,11 +1,10 @@
 """Intrinsics, single instructions of LLVM that Numba cannot express: bits of a float, a select, the lowest bit set."""
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from .jit import compiled
+from .jit import WIDEST_VECTORS
 
 
 @intrinsic
@@ -51,7 +50,7 @@ def widest_vectors(typing_context):
 
     def generate(context, builder, signature, arguments):
         # llvmlite knows a few attributes by name only; this one it prints as it is.
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        set.add(builder.function.attributes, WIDEST_VECTORS)
         return context.get_dummy_value()
 
     return types.void(), generate
@@ -67,7 +66,9 @@ def nonzero_bits(typing_context, array, first, count):
     n = count.literal_value
 
     def generate(context, builder, signature, arguments):
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        data = arguments[0]
+        if isinstance(signature.args[0], types.Array):
+            data = context.make_array(signature.args[0])(context, builder, data).data
         vector = ir.VectorType(ir.DoubleType(), n)
         start = builder.bitcast(builder.gep(data, [arguments[1]]), vector.as_pointer())
         up = builder.fcmp_unordered("!=", builder.load(start, align=8), ir.Constant(vector, [0.0] * n))
@@ -84,9 +85,3 @@ def lowest_bit(typing_context, bits):
         return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
 
     return types.int64(types.int64), generate
-
-
-@compiled(inline=True)
-def as_index(i):
-    """i >= 0 as an unsigned index. A signed one may count from the end, which costs three instructions an access."""
-    return np.uint32(i)

@@ -14,6 +14,7 @@ from numba.extending import overload
 from .objects import CACHE_FOLDER
 
 _parts = False  # whether functions are parts of one object, see `compile_parts`
+FASTMATH, WIDEST_VECTORS = {"contract"}, '"prefer-vector-width"="512"'
 APART: set[str] = set()  # names of functions that are merged into no other
 
 
@@ -41,7 +42,7 @@ def compiled(function=None, *, inline=False, apart=False):
     options = {
         "nogil": True,
         "error_model": "numpy",
-        "fastmath": {"contract"},
+        "fastmath": FASTMATH,
         "forceinline": inline,
         "no_cfunc_wrapper": True,
         "no_cpython_wrapper": _parts,
@@ -67,7 +68,7 @@ def by_type(type_of_tag, *, inline=False):
 
     def decorate(default):
         versions = {}
-        options = {"_nrt": False, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": inline}
+        options = {"_nrt": False, "error_model": "numpy", "fastmath": FASTMATH, "forceinline": inline}
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
         @overload(default, strict=False, jit_options=options)

@@ -1,8 +1,9 @@
 """Compiled kernels as object files in a cache folder.
 
-An object holds the kernels of one friction law, for maps or for signals, as `building.py` makes them and `runtime.py`
-loads them. Its folder is named by the digest of all kernel sources, so that any edit anywhere gives a fresh one, its
-file by whatever else decides about the code: processor, compiler, Python. A file begins with the digest of the rest.
+An object is a law, and named so; or the machine of a contact, CONTACT-maps or CONTACT-signals, that laws are linked to.
+`building.py` makes them, and `runtime.py` loads them. Their folder is named by the digest of all kernel sources, so
+that any edit anywhere gives a fresh one, a file by whatever else decides about the code: processor, compiler, Python.
+It begins with the digest of the rest.
 
 A package may bring objects for kinds of processors, which are loaded in place of such files: nothing is
 compiled then, and machines of a kind run the same instructions.
@@ -23,6 +24,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import NamedTuple
 
 import llvmlite.binding as llvm
 
@@ -104,9 +106,24 @@ def _host() -> str:
     return f"{llvm.get_host_cpu_name()}-numba{version('numba')}-{python}-{rest}"
 
 
-def name_of(law: str, signals: bool) -> str:
-    """Name of the object with the kernels of a law, for maps or for signals, on this machine."""
-    return f"{law}{'-signals' if signals else ''}-{_host()}.o"
+class Object(NamedTuple):
+    """Machine code.
+
+    contact : whose machine it is, or a law is linked to. symbols : the functions it expects to find.
+    """
+
+    contact: str
+    symbols: list[str]
+    code: bytes
+
+    def machine(self, signals: bool) -> str:
+        """Name of the object of the machine, for maps or for signals, that this law is linked to."""
+        return f"{self.contact}-{'signals' if signals else 'maps'}"
+
+
+def file_of(name: str) -> str:
+    """Name of the file of an object on this machine."""
+    return f"{name}-{_host()}.o"
 
 
 def shipped_folder() -> Path:
@@ -114,9 +131,9 @@ def shipped_folder() -> Path:
     return _HERE / f"shipped-{source_digest()}"
 
 
-def shipped_name(law: str, signals: bool, kind: str) -> str:
-    """Name of the object for a kind of processor."""
-    return f"{law}{'-signals' if signals else ''}-{sys.platform}-{llvm.get_process_triple().partition('-')[0]}-{kind}.o"
+def shipped_file(name: str, kind: str) -> str:
+    """Name of its file for a kind of processor."""
+    return f"{name}-{sys.platform}-{llvm.get_process_triple().partition('-')[0]}-{kind}.o"
 
 
 def kinds_here() -> dict[str, tuple[str, ...]]:
@@ -134,23 +151,23 @@ def shipped_kind() -> str | None:
         return None
     able = llvm.get_host_cpu_features()
     fitting = (kind for kind, features in kinds_here().items() if all(able.get(feature) for feature in features))
-    return next((kind for kind in fitting if (folder / shipped_name("stribeck", False, kind)).is_file()), None)
+    return next((kind for kind in fitting if (folder / shipped_file("stribeck", kind)).is_file()), None)
 
 
-def shipped(law: str, signals: bool) -> tuple[list[str], bytes] | None:
-    """The object of a law that the package brings for this processor; None where it brings none that may be trusted."""
+def shipped(name: str) -> Object | None:
+    """The object that the package brings for this processor; None where it brings none that may be trusted."""
     kind = shipped_kind()
-    return None if kind is None else read(shipped_folder() / shipped_name(law, signals, kind))
+    return None if kind is None else read(shipped_folder() / shipped_file(name, kind))
 
 
-def packed(name: str, symbols: list[str], code: bytes) -> bytes:
-    """An object as the bytes of its file. symbols : the functions it expects to find in the process."""
-    content = json.dumps({"name": name, "symbols": symbols}).encode() + b"\n" + code
+def packed(file: str, made: Object) -> bytes:
+    """An object as the bytes of a file of this name."""
+    content = json.dumps({"file": file, "contact": made.contact, "symbols": made.symbols}).encode() + b"\n" + made.code
     return hashlib.sha256(content).digest() + content
 
 
-def unpacked(name: str, data: bytes) -> tuple[list[str], bytes] | None:
-    """Return what `packed` was given; None where damaged, or the object of another name: such code must not run."""
+def unpacked(file: str, data: bytes) -> Object | None:
+    """Return what `packed` was given; None where damaged, or the object of another file: such code must not run."""
     content = data[_DIGEST_BYTES:]
     if data[:_DIGEST_BYTES] != hashlib.sha256(content).digest():
         return None
@@ -158,23 +175,23 @@ def unpacked(name: str, data: bytes) -> tuple[list[str], bytes] | None:
     try:
         plain = json.loads(head)
         symbols = [str(symbol) for symbol in plain["symbols"]]
-        return (symbols, code) if plain["name"] == name else None
+        return Object(str(plain["contact"]), symbols, code) if plain["file"] == file else None
     except (ValueError, TypeError, KeyError, RecursionError):
         return None
 
 
-def write(path: Path, symbols: list[str], code: bytes) -> None:
+def write(path: Path, made: Object) -> None:
     """Put an object into a file that nobody else may read or write, whole or not at all."""
     descriptor, fresh = tempfile.mkstemp(prefix=f"{path.name}.", dir=path.parent)
     try:
         with open(descriptor, "wb") as file:
-            file.write(packed(path.name, symbols, code))
+            file.write(packed(path.name, made))
         os.replace(fresh, path)
     finally:
         Path(fresh).unlink(missing_ok=True)
 
 
-def read(path: Path) -> tuple[list[str], bytes] | None:
+def read(path: Path) -> Object | None:
     """Return what `write` put into a file; None where there is none, or it is damaged or may be somebody else's."""
     data = _bytes(path)
     return None if data is None else unpacked(path.name, data)

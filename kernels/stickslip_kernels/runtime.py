@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from . import layout as at
 from .allocate import NO_STATIONS, NO_STOPS
+from .objects import Object
 
 # The functions of an object (`exports.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
 # address of an array of them. They return an integer that means nothing.
@@ -47,21 +48,27 @@ def exports(signals: bool) -> dict[str, str]:
     return SIGNALS if signals else REGIMES
 
 
-def load(symbols: list[str], code: bytes, signals: bool) -> Addresses:
-    """Addresses of the functions of an object, which is loaded into this process for good."""
+def load(law: Object, machine: Object, signals: bool) -> Addresses:
+    """Addresses of the functions of a machine, which is linked to a law and loaded into this process for good."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     target = llvm.Target.from_triple(llvm.get_process_triple())
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target.create_target_machine(jit=True))
-    if missing := [name for name in symbols if not llvm.address_of_symbol(name)]:
-        raise UnknownSymbolError(f"no function {', '.join(missing)} in this process")  # the loader would end it
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
+    for part in (law, machine):
+        if missing := [name for name in part.symbols if not (llvm.address_of_symbol(name) or _is_in(engine, name))]:
+            raise UnknownSymbolError(f"no function {', '.join(missing)} in this process")  # the loader would end it
+        engine.add_object_file(llvm.ObjectFileRef.from_data(part.code))
+        engine.finalize_object()
     _loaded.append(engine)
     addresses = {name: engine.get_function_address(name) for name in exports(signals)}
     if lacking := [name for name, address in addresses.items() if not address]:
         raise UnknownSymbolError(f"no function {', '.join(lacking)} in the object")
     return addresses
+
+
+def _is_in(engine: Any, name: str) -> bool:
+    """Return whether a law that is loaded has this function."""
+    return name.startswith("law.") and bool(engine.get_function_address(name))
 
 
 class Kernels:

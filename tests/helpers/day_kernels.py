@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-OBJECTS = (("stribeck", False), ("stribeck", True), ("lugre_stribeck", False), ("rate_state_ageing", False),
-           ("table", False), ("table", True))  # fmt: skip
+OBJECTS = ("stribeck-maps", "stribeck-signals", "regularised-maps", "lugre-maps",
+           "stribeck", "table", "lugre_stribeck", "rate_state_ageing")  # fmt: skip
 
 
 def prepare(folder, say):
@@ -20,19 +20,19 @@ def prepare(folder, say):
 
     They come from the cache of the user, and are put there, so that they are compiled once for all checkouts.
     """
-    from stickslip.engine import compiled, compiling
+    from stickslip.engine import compiling
     from stickslip_kernels import objects
 
-    missing = sum(not compiled.is_cached(*one) for one in OBJECTS)
+    missing = sum(compiling.kept(name) is None for name in OBJECTS)
     if missing:
-        say(f"compiling {missing} kernels, two at a time; a law takes about 20 s")
+        say(f"compiling {missing} kernels, two at a time; a machine takes about 12 s")
     with ThreadPoolExecutor(2) as pool:
-        made = list(pool.map(lambda one: compiling.compile_apart(*one), OBJECTS))
+        made = list(pool.map(compiling.compile_apart, OBJECTS))
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     os.environ |= {"NUMBA_CACHE_DIR": str(folder), "STICKSLIP_JUDGE": os.environ.get("STICKSLIP_JUDGE", "read")}
     objects.CACHE_FOLDER, objects.NO_CACHE = objects._usable_folder()
-    for one, parts in zip(OBJECTS, made, strict=True):
-        objects.write(objects.CACHE_FOLDER / objects.name_of(*one), *parts)
+    for name, parts in zip(OBJECTS, made, strict=True):
+        objects.write(objects.CACHE_FOLDER / objects.file_of(name), parts)
     _removed_others()
 
 
@@ -62,8 +62,8 @@ class Guard:
 
 def _words(law):
     return (
-        f"the kernels of {law} were to be compiled, which takes 20 s: by day tests run those of "
-        f"{', '.join(dict.fromkeys(law for law, _ in OBJECTS))}; mark this case @pytest.mark.slow, or take one of these"
+        f"the kernels of {law} were to be compiled, which takes long: by day tests run those of "
+        f"{', '.join(OBJECTS)}; mark this case @pytest.mark.slow, or take one of these"
     )
 
 
@@ -71,7 +71,7 @@ def _removed_others():
     """Names of objects that do not belong there; they are no longer there."""
     from stickslip_kernels import objects
 
-    own = {objects.name_of(*one) for one in OBJECTS}
+    own = {objects.file_of(name) for name in OBJECTS}
     others = [Path(entry) for entry in os.scandir(objects.CACHE_FOLDER) if entry.name.endswith(".o")]
     others = [path for path in others if path.name not in own]
     for path in others:

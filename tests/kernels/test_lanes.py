@@ -9,8 +9,7 @@ import llvmlite.binding as llvm
 import pytest
 
 from helpers.nightly import few
-from stickslip.engine.compiled import warm_up
-from stickslip_kernels import objects
+from stickslip.engine.compiling import compile_apart
 from stickslip_kernels.contacts import rate_and_state
 from stickslip_kernels.contacts.implicit import STAGES
 from stickslip_kernels.contacts.stribeck.laws import LAWS
@@ -35,15 +34,15 @@ def widest():
     return None
 
 
-def loop_of_lanes(law):
-    """Instructions by address of the function that steps the lanes, in the object that is shipped."""
-    return next(loops_of_lanes(law))
-
-
 def loops_of_lanes(law):
-    """The same of all contacts of a law."""
-    warm_up(law)
-    _, code = objects.read(objects.CACHE_FOLDER / objects.name_of(law, False))
+    """Instructions by address of the functions that step the lanes, in the objects of a law and of its machine."""
+    of_law = compile_apart(law)
+    yield from loops_in(of_law.code, r"law\.(try_step|step|step_regularised|confirm_slopes|expand_regularised)")
+    yield from loops_in(compile_apart(of_law.machine(False)).code, r".*5block\d(run|run_lanes)B.*")
+
+
+def loops_in(code, pattern):
+    """The same of the functions of such names in an object."""
     with tempfile.NamedTemporaryFile(suffix=".o") as file:
         file.write(code)
         file.flush()
@@ -51,7 +50,7 @@ def loops_of_lanes(law):
         text = subprocess.run(disassemble, capture_output=True, text=True, check=True).stdout
     functions = re.split(r"^[0-9a-f]+ <(.+)>:$", text, flags=re.MULTILINE)
     for name, body in zip(functions[1::2], functions[2::2], strict=True):
-        if "run_lanes" in name:
+        if re.fullmatch(pattern, name):
             found = re.findall(INSTRUCTION, body, flags=re.MULTILINE)
             yield {int(place, 16): " ".join(instruction.split()) for place, instruction in found}
 
@@ -95,9 +94,10 @@ def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(law):
     if found is None:
         pytest.skip("this processor names no vector extension LLVM reports")
     feature, packed = found
-    instructions = loop_of_lanes(law)
-    counts = [(operations(body, packed), operations(body, SCALAR)) for body in straight_loops(instructions)]
+    functions = list(loops_of_lanes(law))
+    bodies = [body for instructions in functions for body in straight_loops(instructions)]
+    counts = [(operations(body, packed), operations(body, SCALAR)) for body in bodies]
     assert not [count for count in counts if count[1] and sum(count) >= 4]
     if feature == "avx":  # wider ones may be unrolled to no loop at all
         assert sum(vector >= 10 for vector, _ in counts) >= LOOPS
-    assert sum(bool(re.match(packed, one)) for one in instructions.values()) >= 30 * LOOPS
+    assert sum(operations(instructions.values(), packed) for instructions in functions) >= 30 * LOOPS

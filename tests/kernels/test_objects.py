@@ -7,20 +7,22 @@ from pathlib import Path
 
 import pytest
 
+from stickslip.engine.compiling import compile_apart
 from stickslip_kernels import objects, runtime
 
 
 def test_what_is_written_is_read(tmp_path):
     path = tmp_path / "kernels.o"
-    objects.write(path, ["exp"], b"machine\ncode")
-    assert objects.read(path) == (["exp"], b"machine\ncode")
+    made = objects.Object("stribeck", ["exp"], b"machine\ncode")
+    objects.write(path, made)
+    assert objects.read(path) == made
     assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("where", [0, 31, 32, 40, -1])
 def test_a_flipped_bit_is_seen(tmp_path, where):
     path = tmp_path / "kernels.o"
-    objects.write(path, ["exp"], b"machine code")
+    objects.write(path, objects.Object("stribeck", ["exp"], b"machine code"))
     content = bytearray(path.read_bytes())
     content[where] ^= 1
     path.write_bytes(content)
@@ -30,7 +32,7 @@ def test_a_flipped_bit_is_seen(tmp_path, where):
 @pytest.mark.parametrize("left", [0, 10, 40])
 def test_a_truncated_file_is_seen(tmp_path, left):
     path = tmp_path / "kernels.o"
-    objects.write(path, ["exp"], b"machine code")
+    objects.write(path, objects.Object("stribeck", ["exp"], b"machine code"))
     path.write_bytes(path.read_bytes()[:left])
     assert objects.read(path) is None
 
@@ -41,18 +43,20 @@ def test_a_truncated_file_is_seen(tmp_path, left):
     (objects, "version", lambda package: "0.1"),
 ])  # fmt: skip
 def test_another_processor_or_compiler_has_objects_of_its_own(monkeypatch, module, function, instead):
-    here = objects.name_of("stribeck", False)
+    here = objects.file_of("stribeck")
     monkeypatch.setattr(module, function, instead)
     objects._host.cache_clear()
     try:
-        assert objects.name_of("stribeck", False) != here
+        assert objects.file_of("stribeck") != here
     finally:
         objects._host.cache_clear()
 
 
-def test_an_object_that_needs_what_this_process_lacks_is_not_loaded():
-    with pytest.raises(runtime.UnknownSymbolError, match="no function of_another_world in this process"):
-        runtime.load(["exp", "of_another_world"], b"", False)
+@pytest.mark.parametrize("name", ["of_another_world", "law.of_another_contact"])
+def test_an_object_that_needs_what_this_process_or_its_law_lacks_is_not_loaded(kernels, name):
+    law = compile_apart("stribeck")
+    with pytest.raises(runtime.UnknownSymbolError, match=f"no function {name} in this process"):
+        runtime.load(law, objects.Object("stribeck", ["exp", "law.shape", name], b""), False)
 
 
 def test_importing_the_kernels_leaves_the_settings_of_numba_alone():

@@ -26,7 +26,9 @@ def package(tmp_path, monkeypatch):
     folder = objects.shipped_folder()
     folder.mkdir(mode=0o755)
     for kind in ("x86-64-v3", "x86-64-v4"):
-        objects.write(folder / objects.shipped_name("stribeck", False, kind), ["exp"], kind.encode())
+        objects.write(
+            folder / objects.shipped_file("stribeck", kind), objects.Object("stribeck", ["exp"], kind.encode())
+        )
     monkeypatch.setattr(
         objects.llvm, "get_host_cpu_features", lambda: dict.fromkeys(objects.KINDS["x86_64"][KIND], True)
     )
@@ -37,12 +39,12 @@ def package(tmp_path, monkeypatch):
 
 @on_linux
 def test_a_processor_gets_the_objects_of_the_most_able_kind_that_it_is(package, monkeypatch):
-    assert objects.shipped("stribeck", False) == (["exp"], b"x86-64-v3")
+    assert objects.shipped("stribeck").code == b"x86-64-v3"
     able = dict.fromkeys(objects.KINDS["x86_64"]["x86-64-v4"], True)
     monkeypatch.setattr(objects.llvm, "get_host_cpu_features", lambda: able)
     objects.shipped_kind.cache_clear()
-    assert objects.shipped("stribeck", False) == (["exp"], b"x86-64-v4")
-    assert objects.shipped("stribeck", True) is None  # not among them
+    assert objects.shipped("stribeck").code == b"x86-64-v4"
+    assert objects.shipped("stribeck-maps") is None  # not among them
 
 
 DOUBTS = {
@@ -59,8 +61,8 @@ DOUBTS = {
 @on_linux
 @pytest.mark.parametrize("doubt", DOUBTS)
 def test_nothing_is_loaded_that_does_not_belong_here(package, monkeypatch, doubt):
-    DOUBTS[doubt](monkeypatch, package / objects.shipped_name("stribeck", False, KIND))
-    assert objects.shipped("stribeck", False) is None
+    DOUBTS[doubt](monkeypatch, package / objects.shipped_file("stribeck", KIND))
+    assert objects.shipped("stribeck") is None
 
 
 @on_linux
@@ -72,7 +74,7 @@ def test_a_package_with_objects_computes_without_compiling(tmp_path):
     folder = kernels / "stickslip_kernels" / objects.shipped_folder().name
     kind = objects.shipped_kind() or KIND
     assert [path.name for path in ship(folder, ["stribeck"], [kind])] == [
-        objects.shipped_name("stribeck", signals, kind) for signals in (False, True)
+        objects.shipped_file(name, kind) for name in ("stribeck", "stribeck-maps", "stribeck-signals")
     ]
     cell = {"mass": 0.1, "stiffness": 5000.0, "normal_load": 10.0, "a1": 0.2, "a2": 0.0, "a3": 0.1, "a4": 0.02}
     script = (

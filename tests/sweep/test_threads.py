@@ -160,7 +160,7 @@ sys.exit(os.waitpid(child, 0)[1])
 def test_threads_that_ask_at_once_for_kernels_nobody_compiled_get_them(tmp_path):
     roots = [str(Path(package.__file__).parents[1]) for package in (stickslip, stickslip_kernels)]
     in_process("-c", COMPILE, patience=600, NUMBA_CACHE_DIR=str(tmp_path), PYTHONPATH=os.pathsep.join(roots))
-    assert len(list(tmp_path.glob("kernels-*/stribeck-*.o"))) == 1
+    assert len(list(tmp_path.glob("kernels-*/*.o"))) == 2  # law and machine
 
 
 COMPILE = """

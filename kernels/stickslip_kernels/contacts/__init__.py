@@ -14,9 +14,9 @@ and for a trial step Y_NEW ... WEAK_NEW, TAKEN, WORK, GOOD, and SERIES, of flagg
 the step, from which all else about it follows (`dense.py`). Rows of `cells` that are not of the oscillator are its
 parameters, in a meaning of its own.
 
-The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name; machines are named
-so), `REGIMES` (the observer of its maps), and ends in `register`, which takes its functions by their names. A contact
-without modes has `begin_cell` and `handle_event` from `smooth.py`.
+The file of a contact has a tag class, its `TAG`, `LAWS` (tags of its laws of friction by name), `LINKED` (functions of
+a law that it calls, `linking.py`), `REGIMES` (the observer of its maps), and ends in `register`, which takes its
+functions by their names. A contact without modes has `begin_cell` and `handle_event` from `smooth.py`.
 """
 
 from importlib import import_module
@@ -124,9 +124,14 @@ def register(tag, functions):
             stub.of(tag)(functions[name])
 
 
-def tags_of(name):
-    """The tags of the machine of this name: its contact and its law; and the observer of its maps."""
-    for file in (import_module(f".{contact}", __name__) for contact in _NAMES):
-        if name in file.LAWS:
-            return file.TAG, file.LAWS[name], file.REGIMES
-    raise KeyError(name)
+def files():
+    """The files of contacts by their names: of the file, or of the folder that it is in."""
+    return {name.partition(".")[0]: import_module(f".{name}", __name__) for name in _NAMES}
+
+
+def of_law(law):
+    """The name of the contact that has a law of this name, and its file."""
+    for name, file in files().items():
+        if law in file.LAWS:
+            return name, file
+    raise KeyError(law)

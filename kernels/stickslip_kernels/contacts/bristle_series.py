@@ -16,8 +16,9 @@ from .. import layout as at
 from ..dense import rise_and_work, subtract_damper_work
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled, in_turn
+from ..linking import by_law
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
-from .stribeck.laws import RECURRENCES, by_law_inline, shape, steps_over, weakening_slope
+from .stribeck.laws import RECURRENCES, shape, steps_over, weakening_slope
 from .stribeck.resolvable import may_bend_twice, may_hide
 from .stribeck.taylor import rows_of, sum_series
 
@@ -29,13 +30,13 @@ SHARE = at.SERIES_SHARE
 ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may spend, and the error of a step
 
 
-@by_law_inline
+@by_law(":b", inline=True)
 def has_series(law):
     """Return whether the law has a recurrence."""
     return False
 
 
-@by_law_inline
+@by_law(inline=True)
 def find_coefficients(law, s):
     """The coefficients of w, f and the rest about the present state of every lane."""
 
@@ -162,7 +163,7 @@ def try_step(law, s, rtol):
     end_step(law, s)
 
 
-@compiled
+@by_law("sif:")
 def end_earlier(law, s, i, t):
     """End the step of lane i at t after its start, where its series are as good."""
     w, rise, work = rise_and_work(s, i, t)

@@ -107,12 +107,12 @@ def derivatives(law, s, i, t, h, y, w, f):
 
 
 @compiled(inline=True)
-def try_step(m):
+def try_step(law, s, rtol):
     """A step of the size STEP in every lane; nothing is committed."""
-    kind = (m.contact, m.law)
-    factorise(kind, m.s)
-    stages(kind, m.s)
-    control_step(m.law, m.s, m.rtol)
+    kind = (LuGre(0), law)
+    factorise(kind, s)
+    stages(kind, s)
+    control_step(law, s, rtol)
 
 
 @compiled

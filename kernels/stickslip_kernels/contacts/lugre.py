@@ -23,6 +23,7 @@ from ..drive import SMALLEST_SPEED
 from ..events import end_motion, grazes, reaches
 from ..intrinsics import select
 from ..jit import compiled
+from ..linking import by_law
 from ..machine import DONE, RUNNING
 from ..observers import return_map
 from ..observers.recurrence import Recurrence
@@ -76,10 +77,10 @@ def begin_cell(m, i, c):
     s[at.WEAK + i], s[SIGN + i], s[return_map.TIMES + i] = 0.0, 1.0, return_map.MOST_FIRM
     if b > 0.0:
         judge(m, i, c, b)
-    derive(m, i)
+    derive(m.law, s, i)
     sign = s[at.W + i] if s[at.W + i] != 0.0 else s[at.DW + i] if s[at.DW + i] != 0.0 else s[at.JERK + i]
     slide(m, i, -1.0 if sign < 0.0 else 1.0)
-    derive(m, i)
+    derive(m.law, s, i)
     return RUNNING
 
 
@@ -109,15 +110,14 @@ def slide(m, i, sign):
     m.s[at.RATE + i] = sign * abs(m.s[at.RATE + i])
 
 
-@compiled(inline=True)
-def derive(m, i):
+@by_law("si:")
+def derive(law, s, i):
     """w' and w'' of lane i at its present state."""
-    s = m.s
     w = s[at.W + i]
     if s[at.BY_SERIES + i] > 0.0:
-        s[at.DW + i], s[at.JERK + i], _ = bristle_series.motion(m.law, s, i, 0.0, s[at.Y + i], w, s[at.WEAK + i])
+        s[at.DW + i], s[at.JERK + i], _ = bristle_series.motion(law, s, i, 0.0, s[at.Y + i], w, s[at.WEAK + i])
         return
-    s[at.DW + i], s[at.JERK + i] = derivatives(m.law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], w, s[at.WEAK + i])
+    s[at.DW + i], s[at.JERK + i] = derivatives(law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], w, s[at.WEAK + i])
 
 
 @compiled
@@ -146,7 +146,7 @@ def handle_event(m, i):
     if swings:
         s[FITS + i] = 0.0
         explicit.step_by_series(m, i, STOCK)
-    derive(m, i)
+    derive(m.law, s, i)
     return RUNNING
 
 
@@ -158,7 +158,7 @@ def take_stock(m, i):
     if short or s[QUIET + i] >= STOCK:
         explicit.step_implicitly(m, i)
         s[FITS + i] = 0.0 if short else 1.0
-        derive(m, i)
+        derive(m.law, s, i)
     else:
         explicit.step_by_series(m, i, STOCK)
 
@@ -250,22 +250,30 @@ def steady_friction(contact, law, cells, c, w):
 # --- a step -----------------------------------------------------------------------------------------------------------
 
 
-@compiled
 def try_step(m):
     """A step in every lane, by series or of the size STEP; nothing is committed."""
-    s, law = m.s, m.law
+    step(m.law, m.s, m.rtol)
+
+
+@by_law("sf:")
+def step(law, s, rtol):
+    """The same."""
     if not bristle_series.has_series(law):
-        bristle_steps.try_step(m)
+        bristle_steps.try_step(law, s, rtol)
         return
     by_series, others = explicit.kinds_of_steps(s)
     if by_series:
-        bristle_series.try_step(law, s, m.rtol)
+        bristle_series.try_step(law, s, rtol)
     if others:
         if by_series:
             explicit.set_aside(s, explicit.OF_STEP, at.AFTER)
-        bristle_steps.try_step(m)
+        bristle_steps.try_step(law, s, rtol)
         if by_series:
             explicit.bring_back(s, explicit.OF_STEP, at.AFTER, 1.0)
 
 
+LINKED = (
+    laws.shape, laws.weakening_slope, laws.last_weakening, laws.hidden_depth, bristle_series.has_series,
+    bristle_series.end_earlier, derive, step,
+)  # fmt: skip
 contacts.register(LuGre, globals())

@@ -23,6 +23,7 @@ from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled, in_turn
+from ..linking import by_law
 from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
 from . import explicit, rate_state_laws, rate_state_series, smooth
@@ -157,7 +158,7 @@ def begin_cell(m, i, c):
     s[explicit.MOST + i] = LONGEST
     if not is_later(m, c):
         explicit.step_by_series(m, i, STOCK)
-    derive(m, i)
+    derive(m.law, s, i)
     return RUNNING
 
 
@@ -180,13 +181,12 @@ def start_slip(m, i, c, w):
     s[at.WEAK + i] = log(contact * s[RATE + i]) if contact > 0.0 else 0.0
 
 
-@compiled(inline=True)
-def derive(m, i):
+@by_law("si:")
+def derive(law, s, i):
     """w' and w'' of lane i at its present state."""
-    s = m.s
     phi = ln(s[at.W + i] / s[V + i])
     h = 0.0 if s[at.BY_SERIES + i] > 0.0 else s[at.STEP + i]
-    slope, bend = derivatives(m.law, s, i, 0.0, h, s[at.Y + i], phi, s[at.WEAK + i])
+    slope, bend = derivatives(law, s, i, 0.0, h, s[at.Y + i], phi, s[at.WEAK + i])
     put_motion(s, i, 0, s[at.W + i], slope, bend)
 
 
@@ -201,7 +201,7 @@ def handle_event(m, i):
         return DONE
     if loosened:
         explicit.step_by_series(m, i, STOCK)
-    derive(m, i)  # the belt may accelerate otherwise from here on
+    derive(m.law, s, i)  # the belt may accelerate otherwise from here on
     return RUNNING
 
 
@@ -235,7 +235,7 @@ def take_stock(m, i):
     """Let lane i step by the implicit method where steps by series turn out to be short."""
     if m.s[at.TAU + i] - m.s[explicit.SINCE + i] < SHORT * STOCK:
         explicit.step_implicitly(m, i)
-        derive(m, i)
+        derive(m.law, m.s, i)
     else:
         explicit.step_by_series(m, i, STOCK)
 
@@ -274,15 +274,20 @@ def steady_friction(contact, law, cells, c, w):
 # --- a step -----------------------------------------------------------------------------------------------------------
 
 
-@compiled
 def try_step(m):
     """A step of the size STEP in every lane, or by series; nothing is committed."""
-    kind = (m.contact, m.law)
-    factorise(kind, m.s)
-    stages(kind, m.s)
-    control_step(m.law, m.s, m.rtol)
-    if rate_state_series.has_series(m.law) and explicit.may_step_by_series(m.s):
-        step_some(m.law, m.s, m.rtol)
+    step(m.law, m.s, m.rtol)
+
+
+@by_law("sf:")
+def step(law, s, rtol):
+    """The same."""
+    kind = (TAG, law)
+    factorise(kind, s)
+    stages(kind, s)
+    control_step(law, s, rtol)
+    if rate_state_series.has_series(law) and explicit.may_step_by_series(s):
+        step_some(law, s, rtol)
 
 
 @compiled(apart=True)
@@ -421,4 +426,7 @@ def terms_of(off, series):
 terms = terms_of(0, at.SERIES)
 
 
+LINKED = (
+    above, direct, evolution, further, rate_state_laws.state_of, rate_state_series.has_series, derive, step,
+)  # fmt: skip
 contacts.register(RateAndState, globals())

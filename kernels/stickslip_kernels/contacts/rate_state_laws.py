@@ -13,7 +13,8 @@ from .. import layout as at
 from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select
-from ..jit import by_type, compiled
+from ..jit import compiled
+from ..linking import by_law
 
 
 class Ageing(NamedTuple):
@@ -51,10 +52,8 @@ ROWS = A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = (
 RATIO = at.K_2  # b/a, in the regularised form
 NOTHING = 1e-300
 
-by_law = by_type(lambda law, *_: law, inline=True)
 
-
-@by_law
+@by_law(inline=True)
 def growth(law, e, phi, psi):
     """g and its derivatives with respect to phi and psi; e = exp(phi)."""
     healed = exp(-psi)
@@ -69,37 +68,37 @@ def _growth_by_slip(law, e, phi, psi):
 # --- cut-offs: without them, what is 0.0 is subtracted, which leaves nothing in the code ------------------------------
 
 
-@by_law
+@by_law("sif:f", inline=True)
 def direct(law, s, i, e):
     """Slope of friction over phi."""
     return s[A + i]
 
 
-@by_law
+@by_law("sif:f", inline=True)
 def evolution(law, s, i, psi):
     """Slope of friction over psi."""
     return s[B_STATE + i]
 
 
-@by_law
+@by_law("sif:f", inline=True)
 def above(law, s, i, e):
     """What friction is above a phi, and ..."""
     return 0.0
 
 
-@by_law
+@by_law("sif:f", inline=True)
 def further(law, s, i, psi):
     """... above b psi, beside mu_V."""
     return 0.0
 
 
-@by_law
+@by_law(inline=True)
 def bent(law, s, i, e, psi, phi_1, psi_1):
     """What comes to friction's second derivative over time from changes of these slopes."""
     return 0.0
 
 
-@by_law
+@by_law("sif:f", inline=True)
 def state_of(law, s, i, load):
     """psi at which friction is by so much above that of psi = 0."""
     return load / s[B_STATE + i]
@@ -140,25 +139,25 @@ def _state_of(law, s, i, load):
 # --- the same for the regularised form --------------------------------------------------------------------------------
 
 
-@by_law
+@by_law("siff:f", inline=True)
 def risen(law, s, i, psi_0, psi):
     """By how much c is larger at psi than at psi_0."""
     return s[RATIO + i] * (psi - psi_0)
 
 
-@by_law
+@by_law("sif:f", inline=True)
 def damper(law, s, i, w):
     """By what w' falls as w grows, chi being the same."""
     return s[at.G + i]
 
 
-@by_law
+@by_law(inline=True)
 def less_turned(law, s, i, psi, z, tanh):
     """What r' z tanh is below 0, r' being the slope of r."""
     return 0.0
 
 
-@by_law
+@by_law(inline=True)
 def less_bent(law, s, i, psi, z, tanh, w, dw):
     """What the third derivative of w loses to the slopes of r and of the damper."""
     return 0.0

@@ -14,10 +14,11 @@ from .. import layout as at
 from ..dense import subtract_damper_work
 from ..exponential import exp
 from ..exponential import log as ln
-from ..intrinsics import as_index, select, widest_vectors
+from ..intrinsics import select, widest_vectors
 from ..jit import compiled
+from ..linking import by_law
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
-from .rate_state_laws import ROWS, AgeingCutOff, Slip, SlipCutOff, by_law, growth
+from .rate_state_laws import ROWS, AgeingCutOff, Slip, SlipCutOff, growth
 from .stribeck.resolvable import may_bend_twice
 from .stribeck.taylor import sum_series
 
@@ -29,7 +30,7 @@ ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may sp
 CARRIED = 10.0  # over a: from this slip speed on, errors of w do not count over w, since the load is as far off
 
 
-@by_law
+@by_law(":b", inline=True)
 def has_series(law):
     """Return whether the law has such series."""
     return True
@@ -40,7 +41,7 @@ def _has_none(law):
     return False
 
 
-@by_law
+@by_law(inline=True)
 def follow(law, s, i, first, u, w, q, total, per_n):
     """u and psi' of order n; u : of order 0, for that alone. q : phi + psi. total : of products of lower orders."""
     u = select(first, u, -total * per_n)
@@ -52,7 +53,7 @@ def _follow_slip(law, s, i, first, u, w, q, total, per_n):
     return q, -s[RATE + i] / s[V + i] * (s[at.SERIES + i] * q + total)
 
 
-@by_law
+@by_law(inline=True)
 def left(law):
     """First row, less one, of what is multiplied by u."""
     return at.SERIES_DW - at.WIDTH
@@ -89,12 +90,12 @@ def find_order(law, s, n):
     for i in range(at.WIDTH):
         s[SUM + i], s[SUM_STATE + i] = 0.0, 0.0
     for j in range(1, n + 1):
-        w, phi = as_index(at.SERIES + j * at.WIDTH), as_index(PHI_SLOPE + (n - j) * at.WIDTH)
-        first, u = as_index(left(law) + j * at.WIDTH), as_index(U + (n - j) * at.WIDTH)
+        w, phi = at.SERIES + j * at.WIDTH, PHI_SLOPE + (n - j) * at.WIDTH
+        first, u = left(law) + j * at.WIDTH, U + (n - j) * at.WIDTH
         for i in range(at.WIDTH):
             s[SUM + i] += s[w + i] * s[phi + i]
             s[SUM_STATE + i] += s[first + i] * s[u + i]
-    here, below, up = as_index(n * at.WIDTH), as_index((n - 1) * at.WIDTH), as_index((n + 1) * at.WIDTH)
+    here, below, up = n * at.WIDTH, (n - 1) * at.WIDTH, (n + 1) * at.WIDTH
     per_n, per_next = 1.0 / n, 1.0 / (n + 1)
     belt, bend = 1.0 if n == 1 else 0.0, 1.0 if n == 2 else 0.0
     for i in range(at.WIDTH):

@@ -29,8 +29,9 @@ from ..exponential import exp
 from ..exponential import log as ln
 from ..intrinsics import select, widest_vectors
 from ..jit import compiled
+from ..linking import by_law
 from ..machine import DONE, RUNNING, Machine
-from . import rate_and_state, smooth
+from . import rate_and_state, rate_state_laws, smooth
 from .implicit import (
     W_02,
     couple,
@@ -224,7 +225,7 @@ def begin_cell(m, i, c):
         at_once, later = tanh * s[A + i] / belt, tanh * evolution(m.law, s, i, log(s[V + i] / belt)) / belt
         gamma = damper(m.law, s, i, belt)
         judge_steady_sliding(s, i, gamma + at_once, gamma + at_once - later, belt / cells[DISTANCE, c])
-    derive(m, i)
+    derive_regularised(m.law, s, i)
     if s[at.W + i] == 0.0:  # where w' does not follow the load yet: friction is none
         observers.observe_standstill(m, i, s[at.Y + i])
     return RUNNING
@@ -254,11 +255,10 @@ def friction_over_a(law, s, i, w, psi):
     return chi if w > 0.0 else -chi
 
 
-@compiled(inline=True)
-def derive(m, i):
+@by_law("si:")
+def derive_regularised(law, s, i):
     """w' and w'' of lane i at its present state."""
-    s = m.s
-    now = motion(m.law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], s[CHI + i], s[at.WEAK + i])
+    now = motion(law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], s[CHI + i], s[at.WEAK + i])
     s[at.DW + i], s[at.JERK + i] = now.w_chi * now.slope, now.w_chi * now.jerk
 
 
@@ -267,7 +267,7 @@ def handle_event(m, i):
     """Look at lane i, whose step was flagged."""
     if smooth.commit(m, i) == DONE:
         return DONE
-    derive(m, i)  # the belt may accelerate otherwise from here on
+    derive_regularised(m.law, m.s, i)  # the belt may accelerate otherwise from here on
     return RUNNING
 
 
@@ -296,13 +296,18 @@ def steady_friction(contact, law, cells, c, w):
 # --- a step -----------------------------------------------------------------------------------------------------------
 
 
-@compiled
 def try_step(m):
     """A step of the size STEP in every lane; nothing is committed."""
-    kind = (m.contact, m.law)
-    factorise(kind, m.s)
-    stages(kind, m.s)
-    control_step(m.law, m.s, m.rtol)
+    step_regularised(m.law, m.s, m.rtol)
+
+
+@by_law("sf:")
+def step_regularised(law, s, rtol):
+    """The same."""
+    kind = (REGULARISED, law)
+    factorise(kind, s)
+    stages(kind, s)
+    control_step(law, s, rtol)
 
 
 @variable.of(Regularised)
@@ -372,28 +377,32 @@ def control_step(law, s, rtol):
 back_terms = terms_of(BACK, BACK_SERIES)
 
 
-@compiled(inline=True)
 def expand(m):
     """Series of w over the step: of what slips forwards, less what slips backwards, each as in `rate_and_state.py`."""
-    s = m.s
+    expand_regularised(m.law, m.s)
+
+
+@by_law("s:")
+def expand_regularised(law, s):
+    """The same."""
     widest_vectors()
     for i in range(at.WIDTH):
         h, chi, chi_new, psi, psi_new = (
             s[at.TAKEN + i], s[CHI + i], s[CHI_NEW + i], s[at.WEAK + i], s[at.WEAK_NEW + i]
         )  # fmt: skip
         p, q = (
-            motion(m.law, s, i, 0.0, h, s[at.Y + i], chi, psi),
-            motion(m.law, s, i, h, h, s[at.Y_NEW + i], chi_new, psi_new),
+            motion(law, s, i, 0.0, h, s[at.Y + i], chi, psi),
+            motion(law, s, i, h, h, s[at.Y_NEW + i], chi_new, psi_new),
         )
-        rise, fall = chi_new - chi, risen(m.law, s, i, psi, psi_new)
+        rise, fall = chi_new - chi, risen(law, s, i, psi, psi_new)
         put_powers(s, i, 0, h, rise - fall, p.chi_1 - p.c_1, q.chi_1 - q.c_1, p.chi_2 - p.c_2, q.chi_2 - q.c_2)
         put_powers(s, i, BACK, h, -rise - fall, -p.chi_1 - p.c_1, -q.chi_1 - q.c_1, -p.chi_2 - p.c_2, -q.chi_2 - q.c_2)
         forwards, backwards = 0.5 * (p.w_chi + p.w), 0.5 * (p.w_chi - p.w)
-        slips = not has_ceased(m.law, s, i, chi, psi, chi_new, psi_new)
+        slips = not has_ceased(law, s, i, chi, psi, chi_new, psi_new)
         s[at.SERIES + i] = select(slips & (max(chi, chi_new) > -ONE_WAY), forwards, 0.0)
         s[BACK_SERIES + i] = select(slips & (min(chi, chi_new) < ONE_WAY), backwards, 0.0)
-    terms(m.law, s)
-    back_terms(m.law, s)
+    terms(law, s)
+    back_terms(law, s)
     for i in range(at.WIDTH):
         per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
         for n in range(at.ORDER + 1):
@@ -402,6 +411,10 @@ def expand(m):
             scale *= per_h
 
 
+LINKED = (
+    *rate_and_state.LINKED, rate_state_laws.risen, rate_state_laws.damper, derive_regularised, step_regularised,
+    expand_regularised,
+)  # fmt: skip
 contacts.register(Regularised, globals())
 
 

@@ -63,7 +63,7 @@ from .settling import (
 )  # fmt: skip
 from .slow import comes_to_rest, pass_slowly
 from .spirals import is_damped
-from .tops import find_tops, record_tops, seek
+from .tops import find_tops, has_exact_derivatives, record_tops, seek
 from .verdict import come_to_a_point, decide, decide_settled, forget_extrema, note_ends, note_range, reset_extrema
 from .weak import decays_on_average, leaps, put
 
@@ -196,7 +196,7 @@ def before_commit(m):
     A quiet turn of u is counted here, as `note_turn` and `note_loop` count the others.
     """
     widest_vectors()
-    s = m.s
+    s, exact = m.s, has_exact_derivatives(m.law)
     for i in range(at.WIDTH):
         h, y, w, dw, jerk = s[at.TAKEN + i], s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i]
         turn, quiet = turns(s, i, w), turns_quietly(s, i, h, y, w)
@@ -204,7 +204,7 @@ def before_commit(m):
         peak, each = has_top_speed(s, i, h, w, dw) & marked, s[at.W_TOP + i] == -inf
         slope, trough = has_top_slope(s, i, h, dw, jerk) & marked, has_low_speed(s, i, h, w, dw) & marked
         loud = turn & (not quiet) & marked
-        look = seek(m.law, s, i, peak | trough, slope) | (peak & each)
+        look = seek(s, i, peak | trough, slope, exact) | (peak & each)
         look = look | loud | comes_into_band(s, i, y, w)
         look = look | (distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
         s[at.LOOK + i], s[at.TURNING + i] = select(look, 1.0, 0.0), select(loud, 1.0, 0.0)

@@ -8,11 +8,12 @@ from math import atan2, cos, inf, log, nan, pi, sin
 
 from .. import layout as at
 from ..contacts.stribeck.equations import slope_in_lane
-from ..contacts.stribeck.laws import by_law, inflection, shape, weakening_slope
+from ..contacts.stribeck.laws import inflection, shape, weakening_slope
 from ..contacts.stribeck.table import Table, slopes_between
 from ..dense import rise_and_work, speed
 from ..exponential import exp
 from ..jit import compiled
+from ..linking import by_law
 from .margin import note_closeness, note_closest_trough, note_trough
 from .verdict import decide_settled, ends_with_regime, note_ends
 
@@ -72,7 +73,7 @@ def drag_at(law, s, i, w):
     return s[at.G + i] + s[at.SLOPE + i] + rate * weakening_slope(law, z, x, drop, exponent)
 
 
-@by_law
+@by_law("siff:f")
 def least_drag(law, s, i, w, b):
     """The least gamma + mu' between two slip speeds: at an end, or at the inflection, its only extremum."""
     least, bend = min(drag_at(law, s, i, w), drag_at(law, s, i, b)), inflection(law, s[at.EXPONENT + i])
@@ -126,7 +127,7 @@ def is_neutral(law, s, i):
     return low >= s[at.W_MIN + i] and has_no_drag(law, s, i, low, high)
 
 
-@by_law
+@by_law("siff:b")
 def has_no_drag(law, s, i, low, high):
     """Return whether gamma + mu' vanishes from one slip speed to another."""
     bend = inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]

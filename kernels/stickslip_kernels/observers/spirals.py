@@ -25,9 +25,10 @@ from math import inf, isnan, nan
 from .. import layout as at
 from ..contacts.stribeck.equations import weakening_in_lane
 from ..contacts.stribeck.friction import coefficient, line_slope
-from ..contacts.stribeck.laws import by_law, relaxation
+from ..contacts.stribeck.laws import relaxation
 from ..contacts.stribeck.table import Table, is_concave_from
 from ..jit import compiled
+from ..linking import by_law
 from .margin import note_closest_trough
 from .settling import NOTHING, certain_radius, drag_at, least_drag
 from .verdict import decide, decide_settled
@@ -73,7 +74,7 @@ def loses_in_all_loops(m, i, r):
     return False
 
 
-@by_law
+@by_law("sif:b")
 def relaxes_from(law, s, i, w):
     """Return whether the slope of the curve of lane i is concave from slip speed w on."""
     return s[at.RATE + i] * w >= relaxation(law, s[at.EXPONENT + i])

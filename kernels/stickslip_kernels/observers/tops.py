@@ -8,15 +8,16 @@ from math import inf, nan
 
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane
-from ..contacts.stribeck.laws import RECURRENCES, by_law_inline
+from ..contacts.stribeck.laws import RECURRENCES
 from ..dense import horner
 from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
+from ..linking import by_law
 from ..roots import FOR_A_VALUE, reverted
 
 
-@by_law_inline
+@by_law(":b", inline=True)
 def has_exact_derivatives(law):
     """Return whether the series tells the extrema of w', as those of the motion do."""
     return False
@@ -26,9 +27,12 @@ has_exact_derivatives.of(*RECURRENCES)(lambda law: True)
 
 
 @compiled(inline=True)
-def seek(law, s, i, speed, slope):
-    """Have an extremum of w, else of w', found in lane i; True where one of w' must be looked at instead."""
-    slope_here = slope & has_exact_derivatives(law)
+def seek(s, i, speed, slope, exact):
+    """Have an extremum of w, else of w', found in lane i; True where one of w' must be looked at instead.
+
+    exact : `has_exact_derivatives`.
+    """
+    slope_here = slope & exact
     s[at.SOUGHT + i] = select(speed, at.OF_SPEED, select(slope_here, at.OF_SLOPE, 0.0))
     return slope & (speed | (not slope_here))
 
@@ -40,8 +44,7 @@ def find_tops(law, s):
     if nonzero_bits(s, at.SOUGHT, WIDTH) != 0:
         guess_tops(s)
         close_in(s)
-        if has_exact_derivatives(law):
-            confirm_slopes(law, s)
+        confirm_slopes(law, s)
 
 
 @compiled(inline=True)
@@ -88,10 +91,12 @@ def close_in(s):
         give_up(s, i, (sought > 0.0) & (not found))
 
 
-@compiled(inline=True)
+@by_law("s:")
 def confirm_slopes(law, s):
     """The extrema of w' by the equation of motion, which tells besides whether they are (`roots.extreme_slope`)."""
     widest_vectors()
+    if not has_exact_derivatives(law):
+        return
     for i in range(at.WIDTH):
         t, sixth_snap = s[at.GUESS + i], s[at.GUESS_B + i]
         w, _, _, _, once, _, _ = horner(s, i, t)

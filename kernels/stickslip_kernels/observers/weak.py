@@ -18,11 +18,12 @@ from math import asin, cos, inf, log, pi, sin
 
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, next_speed, slope_in_lane, weakening_in_lane
-from ..contacts.stribeck.laws import by_law, inflection
+from ..contacts.stribeck.laws import inflection
 from ..contacts.stribeck.stepping import restart
 from ..contacts.stribeck.table import Table
 from ..dense import NODES, WEIGHTS
 from ..jit import compiled
+from ..linking import by_law
 from .settling import drag_at, drags_between
 
 SAFETY = 2.0
@@ -114,7 +115,7 @@ def next_radius(law, s, i, r, end):
     return way * min(way * end, max(min(outer, inner), way * r + LEAST * abs(end - r)))
 
 
-@by_law
+@by_law("si:f")
 def most_drag(law, s, i):
     """The largest gamma + mu' of loops that do not come to rest."""
     b, bend = s[at.B + i], inflection(law, s[at.EXPONENT + i]) / s[at.RATE + i]

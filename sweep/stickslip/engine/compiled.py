@@ -6,7 +6,7 @@ import warnings
 
 import llvmlite.binding as llvm
 
-from stickslip.engine.compiling import compile_apart
+from stickslip.engine.compiling import compile_apart, kept
 from stickslip.vocabulary.models import kernel_of, own_law
 from stickslip_kernels import objects, runtime
 from stickslip_kernels.allocate import NO_STATIONS
@@ -36,11 +36,8 @@ def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
 
 def is_cached(name: str, signals: bool = False) -> bool:
     """Return whether other processes will find the kernels of a law compiled."""
-    folder = objects.CACHE_FOLDER
-    name = kernel_of(name)
-    if objects.shipped(name, signals) is not None:
-        return True
-    return folder is not None and objects.read(folder / objects.name_of(name, signals)) is not None
+    law = kept(kernel_of(name))
+    return law is not None and kept(law.machine(signals)) is not None
 
 
 def warm_up(name: str = "stribeck", signals: bool = False) -> None:
@@ -63,7 +60,8 @@ def kernels(name: str, signals: bool = False) -> runtime.Kernels:
 
 def _addresses(name: str, signals: bool) -> runtime.Addresses:
     try:
-        return runtime.load(*compile_apart(name, signals), signals)
+        law = compile_apart(name)
+        return runtime.load(law, compile_apart(law.machine(signals)), signals)
     except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
         made = _compile_here(name, signals)
         text = f"the kernels are compiled in this process, and again in the next: {error}"
@@ -72,9 +70,10 @@ def _addresses(name: str, signals: bool) -> runtime.Addresses:
 
 
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
-    from stickslip_kernels import exports
+    from stickslip_kernels import contacts, exports
 
-    functions = exports.c_functions(name, signals)
+    _, file = contacts.of_law(name)
+    functions = exports.c_functions(file, file.LAWS[name], signals)
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
 

@@ -11,13 +11,12 @@ import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from itertools import product
 from pathlib import Path
 from time import perf_counter
 
 from stickslip_kernels import objects
+from stickslip_kernels.objects import Object
 
-Object = tuple[list[str], bytes]
 _log = logging.getLogger("stickslip")  # of what has to be known while it lasts; Python writes it to standard error
 _OWN_FOLDER = "name a folder of your own by the environment variable NUMBA_CACHE_DIR"
 _WITH_ITS_PARENT = (
@@ -25,24 +24,31 @@ _WITH_ITS_PARENT = (
 )
 
 
-def compile_apart(name: str, signals: bool) -> Object:
-    """The object with the kernels of this name: of the package, from the cache, or of another process, then put there.
+def kept(name: str) -> Object | None:
+    """The object of this name, of the package or from the cache."""
+    if brought := objects.shipped(name):
+        return brought
+    return None if objects.CACHE_FOLDER is None else objects.read(objects.CACHE_FOLDER / objects.file_of(name))
+
+
+def compile_apart(name: str) -> Object:
+    """The object of this name: of the package, from the cache, or of another process, then put there.
 
     Processes that begin at once each compile, and the last one's file stays, which is renamed whole. Warns, once the
     kernels are there, where they could not be kept. Raises RuntimeError with what the other process says if it fails.
     """
-    if brought := objects.shipped(name, signals):
+    if brought := objects.shipped(name):
         return brought
     if objects.CACHE_FOLDER is None:
-        made = _compile(name, signals)
+        made = _compile(name)
         _warn_not_compiled_here(objects.NO_CACHE)
         return made
-    path = objects.CACHE_FOLDER / objects.name_of(name, signals)
+    path = objects.CACHE_FOLDER / objects.file_of(name)
     if cached := _cached(path):
         return cached
-    made = _compile(name, signals)
+    made = _compile(name)
     try:
-        objects.write(path, *made)
+        objects.write(path, made)
     except OSError as error:
         _warn_not_compiled_here(f"{path.parent}: {error.strerror}")
     return made
@@ -63,10 +69,10 @@ def _cached(path: Path) -> Object | None:
     return cached
 
 
-def _compile(name: str, signals: bool) -> Object:
+def _compile(name: str) -> Object:
     began = perf_counter()
     _log.info("Compiling the kernels for this machine, once ...")
-    made = _made(objects.name_of(name, signals), name, signals, {})
+    made = _made(name, objects.file_of(name), {})
     _log.info("Compiled the kernels in %.0f s.", perf_counter() - began)
     return made
 
@@ -74,22 +80,29 @@ def _compile(name: str, signals: bool) -> Object:
 def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     """Write the objects of laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
 
-    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A law takes half a minute a kind.
+    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes ten seconds, a law three.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for kind, law, signals in product(kinds, laws, (False, True)):
-        name, target = objects.shipped_name(law, signals, kind), {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
-        objects.write(folder / name, *_made(name, law, signals, target))
-        written.append(folder / name)
+    written: list[Path] = []
+
+    def put(name: str, kind: str) -> Object:
+        file = objects.shipped_file(name, kind)
+        made = _made(name, file, {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""})
+        objects.write(folder / file, made)
+        written.append(folder / file)
+        return made
+
+    for kind in kinds:
+        machines = {made.machine(signals) for made in [put(law, kind) for law in laws] for signals in (False, True)}
+        for machine in sorted(machines):
+            put(machine, kind)
     return written
 
 
-def _made(name: str, kernel: str, signals: bool, settings: Mapping[str, str]) -> Object:
-    """An object of this name, from another process with these settings. Raises RuntimeError with what that says."""
-    arguments = f"{kernel!r}, {signals}, {name!r}"
-    done = _python(f"from stickslip_kernels.building import main; main({arguments})", settings)
-    if made := objects.unpacked(name, done.stdout):
+def _made(name: str, file: str, settings: Mapping[str, str]) -> Object:
+    """The object of this name, from another process with these settings. Raises RuntimeError with what that says."""
+    done = _python(f"from stickslip_kernels.building import main; main({name!r}, {file!r})", settings)
+    if made := objects.unpacked(file, done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")
     raise RuntimeError(f"no object {name} came of compiling the kernels\n{end.strip()[-2000:]}")

@@ -24,7 +24,7 @@ class Dahl(NamedTuple):
 
 
 TAG = Dahl(0)
-LAWS, REGIMES = {"dahl": TAG}, Recurrence
+LAWS, LINKED, REGIMES = {"dahl": TAG}, (), Recurrence
 STEP = 0.02  # of a radian of the free oscillation with the contact as a second spring
 
 

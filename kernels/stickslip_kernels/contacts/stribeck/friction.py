@@ -7,7 +7,8 @@ from math import inf, nan
 
 from ... import layout as at
 from ...jit import compiled
-from .laws import by_law, by_law_inline, inflection, last_weakening, shape, speed_of_shape_slope, weakening_slope
+from ...linking import by_law
+from .laws import inflection, last_weakening, shape, speed_of_shape_slope, weakening_slope
 from .table import Table, bend_between, place
 
 MOST_DOUBLINGS, HALVINGS = 60, 60
@@ -40,7 +41,7 @@ def speed_of_slope(law, cells, c, slope):
     return a4 * speed_of_shape_slope(law, (slope - a2) * a4 / a3, cells[at.DELTA, c])
 
 
-@by_law
+@by_law("ci:f")
 def speed_of_minimum(law, cells, c):
     """Slip speed v_min of cell c at which the falling branch of its curve ends in a minimum.
 
@@ -56,7 +57,7 @@ def speed_of_minimum(law, cells, c):
     return nan if coefficient_slope(law, cells, c, far) < 0.0 else 0.0
 
 
-@by_law
+@by_law("ciff:f")
 def least_coefficient(law, cells, c, low, high):
     """The least friction coefficient of cell c at slip speeds from `low` to `high`."""
     least = min(coefficient(law, cells, c, low), coefficient(law, cells, c, high))
@@ -64,7 +65,7 @@ def least_coefficient(law, cells, c, low, high):
     return min(least, coefficient(law, cells, c, minimum)) if low < minimum < high else least
 
 
-@by_law_inline
+@by_law("ci:p", inline=True)
 def stable_speeds(law, cells, c):
     """The widest interval about the belt speed of slip speeds at which gamma + mu' > 0; empty if it is not there.
 
@@ -99,7 +100,7 @@ def stable_about_belt(law, cells, c):
     return low, inf
 
 
-@by_law
+@by_law()
 def steepest(law, cells, c):
     """The largest slope that a first step on the curve of cell c must allow for, either way."""
     return abs(coefficient_slope(law, cells, c, cells[at.A4, c] * inflection(law, cells[at.DELTA, c])))

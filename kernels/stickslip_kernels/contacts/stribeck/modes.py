@@ -18,10 +18,14 @@ from ...events import LEVEL_REACHED, NO_EVENT, TURNED, end_motion, grazes, may_t
 from ...jit import compiled
 from ...machine import DONE, RUNNING
 from ...observers.regime import Regime
+from ...observers.settling import has_no_drag, least_drag
+from ...observers.spirals import relaxes_from
+from ...observers.tops import confirm_slopes, has_exact_derivatives
+from ...observers.weak import most_drag
 from ...roots import arrival
 from . import laws, stepping, table
 from .equations import jerk_in_lane, slope_in_lane, state_at, weakening_in_lane
-from .friction import coefficient, speed_of_minimum
+from .friction import coefficient, least_coefficient, speed_of_minimum, stable_speeds
 from .hysteresis import fall
 from .resolvable import know_steepness
 from .slip import begin_slip, displacement_in_lane, enter_curve, set_slip
@@ -186,6 +190,12 @@ class StribeckContact(NamedTuple):
 
 
 TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS | table.LAWS, Regime
+LINKED = (
+    laws.shape, laws.weakening_slope, laws.last_weakening, laws.hidden_depth, laws.next_station, laws.has_kinks,
+    speed_of_minimum, least_coefficient, stable_speeds, has_no_drag, least_drag, most_drag, relaxes_from,
+    has_exact_derivatives, confirm_slopes, stepping.try_step, stepping.begin_stepping, stepping.restart,
+    stepping.extreme_slope,
+)  # fmt: skip
 
 
 def try_step(m):

@@ -12,8 +12,9 @@ from math import inf
 from typing import Any, NamedTuple
 
 from ... import layout as at
-from ...intrinsics import as_index, bits_of, select
+from ...intrinsics import bits_of, select
 from ...jit import compiled
+from ...linking import columns_at, with_stations
 from . import laws
 from .laws import shape, weakening_slope
 
@@ -35,7 +36,7 @@ class Table(NamedTuple):
 
 LAWS = {"table": Table(0.0)}
 
-laws.with_stations.of(Table)(lambda law, stations: Table(stations))
+with_stations.of(Table)(lambda law, stations: Table(columns_at(stations, (at.STATION_ROWS, at.STATIONS))))
 
 
 def search(row, starts):
@@ -47,11 +48,11 @@ def search(row, starts):
     @compiled(inline=True)
     def place(stations, z):
         bucket = (bits_of(z + at.BUCKET_START) >> at.BUCKET_SHIFT) - at.FIRST_BUCKET
-        k = as_index(stations[starts, as_index(min(max(bucket, 0), at.STATIONS - 1))])
-        k = as_index(k + (z >= stations[row, k + 1]))  # as a branch it would be mispredicted as often as not
+        k = int(stations[starts, min(max(bucket, 0), at.STATIONS - 1)])
+        k += z >= stations[row, k + 1]  # as a branch it would be mispredicted as often as not
         while z >= stations[row, k + 1]:
             k += 1
-        return as_index(k)
+        return k
 
     return place
 

@@ -20,8 +20,9 @@ from ...dense import conservative_work, horner, subtract_damper_work
 from ...exponential import rough_exp2, rough_log2
 from ...intrinsics import select, widest_vectors
 from ...jit import compiled
+from ...linking import by_law
 from .extreme_slope import extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
-from .laws import RECURRENCES, bends, by_law_inline, shape, steps_over, weakening_slope
+from .laws import RECURRENCES, bends, shape, steps_over, weakening_slope
 from .resolvable import may_bend_twice, may_hide
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
@@ -145,7 +146,7 @@ def expansion(recurrence):
     return lambda law, s: loops(s)
 
 
-@by_law_inline
+@by_law(inline=True)
 def find_coefficients(law, s):
     """The coefficients of w, w' and the weakening about the present state of every lane."""
     raise NotImplementedError

@@ -30,71 +30,69 @@ The law of a table, whose shape is numbers of a run, is in `../table.py`.
 from importlib import import_module
 from math import inf
 
-from ....jit import by_type
+from ....linking import by_law
 
 _NAMES = ("stribeck", "stribeck_delta", "rational", "cubic", "gaussian")
 _FILES = {name: import_module(f".{name}", __name__) for name in _NAMES}
 LAWS = {name: file.TAG for name, file in _FILES.items()}
 RECURRENCES = {type(file.TAG): file.RECURRENCE for file in _FILES.values() if hasattr(file, "RECURRENCE")}
-by_law = by_type(lambda law, *_: law)
-by_law_inline = by_type(lambda law, *_: law, inline=True)
 
 
-@by_law_inline
+@by_law("ff:f", inline=True)
 def shape(law, z, delta):
     """Shape of the law at z = w/a4."""
     raise NotImplementedError
 
 
-@by_law_inline
+@by_law("ffff:f", inline=True)
 def weakening_slope(law, z, x, drop, delta):
     """drop shape'(z), given x = drop shape(z)."""
     raise NotImplementedError
 
 
-@by_law
+@by_law()
 def speed_of_shape_slope(law, slope, delta):
     """The largest z with shape'(z) = slope."""
     raise NotImplementedError
 
 
-@by_law
+@by_law()
 def inflection(law, delta):
     """From this z on, the slope only grows: everywhere, where the curve is convex."""
     return 0.0
 
 
-@by_law
+@by_law()
 def relaxation(law, delta):
     """From this z on, the slope is concave: nowhere, where a law does not say so."""
     return inf
 
 
-@by_law
+@by_law("f:f")
 def last_weakening(law, delta):
     """From this z on, the shape is constant to rounding."""
     return inf
 
 
-@by_law
+@by_law("f:f")
 def hidden_depth(law, delta):
     """Return how far z may dip inside a step below its ends: no limit, where any point of a curve tells all of it."""
     return inf
 
 
-@by_law_inline
+@by_law(inline=True)
 def steps_over(law, z, z_end, rise, rise_end):
     """Return whether a Taylor step has passed over weakening unseen: never, where the shape only grows below z = 0."""
     return False
 
 
-@by_law_inline
+@by_law(inline=True)
 def bends(law):
     """Return whether w'' may vanish twice within a step."""
     return False
 
 
-@by_law_inline
+@by_law(inline=True)
 def passes_unseen(law, z, z_end, rise, rise_end):
     """Return whether a Runge-Kutta step from z to z_end, over which z changes at these rates, may have passed over
     friction unseen: never, where hidden_depth and last_weakening tell it.
@@ -102,7 +100,7 @@ def passes_unseen(law, z, z_end, rise, rise_end):
     return False
 
 
-@by_law_inline
+@by_law("ff:f", inline=True)
 def next_station(law, z, way):
     """The next place after z, upwards (way 1) or downwards (-1), that no panel of a quadrature over the slope should
     pass: infinitely far, as of an analytic shape.
@@ -110,16 +108,10 @@ def next_station(law, z, way):
     return way * inf
 
 
-@by_law_inline
+@by_law(":b", inline=True)
 def has_kinks(law):
     """Return whether the slope may have kinks: never, where the shape is analytic."""
     return False
-
-
-@by_law_inline
-def with_stations(law, stations):
-    """The tag with the numbers of a table."""
-    return law
 
 
 def _after_tag(function):
