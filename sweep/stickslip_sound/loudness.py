@@ -9,7 +9,6 @@ Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and 0 
 """
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Any, Unpack, cast
 
 import numpy as np
@@ -39,11 +38,20 @@ from stickslip.runs.threads import CellsOrConfig
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells, Parameters, taken
-from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip_sound.cycles import RTOL, cycles_of
-from stickslip_sound.series import HIGHEST, Series, samples_for, series_of
-from stickslip_sound.variables import LEVEL, LEVEL_VARIABLES
+from stickslip.vocabulary.results import VARIABLES
+from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of
+
+LEVEL = Variable(
+    "acceleration_level_a", "1", "time-average A-weighted level of the acceleration, dB re 1e-6 m/s2",
+    comment="Of the limit cycle, from the Fourier series of one period, up to 20 kHz; IEC 61672-1, ISO 1683. No level "
+    "of sound pressure: levels of cells can be compared with each other. NaN where there is no cycle; -inf where "
+    "nothing of it is heard.",
+)  # fmt: skip
+LEVEL_VARIABLES: dict[str, Variable] = {
+    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
+} | {LEVEL.name: LEVEL}
 
 Floats = NDArray[np.float64]
 _POLES = 20.598997, 107.65265, 737.86223, 12194.217  # Hz
@@ -53,22 +61,18 @@ FORGOTTEN = 0.25  # s after which the weighting, whose slowest poles lie at 20.6
 MOST_HARMONICS = 2**17  # of a slip: one that takes longer than 6.5 s is summed up to less than 20 kHz
 CLEAR = 100.0  # what is less than so many times the rounding of the samples, in its square, is none
 _TOGETHER = 2**20  # samples, about
-_REACHED = STATUSES.index("horizon_reached")
 _BLOCK = 256  # cells
-
-
-def _unscaled(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-    f2 = frequency * frequency
-    p1, p2, p3, p4 = (pole * pole for pole in _POLES)
-    return np.asarray(p4 * f2 * f2 / ((f2 + p1) * np.sqrt((f2 + p2) * (f2 + p3)) * (f2 + p4)))
-
-
-_AT_1_KHZ = float(_unscaled(np.array(1000.0)))
 
 
 def a_weighting(frequency: ArrayLike) -> NDArray[np.float64]:
     """The factor on the amplitude of a tone of a frequency (Hz): 1 at 1 kHz, 0 at 0."""
-    return _unscaled(np.asarray(frequency, np.float64)) / _AT_1_KHZ
+
+    def unscaled(f: Floats) -> Floats:
+        f2 = f * f
+        p1, p2, p3, p4 = (pole * pole for pole in _POLES)
+        return np.asarray(p4 * f2 * f2 / ((f2 + p1) * np.sqrt((f2 + p2) * (f2 + p3)) * (f2 + p4)))
+
+    return unscaled(np.asarray(frequency, np.float64)) / float(unscaled(np.array(1000.0)))
 
 
 def decibels(factor: ArrayLike) -> NDArray[np.float64]:
@@ -97,7 +101,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
         own, count, window = taken(cycles.cells, part), intervals[part], windows[part]
         motions, ends, status = sampled(own, window / count, count + 1, options, cycles.begin[part])
         squares = np.full(part.size, np.nan)
-        for i in np.flatnonzero(status == _REACHED).tolist():
+        for i in np.flatnonzero(status == REACHED).tolist():
             series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[part][i]))
             squares[i] = _heard(series, float(np.abs(motions[i]).max()), int(count[i]))
         level[cycles.which[part]] = decibels(np.sqrt(squares * window / cycles.period[part]) / REFERENCE)
@@ -156,43 +160,31 @@ def levels(
     solver = SolverKeywords(**{"rtol": RTOL, **solver})
     cells, law, text, title = _cells(cells_or_config, solver)
     options = Options.of(SolverKeywords(**{**solver, "law": law}))
-    zero = 0.0 if reference is None else _level_of(reference, options)
-    warm_up(law)
-    warm_up(law, signals=True)
-    starts = range(0, max(cells.size, 1), _BLOCK)
-    parts = (cells[start : min(start + _BLOCK, cells.size)] for start in starts)
+    zero = np.zeros(1) if reference is None else levels(reference, **{**solver, "law": law})[LEVEL.name].values
+    if not (zero.size == 1 and np.isfinite(zero).all()):
+        raise ValueError("reference: has no level to compare with, expected one cell whose cycle is heard")
+    for signals in (False, True):
+        warm_up(law, signals)
+    ends = np.minimum(np.arange(_BLOCK, cells.size + _BLOCK, _BLOCK), cells.size).tolist()
+    parts = (cells[end - (end - 1) % _BLOCK - 1 : end] for end in ends)
     columns = []
     with watched(progress, "cells", law) as moved:
-        for part, start in zip(
-            in_order(lambda part: _columns(part, options), parts, options.threads), starts, strict=True
-        ):
+        for end, part in zip(ends, in_order(lambda part: _columns(part, options), parts, options.threads), strict=True):
             columns.append(part)
             if moved:
-                moved(min(start + _BLOCK, cells.size), cells.size)
+                moved(end, cells.size)
     whole = joined(columns)
     variables = {name: variable_of(row, cells.dims, whole[name].reshape(cells.shape))
                  for name, row in LEVEL_VARIABLES.items()}  # fmt: skip
     attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
     dataset = xr.Dataset(variables, grid_coordinates(cells), attributes)
     if reference is not None:
-        dataset[LEVEL.name][...] -= zero
+        dataset[LEVEL.name][...] -= zero[0]
         dataset[LEVEL.name].attrs |= {
             "long_name": "time-average A-weighted level of the acceleration, dB re a reference cell",
             "reference_cell": ", ".join(f"{name} = {value:g}" for name, value in reference.items()),
         }
     return dataset
-
-
-def summary(ds: xr.Dataset) -> dict[str, Any]:
-    """Numbers of cells with and without a level, and the range of levels (dB), of what `levels` gives."""
-    level = ds[LEVEL.name]
-    known = level.values[np.isfinite(level.values)]
-    ends = (float(known.min()), float(np.median(known)), float(known.max())) if known.size else (None, None, None)
-    return {
-        "cells": level.size, "without_cycle": int(np.isnan(level.values).sum()),
-        "not_heard": int(np.isneginf(level.values).sum()), "with_level": int(known.size),
-        **dict(zip(("lowest", "median", "highest"), ends, strict=True)), "long_name": level.attrs["long_name"],
-    }  # fmt: skip
 
 
 def _columns(part: Parameters, options: Options) -> Results:
@@ -201,17 +193,6 @@ def _columns(part: Parameters, options: Options) -> Results:
     results, level = levels_of(cells, options, stop_flag())
     results[LEVEL.name] = level
     return {name: results[name].astype(np.float64) for name in LEVEL_VARIABLES}
-
-
-def _level_of(reference: Mapping[str, float], options: Options) -> float:
-    """The level of a reference (dB). Raises ValueError."""
-    cell = as_cells(reference, options.law)
-    if cell["mass"].size != 1:
-        raise ValueError("reference: expected one cell, every parameter one number")
-    level = float(levels_of(cell, options, stop_flag())[1][0])
-    if not isfinite(level):
-        raise ValueError("reference: this cell has no cycle that is heard, and so no level to compare with")
-    return level
 
 
 def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, str, str]:
@@ -232,13 +213,10 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
 def _of_result(ds: xr.Dataset) -> Cells:
     """The cells of a result, or of a part of one, from its coordinates and what its configuration fixes."""
     recipe, regime = recipe_of(ds, "the dataset"), ds["regime"]
-    coordinates = {str(name): values.variable for name, values in ds.coords.items()}
-    known = {quantity_of(str(name)): values for name, values in ds.coords.items() if values.dtype.kind in "fiu"}
-    listed = {
-        name: values.broadcast_like(regime).transpose(*regime.dims).values.ravel()
-        for name, values in known.items()
-        if name in QUANTITIES
-    }
+    numbers = {quantity_of(str(name)): values for name, values in ds.coords.items() if values.dtype.kind in "fiu"}
+    listed = {name: values.broadcast_like(regime).transpose(*regime.dims).values.ravel()
+              for name, values in numbers.items() if name in QUANTITIES}  # fmt: skip
     fixed = recipe.fixed() if isinstance(recipe, Config) else {}
     fixed = {name: value for name, value in fixed.items() if name not in listed}
+    coordinates = {str(name): values.variable for name, values in ds.coords.items()}
     return Cells(tuple(map(str, regime.dims)), regime.shape, fixed, listed=listed, labelled=lambda: coordinates)

@@ -128,7 +128,7 @@ def test_a_reference_is_zero_decibels():
     plain = levels(COULOMB | {"stiffness": [50.0, 5000.0]})[LEVEL]
     assert float(found[0]) == pytest.approx(float(plain[0] - plain[1]), abs=1e-9)
     assert "reference cell" in found.attrs["long_name"] and "stiffness = 5000" in found.attrs["reference_cell"]
-    with pytest.raises(ValueError, match="no cycle"):
+    with pytest.raises(ValueError, match="no level"):
         levels(COULOMB, reference=PAIR | {"belt_speed": 0.9})
 
 

@@ -10,8 +10,7 @@ from helpers.scipy_oscillator import SHAPES
 from stickslip.engine import Options, compute, sampled
 from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells
-from stickslip_sound.cycles import cycles_of
-from stickslip_sound.series import Series, samples_for, series_of
+from stickslip_sound.series import Series, cycles_of, samples_for, series_of
 
 CASES = STICKING | SUSTAINED
 
