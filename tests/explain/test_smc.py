@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip_explain.smc import tempered
+from stickslip_explain.study import tempered
 
 DESIGN = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 1.0]])
 NOISE = np.diag([0.1, 0.2]) ** 2
