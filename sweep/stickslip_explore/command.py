@@ -43,7 +43,7 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     except ImportError:
         fail("the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'")
     from stickslip import engine
-    from stickslip_explore.source import open_source
+    from stickslip_explore.view import open_source
 
     source = open_source(config, params.settings())
     for signals in (False, True):

@@ -1,4 +1,4 @@
-"""The widgets beside the map (sides, variable, sliders) and below it (pins, sound, what reproduces it)."""
+"""The widgets beside the map (sides, variable, sliders) and below it (sound, what reproduces it)."""
 
 import base64
 from collections.abc import Callable
@@ -12,10 +12,8 @@ from stickslip import extensions
 from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.parameter import NAN
 from stickslip_explore.html import part
-from stickslip_explore.motions import CellMotions
 from stickslip_explore.page import WIDGETS, Page, calling, place_format, words
-from stickslip_explore.source import Source
-from stickslip_explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of
+from stickslip_explore.view import SliderRange, Source, View, is_listed, labels_of, sides, sliders_of
 
 _STEPS = 400  # of a slider
 _ROUNDING = 1e-6  # of a step: what the browser makes of zero, adding up steps
@@ -118,31 +116,20 @@ def _select(
 
 
 class Actions:
-    """The widgets, and the places for words, below the map.
+    """The widgets, and the places for words, below the map. Calls `hear`."""
 
-    Calls `pin` with "A" or "B", `unpin`, `hear` with "cell", "A" or "B".
-    """
-
-    def __init__(
-        self, page: Page, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None]
-    ) -> None:  # fmt: skip
+    def __init__(self, page: Page, hear: Callable[[], None]) -> None:
         self._page = page
         self._wave = ColumnDataSource({"wav": []}, name="sound")
         self._wave.js_on_change("data", calling("play", wave=self._wave))
         self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
         self._heard = words("heard")
         self._heard.visible = False
-        pins = [_button(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
-        sounds = [
-            _button(f"▶ {label}", f"hear_{name}", partial(hear, name))
-            for label, name in (("Hear the cell", "cell"), ("A", "A"), ("B", "B"))
-        ]
-        hearing = _row(*sounds, self._pace)
+        button = Button(label="▶ Hear the cell", name="hear", stylesheets=[WIDGETS])
+        button.on_click(hear)
         copies = _row(self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml"))
-        rows = [_row(*pins, _button("Unpin", "unpin", unpin)), hearing, self._heard, copies, page.reproduce]
-        if "sound" not in extensions.brought("calls"):
-            rows = [row for row in rows if row not in (hearing, self._heard)]
-        self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
+        sounds = [_row(button, self._pace), self._heard] if "sound" in extensions.brought("calls") else []
+        self.column = Column(children=[*sounds, copies, page.reproduce], name="below", sizing_mode="stretch_width")
         self.column.tags = [self._wave]  # what no widget shows is a part of the document all the same
 
     @property
@@ -154,23 +141,12 @@ class Actions:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
         self._heard.visible = True
-        self._heard.text = part("sound", name, heard.described(), heard.remarks())
+        self._heard.text = part("sound", name, heard.described())
 
     def _copying(self, label: str, which: str) -> Button:
         button = Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
         button.js_on_click(calling("copy", texts=self._page.texts, which=which, button=button, label=label))
         return button
-
-
-def sound_of(motions: CellMotions, pace: float) -> Any:
-    """The sound of a cell, from its start, by `stickslip.sound`. Raises NotReachedError."""
-    return extensions.call("sound", "stickslip").of(motions.cell, _SECONDS, law=motions.law, slow=pace)
-
-
-def _button(label: str, name: str, call: Callable[[], None]) -> Button:
-    button = Button(label=label, name=name, stylesheets=[WIDGETS])
-    button.on_click(call)
-    return button
 
 
 def _row(*widgets: Any) -> Row:

@@ -1,7 +1,7 @@
-"""The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
+"""The picture of a view: cells computed or read, as colours, numbers and words."""
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import prod
 
 import numpy as np
@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.grid import options_of
-from stickslip.config.model import Config, Range
-from stickslip.config.studies import Study, section_of_call
+from stickslip.config.model import Config
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis, unit_of
@@ -20,16 +19,11 @@ from stickslip.engine import StopFlag, blocks, in_order, warm_up
 from stickslip.errors import StoppedError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.work import MapStudy
-from stickslip.studies.border import Border, BorderStudy
-from stickslip.studies.contours import Contours, ContourStudy
-from stickslip.studies.lines import opened
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS
-from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.units import spelled
-from stickslip_explore.source import Source
-from stickslip_explore.view import FULL, Sides, View
+from stickslip_explore.view import FULL, Sides, Source, View
 
 Floats = NDArray[np.float64]
 SHADES = 256  # colours of a picture
@@ -288,57 +282,3 @@ def _usual(values: Floats) -> Sequence[float]:
 
 def _label(array: xr.DataArray) -> str:
     return str(array.attrs.get("long_name", array.name))
-
-
-Line = tuple[NDArray[np.float64], NDArray[np.float64]]
-# To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
-# a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
-_BORDER_POINTS, _STEPS = 128, 10_000
-_LIMITS = {"scan": 64, "tolerance": 1e-5}
-
-
-def border_lines(config: Config, shown: MapPicture, stop: StopFlag) -> list[Line] | None:
-    """The exact borders in the map of a configuration: x and y of each line; None if the flag was raised.
-
-    In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
-    """
-    options = options_of(config)
-    options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
-    limits = _LIMITS | {"tolerance": max(_LIMITS["tolerance"], model_of(options.law).border_tolerance)}
-    ranges = [axis for axis in config.axes if isinstance(axis, Range)]
-    if not ranges:
-        return []
-    study: Study
-    if len(ranges) == 2:
-        of_axes = {axis.name: None for axis in ranges}
-        cells, (y, x) = opened(config, of_axes, _BORDER_POINTS, options)
-        study = ContourStudy(cells, y, x, section_of_call(Contours, **limits), options)
-    else:
-        section = section_of_call(Border, along=ranges[0].name, **limits)
-        cells, (side,) = opened(config, section.ranges(config), section.scan, options)
-        study = BorderStudy(cells, side, section, options)
-    try:
-        results = study.compute(range(prod(study.shape)), stop)
-    except StoppedError:
-        return None
-    if len(ranges) == 1:
-        return _strokes(study.dataset([results], {}), shown, ranges[0].name == shown.x.name)
-    ends = np.cumsum(results["node_count"])[:-1]
-    columns = (shown.x.places(results["x"]), shown.y.places(results["y"]))
-    return [(x, y) for x, y in zip(*(np.split(column, ends) for column in columns), strict=True) if x.size]
-
-
-def _strokes(ds: xr.Dataset, shown: MapPicture, along_x: bool) -> list[Line]:
-    """The crossings of lines side by side, each as a stroke as wide as its pixel."""
-    (across,) = (dim for dim in ds["border"].dims if dim != "crossing")
-    if MapAxis(ds, across).is_numeric:
-        ds = ds.sortby(across)  # as pictures are
-    crossings = ds["border"].transpose(across, "crossing").values
-    beside, along = (shown.y, shown.x) if along_x else (shown.x, shown.y)
-    half = 0.5 * (beside.ends[1] - beside.ends[0]) / len(beside.centres)
-    strokes: list[Line] = []
-    for middle, row in zip(beside.centres, crossings, strict=True):
-        for value in row[np.isfinite(row)]:
-            ends, level = np.array([middle - half, middle + half]), along.places(np.full(2, value))
-            strokes.append((level, ends) if along_x else (ends, level))
-    return strokes

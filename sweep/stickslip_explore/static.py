@@ -23,10 +23,9 @@ from stickslip.plots import pages
 from stickslip.vocabulary.display_units import spoken
 from stickslip_explore import maps, page
 from stickslip_explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
-from stickslip_explore.maps import MapPicture, border_lines
-from stickslip_explore.motions import Motion, motions_by_line, motions_of
-from stickslip_explore.source import Source
-from stickslip_explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
+from stickslip_explore.maps import MapPicture
+from stickslip_explore.motions import Motion, motions_of
+from stickslip_explore.view import Sides, Source, View, cell_of_view, config_of, first_view, is_listed, labels_of
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
 CELLS: Sides = (10, 14)  # whose motions are in it
@@ -55,7 +54,6 @@ def page_html(source: Source) -> str:
     pictures, data = sheets[0]
     first = pictures["regime"]
     whole.show_map(first)
-    whole.map.lines.data = data["lines"]
     _show_cell(whole, min(data["cells"], key=lambda cell: _from_middle(first, cell)))
     about = part("about", __version__, len(sheets), " x ".join(map(str, first.shades.shape)), len(data["cells"]),
                  source.name)  # fmt: skip
@@ -78,7 +76,7 @@ def _from_middle(shown: MapPicture, cell: Mapping[str, Any]) -> float:
 def _show_cell(whole: page.Page, cell: Mapping[str, Any]) -> None:
     """Show a cell as the page does itself once one clicks (`draw_nearest` of `page.js`)."""
     whole.cell.draw(cell)
-    whole.map.marks.data = {"x": [cell["x"]], "y": [cell["y"]], "name": [""], "colour": ["white"]}
+    whole.map.mark.data = {"x": [cell["x"]], "y": [cell["y"]]}
     whole.cell_words.text, whole.numbers.text = cell["words"], cell["numbers"]
 
 
@@ -140,7 +138,6 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, MapPicture
             for name, shown in pictures.items()
         },
         "columns": page.columns_of(first), "meta": page.meta_of(first),
-        "lines": page.lines_of(border_lines(config, first, stop_flag()) or []),
         "cells": [_cell(source, view, first, i, j) for i, j in _places(first, cells)],
     }  # fmt: skip
 
@@ -164,14 +161,13 @@ def _cell(source: Source, view: View, shown: MapPicture, i: int, j: int) -> dict
     """The words and curves of the cell of a pixel, for `page.js`."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
     motions = motions_of(cell_of_view(source, view, at), source.options)
-    by_line = motions_by_line(motions, {})
-    drawn = page.cell_data(motions, {line: _thinned(motion) for line, motion in by_line.items()})
+    drawn = page.cell_data(motions, {line: _thinned(motion) for line, motion in motions.motions.items()})
     light = {name: {key: np.asarray(v, np.float32) for key, v in drawn["data"][name].items()} for name in _SOURCES}
     command = part("command", simulate_command(source, view, at, motions))
     return drawn | {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), "data": light,
         "words": cell_html(motions, place_words(shown, at), at, _NEAREST),
-        "numbers": numbers_html(by_line, shown.units) + command,
+        "numbers": numbers_html(motions.motions, shown.units) + command,
     }  # fmt: skip
 
 
@@ -225,8 +221,8 @@ def _controls(
     given = {
         "sheets": ColumnDataSource({}, name="sheets", tags=sheets),
         "variable": variable, "point": point, "mapper": whole.map.mapper, "cells": whole.map.cells,
-        "regions": whole.map.regions, "legend": whole.legend, "lines": whole.map.lines, "columns": whole.map.columns,
-        "marks": whole.map.marks, "belt": whole.cell.belt, "plots": whole.cell.plots,
+        "regions": whole.map.regions, "legend": whole.legend, "columns": whole.map.columns,
+        "mark": whole.map.mark, "belt": whole.cell.belt, "plots": whole.cell.plots,
         "sources": {name: whole.cell.sources[name] for name in _SOURCES},
         "cell_words": whole.cell_words, "numbers": whole.numbers,
     }  # fmt: skip

@@ -22,23 +22,14 @@ import stickslip
 from helpers.configs import HOSTILE, write_config
 from helpers.pages import tags
 from stickslip.cli import main
-from stickslip_explore.source import open_source
+from stickslip_explore.view import open_source
 
 pytest.importorskip("bokeh")
-from stickslip_explore import maps, static  # noqa: E402
+from stickslip_explore import static  # noqa: E402
 from stickslip_explore.server import Explorer  # noqa: E402
 from stickslip_explore.static import page_html  # noqa: E402
 
 NETWORK = re.compile(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", re.IGNORECASE)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def coarse_borders():
-    """What is drawn is looked at elsewhere."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(maps, "_BORDER_POINTS", 16)
-        patch.setitem(maps._LIMITS, "scan", 8)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +176,7 @@ def test_the_page_opens_with_the_motion_of_the_cell_nearest_to_the_middle(page):
         data = dict(named[name]["data"]["entries"])
         assert all(len(data[column]["array"]["data"]) > 100 for column in columns), name
     assert all(column["shape"] == [0] for column in dict(named["blank"]["data"]["entries"]).values())
-    marks = dict(named["map_marks"]["data"]["entries"])
+    marks = dict(named["map_mark"]["data"]["entries"])
     sheet = dict(named["sheets"]["tags"][0]["entries"])
     cells = [dict(cell["entries"]) for cell in sheet["cells"]]
     (shown,) = [cell for cell in cells if [cell["x"], cell["y"]] == [*marks["x"], *marks["y"]]]
