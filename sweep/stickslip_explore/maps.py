@@ -39,8 +39,8 @@ _PLACES, _SHAPE, _WIDE = 40, 3.0, 0.09  # places along a side where names may st
 class MapSide:
     """One side of a map in the coordinates of the page: values in a unit, their logarithm, or positions 0, 1, 2 ...
 
-    ends : edges of the first and the last pixel. centres : of the pixels. values : there, in SI, or positions. labels :
-    of listed points.
+    ends : edges of the first and the last pixel. centres, values : of the pixels, there and in SI. labels : of listed
+    points.
     """
 
     name: str
@@ -52,16 +52,12 @@ class MapSide:
     values: Floats
     labels: tuple[str, ...] = ()
 
-    def places(self, values: Floats) -> Floats:
-        """Coordinates on the page of values in SI."""
+    def place(self, value: ArrayLike) -> Floats:
+        """The coordinates on the page of values in SI, or of positions."""
         if self.kind == "listed":
-            return np.asarray(values, np.float64)
-        scaled = np.asarray(values, np.float64) / self.unit.size
-        return np.log10(scaled) if self.kind == "log" else scaled
-
-    def place(self, value: float | int) -> float:
-        """The coordinate on the page of a value in SI, or of a position."""
-        return float(self.places(np.array([value], np.float64))[0])
+            return np.asarray(value, np.float64)
+        scaled = np.asarray(value, np.float64) / self.unit.size
+        return np.asarray(np.log10(scaled) if self.kind == "log" else scaled)
 
     def nearest(self, place: float) -> int:
         """The pixel at a coordinate of the page."""
@@ -93,7 +89,7 @@ class MapPicture:
 
     shades : (rows, columns), numbers of colours in `palette`, which has `SHADES`. legend : names and colours of flags.
     ticks : of the scale of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not
-    one cell. cells : the dataset behind it. regions : names of flags, and where they are written: x and y.
+    one cell. regions : names of flags, and where they are written: x and y.
     """
 
     y: MapSide
@@ -106,7 +102,6 @@ class MapPicture:
     ticks: tuple[tuple[float, str], ...]
     note: str
     columns: tuple[PixelColumn, ...]
-    cells: xr.Dataset
     regions: tuple[tuple[str, float, float], ...] = ()
 
     @property
@@ -167,7 +162,7 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> MapPicture:
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return MapPicture(
         y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit),
-        coarse.pixel_note(pixel, is_flag), columns, ds, regions(variable, shades, y, x) if is_flag else (),
+        coarse.pixel_note(pixel, is_flag), columns, regions(variable, shades, y, x) if is_flag else (),
     )  # fmt: skip
 
 
@@ -202,7 +197,7 @@ def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> MapSide:
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
     scale = MapSide(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
-    ends, centres = scale.places(np.array([edges[0], edges[-1]])), scale.places(values)
+    ends, centres = scale.place(np.array([edges[0], edges[-1]])), scale.place(values)
     return MapSide(name, title, scale.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
 
 

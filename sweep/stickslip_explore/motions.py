@@ -60,10 +60,10 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class CellMotions:
-    """Both motions of a cell, the second None where the belt is at rest; and what is behind them.
+    """Both motions of a cell (parameters in SI), the second None where the belt is at rest; and what is behind them.
 
-    cell : its parameters in SI. law : of friction. steady : displacement of steady sliding, NaN where the belt is at
-    rest. curve : slip speeds and friction coefficients. cycle : the unstable cycle, where one is known.
+    steady : displacement of steady sliding, NaN where the belt is at rest. curve : slip speeds and friction
+    coefficients. cycle : the unstable cycle, where one is known.
     """
 
     cell: Mapping[str, float]

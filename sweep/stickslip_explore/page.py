@@ -36,13 +36,6 @@ def calling(function: str, **given: Any) -> models.CustomJS:
     return models.CustomJS(args=given, code=f"stickslip.{function}({{{', '.join(given)}}}, cb_obj)")
 
 
-def place_format(log: bool, unit: str, least: float) -> models.CustomJSTickFormatter:
-    """Places on a slider as values in their unit. least : what is closer to zero is zero."""
-    return models.CustomJSTickFormatter(
-        code="return stickslip.place_label(tick, log, unit, least)", args={"log": log, "unit": unit, "least": least}
-    )
-
-
 def _figure(name: str, **more: Any) -> figure:
     """A figure without the logo and with what all of them have in common."""
     plot = figure(tools=TOOLS, name=name, sizing_mode="stretch_both", **more)
@@ -185,21 +178,20 @@ class CellFigures:
             self.belt.append(models.Span(dimension="width", line_color=VERMILLION, line_dash="dashed", visible=False))
             plots[name].add_layout(self.belt[-1])
 
-    def draw(self, drawn: Mapping[str, Any], has_belt: bool = True) -> None:
-        """Draw what `cell_data` made."""
+    def draw(self, current: CellMotions | None) -> None:
+        """Draw the motions of a cell, and what surrounds them."""
+        drawn = cell_data(current, {} if current is None else current.motions)
         for name, plot in self.plots.items():
             plot.xaxis.axis_label, plot.yaxis.axis_label = drawn["titles"][name]
         for name, data in drawn["data"].items():
             self.sources[name].data = data
         for line in self.belt:
-            line.location, line.visible = drawn["belt"], has_belt
+            line.location, line.visible = drawn["belt"], current is not None
 
 
 def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dict[str, Any]:
-    """Data of the figures of a cell: `data` of all sources, `titles` of the axes by figure, the place of the `belt`.
-
-    motions : by the names of `LINES`. current : the cell that they are of.
-    """
+    """Of the figures of a cell and of motions by the names of `LINES`: `data` of all sources, `titles` of the axes by
+    figure, the place of the `belt`."""
     units = _units([motion for motion in motions.values() if motion.samples])
 
     def scaled(**columns: Any) -> dict[str, Any]:
@@ -270,22 +262,15 @@ class Page:
 
     def show_cell(self, current: CellMotions | None, text: str, units: Mapping[str, Unit]) -> None:
         """Draw the motions of the clicked cell, and say their numbers, in units by variable."""
-        motions = {} if current is None else current.motions
-        self.cell.draw(cell_data(current, motions), current is not None)
-        self.cell_words.text, self.numbers.text = text, numbers_html(motions, units)
-
-    @property
-    def yaml(self) -> str:
-        """The YAML that is shown."""
-        return str(self.texts.tags[0]["yaml"])
+        self.cell.draw(current)
+        self.cell_words.text = text
+        self.numbers.text = numbers_html({} if current is None else current.motions, units)
 
     def show_texts(self, **texts: str) -> None:
         """Show the command or the YAML that reproduces what is seen."""
         shown = self.texts.tags[0] | texts
         self.texts.tags = [shown]
-        self.reproduce.text = (part("command", shown["command"]) if shown["command"] else "") + part(
-            "yaml", shown["yaml"]
-        )
+        self.reproduce.text = part("reproduce", shown["command"], shown["yaml"])
 
     def fill(self, document: Document, roots: Sequence[models.UIElement], notes: Sequence[str]) -> None:
         """Give a document these roots, and what the template around them (`page.html`) has to know."""

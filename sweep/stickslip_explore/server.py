@@ -39,10 +39,9 @@ Job = TypeVar("Job")
 
 
 class LatestOnly(Generic[Job]):
-    """A thread that works on the job asked for last.
+    """A thread that works on the job asked for last; one that is overtaken before it began is never begun.
 
-    work : called with a job and a stop flag, which is raised once another job waits or all is closed; errors are its
-    own business. A job that is overtaken before it began is never begun.
+    work : called with a job and a stop flag, which is raised once another job waits or all is closed.
     """
 
     def __init__(self, work: Callable[[Job, StopFlag], None], name: str) -> None:
@@ -63,7 +62,6 @@ class LatestOnly(Generic[Job]):
 
 _LOG = logging.getLogger(__name__)
 HOST = "127.0.0.1"
-_TOKEN_BYTES = 24
 _UNUSED = 15_000  # ms after which a tab that was closed is forgotten, unless it comes back
 
 
@@ -80,7 +78,7 @@ class SelectedCell:
 class Session:
     """A document with everything that happens in it; only the loop of the server touches what it remembers.
 
-    view : what is seen, or will be once it is computed. yaml and figures are in `page`.
+    view : what is seen, or will be once it is computed.
     """
 
     def __init__(self, document: Document, source: Source) -> None:
@@ -225,7 +223,7 @@ class Session:
         if shown is not None:
             has_place = cell is not None and set(cell.at) == {shown.x.name, shown.y.name}
             self.page.map.mark.data = {
-                which: [side.place(cell.at[side.name])] if cell is not None and has_place else []
+                which: [float(side.place(cell.at[side.name]))] if cell is not None and has_place else []
                 for which, side in (("x", shown.x), ("y", shown.y))
             }
 
@@ -235,21 +233,19 @@ class Session:
 
 
 class Explorer:
-    """A server that holds its port once it is made, and answers while `run` runs.
+    """A server that holds its port once it is made (0: any that is free), and answers while `run` runs.
 
     Everything it has, the scripts and the websocket included, lies under a path that nobody can guess: all other paths
-    are not found. It listens on 127.0.0.1, and takes websockets from its own pages only.
-
-    source : what every tab shows, each by itself. port : 0 for any that is free. token : of the path; None for a new
-    one. Raises OSError for a port that is not free.
+    are not found. It listens on 127.0.0.1, and takes websockets from its own pages only. Raises OSError for a port that
+    is not free.
     """
 
-    def __init__(self, source: Source, port: int = 0, token: str | None = None) -> None:
+    def __init__(self, source: Source, port: int = 0) -> None:
         self._source = source
         self._socket = socket.create_server((HOST, port), backlog=128)
         self._socket.setblocking(False)
         self.port = int(self._socket.getsockname()[1])
-        self.token = token or secrets.token_urlsafe(_TOKEN_BYTES)
+        self.token = secrets.token_urlsafe(24)
         self._sessions: list[Session] = []
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stopping: asyncio.Event | None = None
@@ -260,10 +256,7 @@ class Explorer:
         return f"http://{HOST}:{self.port}/{self.token}/"
 
     def run(self, started: Callable[[], None] | None = None) -> None:
-        """Answer until `stop`, or Ctrl-C, which ends all and comes out as KeyboardInterrupt.
-
-        started : called once the page is there.
-        """
+        """Answer until `stop`, or Ctrl-C, which comes out as KeyboardInterrupt. started : called once it answers."""
         asyncio.run(self._serve(started))
 
     def close(self) -> None:

@@ -1,10 +1,9 @@
 """A page that needs no server: everything it can answer is computed beforehand, and in the one file."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import product
-from math import hypot, prod
+from math import prod
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -54,7 +53,6 @@ def page_html(source: Source) -> str:
     pictures, data = sheets[0]
     first = pictures["regime"]
     whole.show_map(first)
-    _show_cell(whole, min(data["cells"], key=lambda cell: _from_middle(first, cell)))
     about = part("about", __version__, len(sheets), " x ".join(map(str, first.shades.shape)), len(data["cells"]),
                  source.name)  # fmt: skip
     below = page.words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
@@ -65,19 +63,6 @@ def page_html(source: Source) -> str:
         file_html(document, INLINE, document.title, template=document.template,
                   template_variables=document.template_variables)
     )  # fmt: skip
-
-
-def _from_middle(shown: MapPicture, cell: Mapping[str, Any]) -> float:
-    """How far a cell lies from the middle of a map, in sides of it."""
-    ends = ((cell["x"], shown.x.ends), (cell["y"], shown.y.ends))
-    return hypot(*((at - (low + high) / 2) / (high - low) for at, (low, high) in ends))
-
-
-def _show_cell(whole: page.Page, cell: Mapping[str, Any]) -> None:
-    """Show a cell as the page does itself once one clicks (`draw_nearest` of `page.js`)."""
-    whole.cell.draw(cell)
-    whole.map.mark.data = {"x": [cell["x"]], "y": [cell["y"]]}
-    whole.cell_words.text, whole.numbers.text = cell["words"], cell["numbers"]
 
 
 def left_out(source: Source) -> list[str]:
@@ -181,10 +166,8 @@ def _thinned(motion: Motion) -> Motion:
 
 
 def essential(lines: NDArray[np.float64], deviation: float, most: int) -> NDArray[np.intp]:
-    """Positions of the samples that lines over the first row, straight between them, need (Ramer, Douglas and Peucker).
-
-    lines : (rows, samples). deviation : allowed, over the range of each row. The worst ones come first, up to `most`.
-    """
+    """Positions of `most` samples that lines (rows, samples) over the first row need to deviate by less than a share of
+    the range of each row (Ramer, Douglas and Peucker)."""
     spans = np.ptp(lines, axis=1)
     scaled = lines / np.where(spans > 0, spans, 1.0)[:, np.newaxis]
     places, waiting = [0, lines.shape[1] - 1], [_worst(scaled, 0, lines.shape[1] - 1)]

@@ -39,15 +39,14 @@ _ALSO = ("belt_speed", "stiffness", "damping", "mass", "normal_load")  # as side
 _FACTOR = 10.0  # how far a slider reaches either way where ratios count
 _DIGITS = 4
 _RARE = ("displacement", "velocity", "contact_time", "ageing_rate", "ageing_time", "delta")
-_DRIVEN = "a test rig, whose cells have no regime"
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
     """A configuration of a map, and the map if it was computed.
 
-    name : of the file, as it was given. notes : what is left out of it here, for people. computed : the dataset of a
-    result, whose data variables are read when they are used. assumed : values of what the file says no value of.
+    name : of the file, as it was given. notes : what is left out of it, for people. computed : the dataset of a result.
+    assumed : values of what the file says no value of.
     """
 
     name: str
@@ -61,11 +60,6 @@ class Source:
         """By quantity, the unit in which it was written, of a result that its file shows it in."""
         of_file = {} if self.computed is None else units_shown(self.computed)
         return self.config.written_in | {quantity_of(name): unit for name, unit in of_file.items()}
-
-    @cached_property
-    def bare(self) -> Config:
-        """The configuration without files to write."""
-        return self.config.model_copy(update={"output": Output.model_construct(file=None, plot=None)})
 
     @cached_property
     def axes(self) -> Mapping[str, Axis]:
@@ -91,10 +85,7 @@ class Source:
 
 
 def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
-    """The source in a file, YAML or a result. Raises ConfigError for what is no map, StoreError for what is unreadable.
-
-    settings : of a command line, which are put into the configuration; the map of a file is no more that of it then.
-    """
+    """The source in a file, YAML or a result, with settings of a command line. Raises ConfigError, StoreError."""
     name, where = str(path), location(path)
     if where.suffix.lower() not in OUTPUT_SUFFIXES:
         return _of_config(name, load_config(path, settings))
@@ -113,7 +104,7 @@ def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
 def _of_config(file: str, config: Config) -> Source:
     """The map behind a configuration; studies of it are left out."""
     if not config.has_cells:
-        raise ConfigError.of(file, f"got the configuration of {_DRIVEN}", f"stickslip rig {file}")
+        raise ConfigError.of(file, "got a test rig, whose cells have no regime", f"stickslip rig {file}")
     notes, medians = [], dict[str, float]()
     if (uncertain := config.uncertain) is not None:
         drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
@@ -183,10 +174,11 @@ def with_plane(view: View, y: str, x: str) -> View:
 
 def config_of(source: Source, view: View, most: Sides = FULL) -> Config:
     """The configuration of a view, its axes of at most so many points. Raises ConfigError for what is not possible."""
-    fixed = source.bare.at(**_quantities(source, _chosen(source, view, {})))
-    config = fixed.without(*(name for name in view.plane if name in QUANTITIES)).model_copy(
-        update={"axes": tuple(_side(source, name, n) for name, n in zip(view.plane, most, strict=True))}
-    )
+    fixed = source.config.at(**_quantities(source, _chosen(source, view, {})))
+    axes = tuple(_side(source, name, n) for name, n in zip(view.plane, most, strict=True))
+    no_files = Output.model_construct(file=None, plot=None)
+    config = fixed.without(*(name for name in view.plane if name in QUANTITIES))
+    config = config.model_copy(update={"axes": axes, "output": no_files})
     if broken := [*broken_rules(config, {})]:
         plain: Any = config.resolved()
         got = [rule.got or reduce(getitem, rule.path, plain) for rule in broken]
@@ -212,7 +204,7 @@ def settings(source: Source, view: View, at: At) -> list[str]:
     """One cell of a view as NAME=VALUE, as the command line takes it to the last bit: all that varies, and what was
     changed."""
     return [
-        f"{name}={point_text(source.axes[name], int(value))}" if is_listed_in(source, name)
+        f"{name}={point_text(source.axes[name], int(value))}" if is_listed(source.axes.get(name))
         else f"{name}={QUANTITIES[name].setting(value)}"
         for name, value in _chosen(source, view, at).items()
     ]  # fmt: skip
@@ -235,7 +227,7 @@ def _quantities(source: Source, chosen: At) -> dict[str, float]:
     """The values of what is chosen, of a point of listed values those of all that varies along them."""
     values: dict[str, float] = {}
     for name, value in chosen.items():
-        if is_listed_in(source, name):
+        if is_listed(source.axes.get(name)):
             values |= {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
         else:
             values[name] = float(value)
@@ -260,14 +252,9 @@ def _side(source: Source, name: str, most: int) -> Axis:
 # --- listed axes ------------------------------------------------------------------------------------------------------
 
 
-def is_listed(axis: Axis) -> bool:
-    """True if the points of an axis lie side by side under their names, and not along a scale."""
-    return not isinstance(axis, Range)
-
-
-def is_listed_in(source: Source, name: str) -> bool:
-    """True if a quantity is an axis of listed points."""
-    return name in source.axes and is_listed(source.axes[name])
+def is_listed(axis: Axis | None) -> bool:
+    """True if it is an axis whose points lie side by side under their names, and not along a scale."""
+    return axis is not None and not isinstance(axis, Range)
 
 
 def labels_of(source: Source, axis: Axis) -> tuple[str, ...]:

@@ -66,7 +66,7 @@ class Tab:
 
     @property
     def yaml(self):
-        return self.session.page.yaml
+        return self.session.page.texts.tags[0]["yaml"]
 
     def click(self, x, y):
         before = self.model("cell_words").text
