@@ -106,9 +106,7 @@ def _si(limits: SliderRange, place: float) -> float:
     return limits.value(float(place))
 
 
-def _select(
-    title: str, options: list[tuple[str, str]], value: str, name: str, chosen: Callable[[str], None]
-) -> models.Select:  # fmt: skip
+def _select(title: str, options: Any, value: str, name: str, chosen: Callable[[str], None]) -> models.Select:
     select = models.Select(title=title, options=options, value=value, name=name, **_WIDE)
     select.on_change("value", lambda _attribute, _old, new: chosen(new))
     return select
@@ -131,9 +129,8 @@ class Actions:
         button.on_click(hear)
         copies = _row(self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml"))
         sounds = [_row(button, self._pace), self._heard] if "sound" in extensions.brought("calls") else []
-        self.column = models.Column(
-            children=[*sounds, copies, page.reproduce], name="below", sizing_mode="stretch_width"
-        )
+        rows = [*sounds, copies, page.reproduce]
+        self.column = models.Column(children=rows, name="below", sizing_mode="stretch_width")
         self.column.tags = [self._wave]  # what no widget shows is a part of the document all the same
 
     @property

@@ -167,10 +167,8 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> MapPicture:
 
 
 def regions(variable: str, codes: NDArray[np.uint8], y: MapSide, x: MapSide) -> tuple[tuple[str, float, float], ...]:
-    """Places for the names of flags, so that colours are not needed to tell them apart: in the middle of each.
-
-    The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
-    """
+    """Places for the names of flags, so that colours are not needed to tell them apart: what is farthest from all else,
+    letters being wider than high; what is too narrow for a name has none."""
     rows, columns = (np.arange(_PLACES) * n // _PLACES for n in codes.shape)
     few = codes[np.ix_(rows, columns)]
     named = []
@@ -259,10 +257,7 @@ def _column(array: xr.DataArray, pixel: Pixel) -> PixelColumn:
 
 
 def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
-    """The unit for an array of a dataset: that of its display, where people or their configuration asked for one.
-
-    values : what decides else.
-    """
+    """The unit for an array of a dataset: that which people asked for, else what suits the values."""
     si, shown = str(array.attrs.get("units", "1")), unit_of(array)
     if shown.name not in (spelled(si), "Hz", "s", "ms", "µs"):
         return Unit(shown.name, shown.size)

@@ -40,9 +40,8 @@ def write_page(source: Source, target: Path) -> Path:
     """Write the page into a file that ends in .html, or into a folder, under the name of what is explored; its path."""
     if target.suffix.lower() not in (".html", ".htm"):
         target = target / f"{Path(source.name.rstrip('/')).stem}.html"
-    text = page_html(source)
     target.parent.mkdir(parents=True, exist_ok=True)
-    return pages.write_page(target, text)
+    return pages.write_page(target, page_html(source))
 
 
 def page_html(source: Source) -> str:
@@ -109,11 +108,10 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, MapPicture
     With many maps each has fewer pixels and fewer motions.
     """
     most, cells = (_share(sides, room / count) for sides, room in ((MOST, 2.0), (CELLS, 1.3)))
-    config = config_of(source, view, most)
     if source.computed is not None and {*view.plane, *view.values} <= set(source.axes):
         dataset: Any = maps.read(source, view)
     else:
-        dataset = maps.computed(config, stop_flag())
+        dataset = maps.computed(config_of(source, view, most), stop_flag())
     pictures = {name: maps.picture(dataset, replace(view, variable=name), most) for name, _ in maps.variables(dataset)}
     first = pictures["regime"]
     return pictures, {
