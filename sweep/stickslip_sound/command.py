@@ -33,26 +33,20 @@ Examples:
 )
 @params.CONFIG
 @params.AT
-@click.option(
-    "-o", "--output", type=params.Target(WAV, "result"),
-    help="Sound to write, .wav; with --level the levels, .nc or .zarr.",
-)  # fmt: skip
+@click.option("-o", "--output", type=params.Target(WAV, "result"),
+              help="Sound to write, .wav; with --level the levels, .nc or .zarr.")  # fmt: skip
 @click.option("--seconds", default="3", show_default=True, metavar="TIME", help='How long: seconds, or "500 ms".')
 @click.option("--slow", type=click.FloatRange(1e-6, 1e6), default=1.0, show_default=True,
               help="So many times slower; 0.1 is faster.")  # fmt: skip
-@click.option(
-    "--full-scale", default="100 m/s2", show_default=True, metavar="ACCELERATION",
-    help="The loudest a sound can be; those of one scale can be compared.",
-)  # fmt: skip
+@click.option("--full-scale", default="100 m/s2", show_default=True, metavar="ACCELERATION",
+              help="The loudest a sound can be; those of one scale can be compared.")  # fmt: skip
 @click.option("--transient", is_flag=True, help="The motion from its start, where it has a cycle as well.")
 @click.option("--rate", type=click.IntRange(8000, 192_000), default=44_100, show_default=True, help="Samples a second.")
 @click.option("--float", "floating", is_flag=True, help="32-bit numbers in the file instead of 16-bit integers.")
 @params.plot_option("Spectrogram to write: .png, .svg or .pdf.")
 @click.option("--level", is_flag=True, help="How loud every cell is, or the one at --at, instead of a sound.")
-@click.option(
-    "--reference", multiple=True, metavar="NAME=VALUE",
-    help="With --level: the cell that has 0 dB, by what differs from --at.",
-)  # fmt: skip
+@click.option("--reference", multiple=True, metavar="NAME=VALUE",
+              help="With --level: the cell that has 0 dB, by what differs from --at.")  # fmt: skip
 @JSON
 @reports_errors
 def listen(
@@ -62,9 +56,8 @@ def listen(
     """Hear a cell: its acceleration as a sound file.
 
     CONFIG is a YAML file, or a result (.nc, .zarr), which holds its configuration. The axes need a value each (--at).
-    Of a cycle one hears the cycle, of all other motions the decay from the first break-away on. All sounds of one full
-    scale are equally loud for equal accelerations; what is louder is softly compressed, and that is said. With --level
-    it says how loud cells are, A-weighted, in dB re 1e-6 m/s2 or re a cell.
+    Of a cycle one hears the cycle, of all other motions the decay from the first break-away on; what is louder than
+    full scale is softly compressed. With --level it says how loud cells are, A-weighted, in dB.
     """
     if level:
         if plot is not None or transient or floating:

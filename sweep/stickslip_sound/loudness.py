@@ -15,23 +15,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip import engine
 from stickslip.config.grid import build_grid, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config, is_config
 from stickslip.config.select import recipe_of, shared_by
 from stickslip.dataset.build import given_cells, grid_coordinates, provenance, variable_of
-from stickslip.engine import (
-    Options,
-    Results,
-    Scales,
-    SolverKeywords,
-    StopFlag,
-    in_order,
-    sampled,
-    solve,
-    stop_flag,
-    warm_up,
-)
+from stickslip.engine import Options, Results, Scales, SolverKeywords, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.threads import CellsOrConfig
@@ -82,14 +72,13 @@ def decibels(factor: ArrayLike) -> NDArray[np.float64]:
 
 
 def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
-    """Return what becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
+    """What becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
 
-    NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard: it is all above 20 kHz,
-    or a vibration so slow and smooth that its audible harmonics are lost in rounding. The numbers of a cell do not
-    depend on the others. Raises StoppedError once `stop` is raised.
+    NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard, all being above 20 kHz or
+    lost in rounding. The numbers of a cell do not depend on the others. Raises StoppedError once `stop` is raised.
     """
     size = cells["mass"].size
-    results = solve(cells, options, stop)
+    results = engine.solve(cells, options, stop)
     cycles, level = cycles_of(cells, results, options), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
@@ -99,7 +88,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
         if stop[0]:
             raise StoppedError
         own, count, window = taken(cycles.cells, part), intervals[part], windows[part]
-        motions, ends, status = sampled(own, window / count, count + 1, options, cycles.begin[part])
+        motions, ends, status = engine.sampled(own, window / count, count + 1, options, cycles.begin[part])
         squares = np.full(part.size, np.nan)
         for i in np.flatnonzero(status == REACHED).tolist():
             series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[part][i]))
@@ -109,10 +98,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
 
 
 def _heard(series: Series, largest: float, count: int) -> float:
-    """The weighted mean square of a series (m/s2)^2; 0 where that is lost in the rounding of its samples.
-
-    largest, count : of the displacements that it was made of.
-    """
+    """The weighted mean square of a series (m/s2)^2; 0 where it is lost in the rounding of `count` displacements."""
     weights = a_weighting(series.frequencies) ** 2
     rounding = np.finfo(float).eps * largest * (2.0 * np.pi * series.frequencies) ** 2
     noise = 2.0 * (weights * rounding**2).sum() / count
@@ -132,20 +118,16 @@ def levels(
 ) -> xr.Dataset:
     """Compute how loud cells are, compared with each other or with a reference.
 
-    Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell, the longer the
-    slower the vibration.
+    Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell.
 
     Parameters
     ----------
     cells_or_config : Mapping, Dataset, DataFrame, Config or path
-        Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file. The dimensions of
-        what comes back are theirs.
+        Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file.
     reference : Mapping of str to float, optional
         A cell, with the same law, whose level becomes 0 dB; by default that is 1e-6 m/s2.
-    progress : bool, "auto" or callable, optional
-        As for `run`.
-    **solver
-        law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
+    progress, **solver
+        As for `run`; law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
 
     Returns
     -------
@@ -164,12 +146,14 @@ def levels(
     if not (zero.size == 1 and np.isfinite(zero).all()):
         raise ValueError("reference: has no level to compare with, expected one cell whose cycle is heard")
     for signals in (False, True):
-        warm_up(law, signals)
+        engine.warm_up(law, signals)
     ends = np.minimum(np.arange(_BLOCK, cells.size + _BLOCK, _BLOCK), cells.size).tolist()
     parts = (cells[end - (end - 1) % _BLOCK - 1 : end] for end in ends)
     columns = []
     with watched(progress, "cells", law) as moved:
-        for end, part in zip(ends, in_order(lambda part: _columns(part, options), parts, options.threads), strict=True):
+        for end, part in zip(
+            ends, engine.in_order(lambda part: _columns(part, options), parts, options.threads), strict=True
+        ):
             columns.append(part)
             if moved:
                 moved(end, cells.size)
@@ -190,7 +174,7 @@ def levels(
 def _columns(part: Parameters, options: Options) -> Results:
     """The variables of some cells."""
     cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, options.law)
-    results, level = levels_of(cells, options, stop_flag())
+    results, level = levels_of(cells, options, engine.stop_flag())
     results[LEVEL.name] = level
     return {name: results[name].astype(np.float64) for name in LEVEL_VARIABLES}
 

@@ -48,10 +48,7 @@ _CLOSER = 3  # looks, each at what slipped in the one before
 
 @dataclass(frozen=True)
 class Series:
-    """mean + the sum over n of 2 Re(harmonics[n - 1] exp(2 pi i n t / duration)), in m/s2.
-
-    duration : of what is repeated (s). harmonics : complex amplitudes, from the first one on.
-    """
+    """mean + the sum over n of 2 Re(harmonics[n - 1] exp(2 pi i n t / duration)), in m/s2."""
 
     duration: float
     mean: float
@@ -68,10 +65,7 @@ class Series:
         return 2.0 * (self.harmonics.real**2 + self.harmonics.imag**2)
 
     def values(self, rate: float, count: int) -> Floats:
-        """The acceleration at `count` times from 0 on, `rate` a second, whatever part of the duration that is.
-
-        Harmonics must lie below half the rate.
-        """
+        """The acceleration at `count` times from 0 on, `rate` a second, which is more than twice any harmonic's."""
         if self.harmonics.size == 0:
             return np.full(count, self.mean)
         per_duration = rate * self.duration
@@ -90,10 +84,8 @@ class Series:
 
 
 def series_of(displacement: Floats, ends: Floats, duration: float, count: int) -> Series:
-    """The series of a motion over `duration` (s), with `count` harmonics.
-
-    displacement : m, at evenly spaced times from the start to the end, both included. ends : velocities there, m/s.
-    """
+    """The series of a motion over `duration` (s), with `count` harmonics, from displacements (m) at even times, both
+    ends included, and the velocities at the ends (m/s)."""
     samples = displacement.size - 1
     bend = (ends[1] - ends[0]) / duration
     along = np.arange(samples) / samples
@@ -105,11 +97,10 @@ def series_of(displacement: Floats, ends: Floats, duration: float, count: int) -
 
 
 def samples_for(duration: Floats, highest: float, natural: Floats, oversampling: int) -> NDArray[np.int64]:
-    """Return how many intervals to sample of motions over their durations (s), for tones up to `highest` (Hz).
+    """How many intervals to sample of motions over their durations (s), for tones up to `highest` (Hz).
 
-    At least oversampling x 2 for each period of the highest tone, and of SWIFTEST times the natural frequency (Hz): the
-    slip of a stiff contact is over within a fraction of the highest tone's period, and the spectrum of the displacement
-    falls only above. No more than MOST_INTERVALS.
+    At least oversampling x 2 for each period of the highest tone, and of SWIFTEST times the natural frequency (Hz): a
+    stiff contact slips within a fraction of the tone's period, and the spectrum of the displacement falls only above.
     """
     reach = np.maximum(highest, SWIFTEST * natural) * duration
     least = np.clip(2.0 * oversampling * reach, 64.0, MOST_INTERVALS)
@@ -121,8 +112,8 @@ def samples_for(duration: Floats, highest: float, natural: Floats, oversampling:
 def _chirp(harmonics: Complex, turn: float, count: int) -> Complex:
     """The sum over n >= 1 of harmonics[n - 1] exp(2 pi i n k turn), for k from 0 to count - 1: Bluestein's algorithm.
 
-    With 2 n k = n^2 + k^2 - (k - n)^2 the sum is a convolution. (The exponents of `scipy.signal.czt` are powers of a
-    rounded number; here the turns are reduced before they become angles.)
+    With 2 n k = n^2 + k^2 - (k - n)^2 it is a convolution. (The exponents of `scipy.signal.czt` are powers of a rounded
+    number; here the turns are reduced before they become angles.)
     """
     first, last = 1, harmonics.size
     size = fft.next_fast_len(count + last)
@@ -141,11 +132,10 @@ def _chirp(harmonics: Complex, turn: float, count: int) -> Complex:
 
 @dataclass(frozen=True)
 class StartedCycles:
-    """Cells that have a cycle, started on it.
+    """Cells that have a cycle, started on it: their numbers among all, and their parameters with start states.
 
-    which : their numbers among those asked for. cells : they, with start states on the cycle. period : s.
-    moving : s, how long it is from the start until the mass sticks again; the period where it never does.
-    begin : s after the start state, where that is not on the cycle.
+    moving : s from the start until the mass sticks again; the period where it never does. begin : s after the start
+    state, where that is not on the cycle.
     """
 
     which: NDArray[np.intp]

@@ -44,8 +44,7 @@ KNEE = 0.9  # of full scale, from where on what is louder is compressed
 OVERSAMPLING = 8
 _LOUDEST = 32767  # of 16 bits
 _LOWEST = 20.0  # Hz that are heard
-_LEAD = 0.02  # s before a first break-away
-_FADE = 0.005  # s, at both ends
+_LEAD, _FADE = 0.02, 0.005  # s: before a first break-away; at both ends
 _FINEST = 1000  # denominator of the ratio of two rates
 _SETTLED = 2.0  # settling times after which a decay is far below what 16 bits hold
 
@@ -91,11 +90,6 @@ class Sound:
         """Return whether some of it is compressed."""
         return self.peak > KNEE * self.full_scale
 
-    @property
-    def heard(self) -> float:
-        """The frequency as it is heard, Hz."""
-        return self.frequency / self.slow
-
     def wav(self, floating: bool = False) -> bytes:
         """A WAV file of one channel, with a comment that players show: 16-bit integers, or 32-bit numbers, which keep
         what is fainter than 1/65534 of full scale."""
@@ -113,17 +107,14 @@ class Sound:
 
     def described(self) -> str:
         """Regime, frequency and peak on a line, with what to know when judging it by ear."""
-        audible = _LOWEST <= self.heard < min(HIGHEST, 0.5 * self.rate)
-        pitch = "" if audible else f" ({'below' if self.heard < _LOWEST else 'above'} hearing)"
-        words = (
-            self.regime.replace("_", "-"),
-            f"{self.frequency:.3g} Hz{pitch}" if isfinite(self.frequency) else "",
-            f"peaks of {self.peak:.3g} m/s2",
-            f"compressed above {KNEE * self.full_scale:g} m/s2" if self.clips else "",
-            "" if self.slow == 1.0 else f"{self.slow:g} times slower",
-            "from the start, no cycle" if self.regime and not self.repeats else "",
-        )
-        return ", ".join(filter(None, words))
+        words, heard = [self.regime.replace("_", "-")] * bool(self.regime), self.frequency / self.slow
+        if isfinite(heard):
+            side = "below" if heard < _LOWEST else "above" if heard >= min(HIGHEST, 0.5 * self.rate) else ""
+            words.append(f"{self.frequency:.3g} Hz{f' ({side} hearing)' if side else ''}")
+        words.append(f"peaks of {self.peak:.3g} m/s2")
+        words += [f"compressed above {KNEE * self.full_scale:g} m/s2"] * self.clips
+        words += [f"{self.slow:g} times slower"] * (self.slow != 1.0)
+        return ", ".join(words + ["from the start, no cycle"] * bool(self.regime and not self.repeats))
 
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.wav()).decode("ascii")
@@ -160,23 +151,16 @@ def of(
     ----------
     cell : Mapping of str to float
         As `simulate` takes it, a number each in SI.
-    seconds : float
-        How long it lasts.
-    rate : int
-        Samples a second.
+    seconds, rate : float, int
+        How long it lasts, and samples a second.
     slow : float
         10 for ten times slower and lower, 0.1 for ten times faster.
     full_scale : float
         m/s2; sounds can be compared where theirs are equal.
     transient : bool
-        The motion from its start, where the cell has a cycle as well. Without one it is always that, from the first
-        break-away on.
+        The motion from its first break-away on, as without a cycle, where the cell has one as well.
     **solver
         law, rtol (1e-9) and max_steps, or options, as for `evaluate`.
-
-    Returns
-    -------
-    Sound
 
     Raises
     ------
@@ -214,11 +198,7 @@ def of(
 def sound_of_cell(
     ds: xr.Dataset, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any
 ) -> Sound:
-    """Return what one cell of a dataset sounds like; a notebook plays it.
-
-    seconds, slow, transient : as for `sound.of`. at : which cell, as for `ds.stickslip.cell`. Sounds of cells can be
-    compared.
-    """
+    """Return the sound of one cell of a dataset, as `sound.of` does. at : which cell, as for `ds.stickslip.cell`."""
     cell, how = ds.stickslip.cell(**at), shared_by(ds)
     how.pop("rtol", None)  # sounds have a tolerance of their own
     return of(cell, seconds, slow=slow, transient=transient, title=str(ds.attrs.get("title", "")), **how)
@@ -243,7 +223,7 @@ def _transient(
 ) -> Floats:
     """The motion from its first break-away on, or from the start where it slips at once, after a little silence.
 
-    band : samples a second, the highest tone (Hz), and the silence (s), all in its own time.
+    band : samples a second, the highest tone (Hz), and the silence (s), in its own time.
     """
     rate, highest, lead = band
     first = float(results["breakaway_time"][0])
@@ -301,10 +281,9 @@ def of_record(
     acceleration: Floats, record_rate: float, *, rate: int = RATE, slow: float = 1.0, full_scale: float = FULL_SCALE,
     title: str = "",
 ) -> Sound:  # fmt: skip
-    """The sound of an evenly sampled acceleration (m/s2).
+    """The sound of an evenly sampled acceleration (m/s2), `record_rate` samples a second; all else as for `of`.
 
-    record_rate : samples a second of the record; tones up to half of it are in the sound. rate, slow, full_scale : as
-        for `of`. Resampled by a symmetric low-pass, unless the rates are equal. Raises ValueError.
+    Resampled by a symmetric low-pass, unless the rates are equal. Raises ValueError.
     """
     _check(record_rate=record_rate, rate=rate, slow=slow, full_scale=full_scale)
     values = np.asarray(acceleration, np.float64)
