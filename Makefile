@@ -32,6 +32,7 @@ test-all: $(VENV)/.installed-test  ## run all tests, slow ones and other laws to
 	HYPOTHESIS_PROFILE=fresh STICKSLIP_SEED=$(SEED) $(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
 	$(BIN)/python tests/adversary.py --cells $(CELLS) --seed $(SEED)
 	PYTHONPATH=sweep:kernels $(BIN)/python tests/fit_coverage.py --fits $(FITS) --seed $(SEED)
+	PYTHONPATH=sweep:kernels $(BIN)/python tests/rig_friction_coverage.py --records $(FITS) --seed $(SEED)
 
 coverage: $(VENV)/.installed-test  ## which lines and branches of sweep/ the tests run, those in other processes included
 	$(BIN)/coverage erase

@@ -23,9 +23,9 @@ from time import process_time
 
 import numpy as np
 
-from stickslip.config.examples import config_path
 from stickslip.config.grid import options_of
 from stickslip.config.reader import load_config
+from stickslip.config.resolve import config_path
 from stickslip.engine import stop_flag
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip_explain.section import Explain

@@ -16,9 +16,9 @@ import numpy as np
 import problem
 from measure import Job, interleave
 from stickslip import engine
-from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid, options_of
 from stickslip.config.reader import load_config
+from stickslip.config.resolve import config_path
 from stickslip.vocabulary.cells import Cells
 
 SIDE, TURNS = 100, 7

@@ -21,12 +21,11 @@ from scipy.integrate import solve_ivp
 
 from measure import Job, interleave
 from stickslip import engine
-from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid, options_of
 from stickslip.config.reader import load_config
-from stickslip.theory import memory
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells
+from stickslip.config.resolve import config_path
+from stickslip.theory import contacts
+from stickslip.vocabulary.cells import Cells, as_cells
 
 SIDE, TURNS, SAMPLE, CYCLES, STUCK = 48, 3, 8, 4, 5.0
 BATCH, MOST_STEPS = 64, 8192  # cells of diffrax, and its steps, ten times as many as ours
@@ -37,8 +36,8 @@ SPEEDS = np.geomspace(1e-7, 0.1, SIDE)
 
 def maps() -> dict[str, tuple[Cells, engine.Options]]:
     """Cells in random order, and how they are computed, by name."""
-    slopes = memory.rate_state_slopes(0.0, ROCK["normal_load"], SPEEDS, ROCK["a"], ROCK["b"], ROCK["D_c"])
-    critical = np.geomspace(0.03, 30.0, SIDE)[:, None] * memory.critical_stiffness(ROCK["mass"], slopes)
+    slopes = contacts.rate_state_slopes(0.0, ROCK["normal_load"], SPEEDS, ROCK["a"], ROCK["b"], ROCK["D_c"])
+    critical = np.geomspace(0.03, 30.0, SIDE)[:, None] * contacts.critical_stiffness(ROCK["mass"], slopes)
     plain = np.geomspace(2e3, 4e5, SIDE)[:, None] * np.ones(SIDE)
     order = np.random.default_rng(4).permutation(SIDE**2)
     cases = {}

@@ -12,8 +12,8 @@ from functools import cache
 import numpy as np
 
 from stickslip import engine
-from stickslip.vocabulary.cell_values import as_cells
 from stickslip.vocabulary.cells import Cells as Listed
+from stickslip.vocabulary.cells import as_cells
 
 A1, A2, A3, A4 = 1.0, 0.1, 0.3, 0.1
 MU_START = A1 + A3

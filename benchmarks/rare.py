@@ -17,7 +17,7 @@ from scipy import stats
 import stickslip
 from stickslip.config.reader import parse_config
 from stickslip.engine import Options, compute, warm_up
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 MEAN, STD = 0.4388, 0.02  # belt speed, m/s

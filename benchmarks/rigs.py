@@ -15,7 +15,7 @@ import numpy as np
 
 from measure import Job, Timings, interleave, timed
 from stickslip import engine
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from helpers.scipy_rig import Rig, trapezoidal  # noqa: E402

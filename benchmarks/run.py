@@ -35,7 +35,7 @@ from peers import Peer, all_peers
 from peers.scipy_events import after_release, cycle, motion, rest
 from problem import HORIZON, MU_START, MU_STOP
 from stickslip import engine
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 
 TOLERANCES = (1e-6, 1e-9)
 CURVE_TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)

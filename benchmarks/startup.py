@@ -91,7 +91,7 @@ def python(script: str, folder: str | None = None, **environment: str) -> str:
 
 def first_block(repeats: int = 3) -> dict[str, float]:
     """Seconds from the shell to the first block of a quickstart whose kernels are compiled."""
-    from stickslip.config.examples import config_path
+    from stickslip.config.resolve import config_path
 
     seconds = []
     script = FIRST_BLOCK.format(config=str(config_path("quickstart")))

@@ -28,7 +28,7 @@ import numpy as np
 import problem
 from measure import Job, interleave
 from startup import map_config
-from stickslip.config.examples import config_path
+from stickslip.config.resolve import config_path
 
 OF_MAP, OF_NINE = 2.0, 0.6  # times P2, asked
 QUICKSTART, HELP, LOOK, CALL = 1.2, 0.15, 1.0, 200e-6  # s, asked
@@ -116,7 +116,7 @@ def dask(folder: str) -> dict:
     """Cells a second on two workers of one thread each over those on two threads, both as the command says."""
     rates = {}
     for name, words in {"threads": (), "dask": ("--dask", "local")}.items():
-        said = stickslip(folder, "run", "map.yaml", "-o", f"{name}.nc", "--no-plot", "--fresh", *words)
+        said = stickslip(folder, "run", "map.yaml", "-o", f"{name}.nc", "--fresh", *words)
         rates[name] = float(re.search(r"([\d,]+) cells/s", said)[1].replace(",", ""))
     return rates | {"ratio": rates["dask"] / rates["threads"]}
 

@@ -11,7 +11,7 @@ from helpers import adversary_memory
 from helpers.adversary_cells import FAMILIES, LAWS, draw
 from helpers.adversary_court import NUMBERS, compare, run_engine
 from judge import INPUTS, judge
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 
 SEED = int(os.environ.get("STICKSLIP_SEED", "7"))
 CELLS = 40

@@ -132,7 +132,7 @@ import numpy as np
 import stickslip
 from stickslip import sound
 from stickslip.engine import compute_rigs, Options, Sampling, stop_flag
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 quick = dict({CELL}, mass=0.001, stiffness=2000.0)
 damped, box = dict({CELL}, damping=0.05, belt_speed=0.4), dict(displacement=(0.0, 3.0), velocity=(-1.0, 1.0))
 hysteretic, drive = damped | dict(mu_stop=1.2), [np.array([[5.0, 0.0, 0.1], [5.0, 0.5, 0.0]])]
@@ -409,7 +409,7 @@ assert result["regime"].values.tolist() == [2, 2, 2] and result["friction_limit"
 assert stickslip.border(cell | contact, "damping", (0.1, 40.0), law="dahl")["regime_below"].values.ravel()[0] == 2
 from stickslip.config.grid import build_grid
 from stickslip.engine import compute_rigs, kernels_for, Options, Sampling, stop_flag
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 options = Options(law="dahl")
 assert kernels_for(build_grid(config), options) == ("dahl",)
 drive = [np.array([[0.5, 0.0, 0.2], [2.0, 0.1, 0.0], [1.0, 0.1, -0.2]])]

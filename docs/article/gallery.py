@@ -14,7 +14,7 @@ from matplotlib.image import imread, imsave
 
 from article import Written, make
 from article.plotting import in_words
-from article.recipe import FOLDER
+from article.recipe import FOLDER, config_name
 from article.registry import FIGURES
 
 _HEAD = """# The article, figure by figure
@@ -68,7 +68,7 @@ def _entry(figure: Written, images: str) -> str:
     lines += [f"- The article: {known.statement}", f"- Agrees: {known.agrees.format(**words)}"]
     if known.differs:
         lines.append(f"- Differs: {known.differs.format(**words)}")
-    links = ", ".join(f"[{name}.yaml](../configs/{FOLDER}/{name}.yaml)" for name in known.configs)
+    links = ", ".join(f"[{Path(name).name}.yaml](../configs/{config_name(name)}.yaml)" for name in known.configs)
     return "\n".join([*lines, f"- From {links}: `python -m article {figure.name}`", ""])
 
 

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from stickslip.api.cells import evaluate, simulate
 from stickslip.api.studies import border as find_border
-from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import load_config
+from stickslip.config.resolve import config_path
 from stickslip.dataset.build import provenance
 from stickslip.plots.layout import Figure as Plot
 from stickslip.studies.search import Looked, Scan, search_lines
@@ -65,7 +65,12 @@ class Figure:
 
 def configuration(name: str) -> Config:
     """The configuration `name` of the article's."""
-    return load_config(config_path(f"{FOLDER}/{name}"))
+    return load_config(config_path(config_name(name)))
+
+
+def config_name(name: str) -> str:
+    """The name of a configuration below configs/, which is one of the article's unless it names its folder."""
+    return name if "/" in name else f"{FOLDER}/{name}"
 
 
 def cells(config: Config) -> dict[str, Floats]:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from article import ageing, borders, curves, motion, stiffness, tendency
+from article import ageing, borders, curves, motion, springs, stiffness, tendency
 from article.recipe import Figure
 
 FIGURES: dict[str, Figure] = {
@@ -142,6 +142,24 @@ FIGURES: dict[str, Figure] = {
         "mu_reversal rises from {mu_reversal_k1:.3f} (1 N/m) to {mu_reversal_k100:.3f} (100 N/m).",
         "The tendency is zero at {stiffness_of_zero_tendency:.2f} N/m already; where stick-slip ends it is "
         "{tendency_at_transition:.4f}.",
+    ),
+    "springs": Figure(
+        "Tendency to stick-slip over the stiffness, measured",
+        springs.figure_springs,
+        ("rig/stiffness",),
+        "Work is in progress: to vary the rigidity of the rig, and to determine friction during acceleration and "
+        "deceleration of the specimen.",
+        "Records of a simulated rig with {springs:.0f} springs, with noise and sensors; {told:.0f} of them tell the "
+        "tendency, from {softest:+.4f} on the softest to {stiffest:+.4f}, at most {error:.4f} off that of the curve "
+        "(the widest interval: {half:.4f} either way). It falls as mu_reversal rises with stiffness, and is close to "
+        "zero where stick-slip ends, at {end:.1f} N/mm. Of {pairs:,.0f} random pairs on random rigs, started from "
+        "sticking, Eq. (3) misses {missed:.1%} of those that stick and slip; where nothing damps and slip stays below "
+        "the minimum of the curve, {right_below_bare:.1%} of its signs are right.",
+        "Of the pairs that do not stick and slip it announces {false:.1%} nevertheless, so that {right:.1%} of all "
+        "signs are right. {past_of_false:.1%} of these false alarms are where slip goes past the minimum (there "
+        "{right_past:.1%} are right); a damping ratio above 0.05, which Eq. (3) does not know, leaves "
+        "{right_below_damped:.1%} right below it. And {coexist:.1%} of the pairs that stick and slip slide steadily if "
+        "they once do: one tendency cannot say which of the two motions a rig will be in.",
     ),
     "fig10": Figure(
         "Real area of contact",

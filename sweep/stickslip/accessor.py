@@ -7,7 +7,6 @@ datasets that plain `xr.open_dataset` read (`backend.py`).
 from __future__ import annotations
 
 from functools import partial
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.plots.layout import Figure
 
 __all__ = ["StickslipAccessor"]
-_NAME = "stickslip"
 
 
 class StickslipAccessor:
@@ -72,27 +70,21 @@ class StickslipAccessor:
 
         Raises ValueError for a result of no study.
         """
-        from stickslip.config.studies import Table, result_class
+        from stickslip.config.studies import ReportTable, result_class
 
         if (study := result_class(self._ds)) is None:
             raise ValueError("a result of no study; `summary` counts the cells of a map")
-        return "\n".join(part.text() if isinstance(part, Table) else part for part in study.report(self._ds))
+        return "\n".join(part.text() if isinstance(part, ReportTable) else part for part in study.report(self._ds))
 
     # --- pictures -----------------------------------------------------------------------------------------------------
 
     def plot(self, variable: str | None = None, **how: Any) -> Figure:
         """The plot that `stickslip plot` draws of this result.
 
-        Parameters
-        ----------
-        variable : what to draw; None for what this kind of result is about.
-        how : arguments of `plots.plot_result` (select, title, look, ...). Borders and contours lie over a coarse map,
-            which is computed unless it is given (`behind`).
-
-        Raises
-        ------
-        PlotError
-            for what cannot be drawn.
+        variable : what to draw; None for what this kind of result is about. how : arguments of `plots.plot_result`
+            (select, title, look, ...). Borders and contours lie over a coarse map, which is computed unless it is given
+            (`behind`).
+        Raises PlotError for what cannot be drawn.
         """
         from stickslip import plots
 
@@ -122,7 +114,7 @@ class StickslipAccessor:
         The law and the tolerance are those of the result. Returns and raises what `stickslip.simulate` does.
         """
         from stickslip.api.cells import evaluate, simulate, time_span
-        from stickslip.config.select import shared_by
+        from stickslip.config.grid import shared_by
 
         cell, how = self.cell(**at), shared_by(self._ds)
         if duration is None:
@@ -147,15 +139,6 @@ class StickslipAccessor:
             lines += [f"  {name:12} {row.cells:12,.0f} {row.share:8.1%}" for name, row in self.summary().iterrows()]
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        title = escape(str(self._ds.attrs.get("title", "a dataset of stickslip")))
-        parts = [f"<b>{title}</b>"]
-        if "regime" in self._ds.data_vars:
-            parts.append(self.summary().to_html(formatters={"share": "{:.1%}".format, "cells": "{:,}".format}))
-        if text := str(self._ds.attrs.get("configuration", "")):
-            parts.append(f"<details><summary>configuration</summary><pre>{escape(text)}</pre></details>")
-        return "".join(parts)
-
 
 def map_behind(ds: xr.Dataset) -> xr.Dataset:
     """The map over which borders or contours that have a configuration are drawn, computed with few cells.
@@ -171,10 +154,5 @@ def map_behind(ds: xr.Dataset) -> xr.Dataset:
     return run(coarse_map(config).shown_in(units_shown(ds))).assign_attrs(title=ds.attrs.get("title", ""))
 
 
-def register() -> None:
-    """Give datasets the accessor, once."""
-    if getattr(xr.Dataset, _NAME, None) is not StickslipAccessor:
-        xr.register_dataset_accessor(_NAME)(StickslipAccessor)  # type: ignore[no-untyped-call]
-
-
-register()
+if getattr(xr.Dataset, "stickslip", None) is not StickslipAccessor:
+    xr.register_dataset_accessor("stickslip")(StickslipAccessor)  # type: ignore[no-untyped-call]

@@ -11,9 +11,7 @@ from typing import Any
 import xarray as xr
 from xarray.backends import BackendEntrypoint
 
-from stickslip import accessor
-
-accessor.register()
+from stickslip import accessor as accessor  # which gives datasets `ds.stickslip`
 
 
 class StickslipBackend(BackendEntrypoint):

@@ -8,8 +8,8 @@ import xarray as xr
 
 from stickslip.api.runs import run
 from stickslip.api.studies import Ends, rtol_of
+from stickslip.config.grid import in_si
 from stickslip.config.reader import parse_config
-from stickslip.config.select import in_si
 from stickslip.config.studies import section_of_call
 from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError, ContradictionError

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, fail, refuses_bad_input, remark_incomplete, reports_errors
 from stickslip.cli.outputs import Outputs, save_result, show_result
 from stickslip.cli.run import run_request
+from stickslip.cli.screen import JSON, fail, refuses_bad_input, remark_incomplete, reports_errors
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location

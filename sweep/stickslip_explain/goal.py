@@ -22,8 +22,7 @@ from stickslip.studies.lines import PARAMETER, CellsOrConfig, Side
 from stickslip.studies.margin_search import MarginSearch
 from stickslip.studies.plane import OPEN
 from stickslip.studies.search import Floats, Integers, Labels, Looked, Scan
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VERDICTS, VIBRATING
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter, table

@@ -14,7 +14,7 @@ from stickslip.config.grid import options_of, quantity_of
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection
-from stickslip.config.studies import Moved, Table
+from stickslip.config.studies import Moved, ReportTable
 from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
@@ -194,7 +194,7 @@ class GoalStudy(ContourStudy):
         return {}
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """The goal, what each panel would need, and how much of the plane is quiet."""
         yield f"goal     {ds.attrs['goal']}"
         if bool((ds["verdict"] != 0).any()):
@@ -204,7 +204,7 @@ class GoalStudy(ContourStudy):
         yield f"quiet    {share:.3g} of the points of the plane that a cell can have"
 
     @classmethod
-    def table(cls, ds: xr.Dataset) -> Table:
+    def table(cls, ds: xr.Dataset) -> ReportTable:
         """A row for each panel: verdict and probability, and the nearest changes along either parameter and in both."""
         dims = [*ds["verdict"].dims]
         names = ["quiet_share", *(f"{what}_{name}" for what in ("alone", "together")
@@ -214,7 +214,7 @@ class GoalStudy(ContourStudy):
             texts = (unit_of(part[name]).text(float(part[name]), 4) if part[name].notnull() else "-" for name in names)
             rows.append([*where, VERDICTS[int(part["verdict"])], *texts])
         headings = [name.replace("_", " ") for name in names]
-        return Table("Nearest changes of the verdict", [*axis_names(ds, dims), "verdict"], headings, rows)
+        return ReportTable("Nearest changes of the verdict", [*axis_names(ds, dims), "verdict"], headings, rows)
 
     @classmethod
     def figure(

@@ -19,7 +19,7 @@ from pydantic_core import PydanticCustomError
 from stickslip.config.grid import options_of
 from stickslip.config.model import Config, Range
 from stickslip.config.sections import interval
-from stickslip.config.studies import Table
+from stickslip.config.studies import ReportTable
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
@@ -243,7 +243,7 @@ def _best(information: Floats) -> NDArray[np.intp]:
     return np.array(best, np.intp)
 
 
-def report(ds: xr.Dataset) -> Iterator[str | Table]:
+def report(ds: xr.Dataset) -> Iterator[str | ReportTable]:
     """The proposals, the best first, with what each is to leave of the scatter of every quantity."""
     names = [name for name in ds.data_vars if ds[name].dims == _PROPOSAL]
     left = ds["spread_left"].to_dataset("quantity")

@@ -29,7 +29,7 @@ from stickslip import extensions
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Moved, Study, Table
+from stickslip.config.studies import Moved, ReportTable, Study
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import Path
 from stickslip.studies.study import joined
@@ -169,7 +169,7 @@ class ExplainStudy(Study):
         return super().own_dims() | {"draw", "quantity", "share", "law"}
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """What explains the observations, and how sure that is."""
         return proposals.report(ds) if "information" in ds else summary.report(ds)
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
-from stickslip.config.studies import Table
+from stickslip.config.studies import ReportTable
 from stickslip.config.uncertain import Uncertain
 from stickslip.dataset.build import (
     NO_FILL,
@@ -242,7 +242,7 @@ def _predictions(context: Context, predicted: Floats, share: Floats, probability
 # --- for the screen ---------------------------------------------------------------------------------------------------
 
 
-def report(ds: xr.Dataset) -> Iterator[str | Table]:
+def report(ds: xr.Dataset) -> Iterator[str | ReportTable]:
     """What explains the observations: laws, quantities before and after, what is fixed, and what is not explained."""
     if "posterior_law" not in ds:
         yield "no population is computed yet"
@@ -250,8 +250,8 @@ def report(ds: xr.Dataset) -> Iterator[str | Table]:
     if text := ds.attrs.get("explained_contradiction"):
         yield f"nothing explains this: {text}"
     yield table_over(ds, "law", "log_evidence", "log_evidence_error", "log_evidence_low", "law_probability")
-    yield Table("", ("quantity",), ("before: 5 %", "95 %", "after: 5 %", "50 %", "95 %", "variance left", "R-hat"),
-                [_row(ds, str(name)) for name in ds["quantity"].values])  # fmt: skip
+    headings = ("before: 5 %", "95 %", "after: 5 %", "50 %", "95 %", "variance left", "R-hat")
+    yield ReportTable("", ("quantity",), headings, [_row(ds, str(name)) for name in ds["quantity"].values])
     weights = ds["direction_weight"].to_dataset("quantity")
     yield table_over(weights.assign(direction_ratio=ds["direction_ratio"]), "direction", "direction_ratio", *weights)
     yield table_over(ds, "observation", "log_predictive", "contradicted")
@@ -259,12 +259,12 @@ def report(ds: xr.Dataset) -> Iterator[str | Table]:
     yield f"cells     {ds.attrs['explained_cells']:,}; {undecided}"
 
 
-def table_over(ds: xr.Dataset, dim: str, *names: Hashable) -> Table:
+def table_over(ds: xr.Dataset, dim: str, *names: Hashable) -> ReportTable:
     """Variables over a dimension, by their names, in the units in which they are shown."""
     labels = ds[dim].values if dim in ds.coords else range(1, ds.sizes[dim] + 1)
     columns = [[unit_of(ds[name]).text(float(value), 3) for value in ds[name].values] for name in names]
     headings = [str(name).replace("_", " ") for name in names]
-    return Table("", (dim,), headings, list(zip(map(str, labels), *columns, strict=True)))
+    return ReportTable("", (dim,), headings, list(zip(map(str, labels), *columns, strict=True)))
 
 
 def _row(ds: xr.Dataset, name: str) -> list[str]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import fail, reports_errors
 from stickslip.cli.outputs import show_file
+from stickslip.cli.screen import fail, reports_errors
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from stickslip.engine import Options, compute, flows, friction_at_belt_speed
 from stickslip.studies.exact import Loop, unstable_cycle
 from stickslip.studies.starts import DISTURBANCE, steady_state
-from stickslip.theory.memory import time_to_cycle
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.theory.contacts import time_to_cycle
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.scales import Scales

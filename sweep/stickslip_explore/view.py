@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.grid import options_of, quantity_of
+from stickslip.config.grid import options_of, point_text, quantity_of, recipe_of
 from stickslip.config.model import Axis, Config, Group, Range
 from stickslip.config.reader import load_config
 from stickslip.config.sections import OUTPUT_SUFFIXES, Output
-from stickslip.config.select import point_text, recipe_of
 from stickslip.config.studies import study_class
 from stickslip.config.yaml import Setting
 from stickslip.engine import Options
@@ -24,12 +23,13 @@ from stickslip.errors import ConfigError, Problem
 from stickslip.files import reading
 from stickslip.files.locations import location
 from stickslip.studies.lines import broken_rules
-from stickslip.vocabulary.cell_values import as_cells, scales_of
-from stickslip.vocabulary.cells import parameters_of
+from stickslip.vocabulary.cells import as_cells, parameters_of, scales_of
 from stickslip.vocabulary.display_units import Unit, quantity, unit_for, units_shown
-from stickslip.vocabulary.models import Model, Slider, laws_with, model_of
+from stickslip.vocabulary.models import Model, laws_with, model_of
+from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import QUANTITIES
 
+Ends = tuple[float, float, float]  # of a slider, and what it shows where the quantity is absent
 Sides = tuple[int, int]  # most points along y and x
 At = Mapping[str, float | int]  # a value of each side, or a position where its points are listed
 COARSE: Sides = (30, 40)
@@ -315,36 +315,38 @@ def sliders_of(source: Source, without: tuple[str, ...] = ()) -> Iterator[Slider
     ends = _ends(source.typical, model_of(law))
     for name in sorted(names, key=lambda name: name in _RARE):
         value, written = source.typical[name], source.written_in.get(name)
-        if name in ends and ends[name] is None:
-            continue
         if axis := ranges.get(name):
             yield SliderRange(name, value, axis.start, axis.stop, axis.spacing == "log", value, False, written)
         else:
             yield SliderRange(name, value, *_range(name, value, ends.get(name)), name in _RARE, written)
 
 
-def _range(name: str, value: float, ends: Slider | None) -> tuple[float, float, bool, float]:
+def _range(name: str, value: float, ends: Ends | None) -> tuple[float, float, bool, float]:
     """Of the slider of a fixed quantity: its ends, whether ratios count, and what it shows until it is switched on."""
     if ends:
         low, high, otherwise = ends
-        high = high if high > low else low + 1.0  # without friction, say
         if isnan(value):
             return low, high, False, otherwise
         return min(low, value), max(high, 2.0 * value if value > high else high), False, value
     if (QUANTITIES[name].above == 0.0 or name == "belt_speed") and value > 0:
         return value / _FACTOR, value * _FACTOR, True, value
     high = min(_FACTOR / 2.0 * abs(value) or 1.0, inf if (most := QUANTITIES[name].at_most) is None else most)
-    return min(0.0, -high if value < 0 else 0.0), high, False, value
+    return min(QUANTITIES[name].at_least or 0.0, -high if value < 0 else value), high, False, value
 
 
-def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Slider | None]:
+def _ends(cell: Mapping[str, float], model: Model) -> dict[str, Ends]:
     """Ends of sliders that follow from other quantities, and what they show where the quantity is absent."""
-    fast = _rounded(2.0 * abs(cell["belt_speed"])) or 1.0
+    belt, start = abs(cell["belt_speed"]) or 1.0, _rounded(float(model.start_of(model.completed(cell)))) or 1.0
+    shift = _rounded(2.0 * start * cell["normal_load"] / cell["stiffness"])
+    friction = [name for name, row in {**model.parameters, **model.measured}.items() if row.plausible == FRICTION]
+    absent = [name for name, row in model.parameters.items() if row.may_be_absent and row.units == "m s-1"]
     return {
         "damping": (0.0, _rounded(float(scales_of(cell).impedance)), 0.0),  # half of critical without friction
         "contact_time": (0.0, 1000.0, 0.0),
-        "velocity": (-fast, fast, 0.0),
-        **model.sliders(cell, _rounded),
+        "displacement": (-shift, shift, 0.0),
+        "velocity": (_rounded(-2.0 * belt), _rounded(2.0 * belt), 0.0),
+        **dict.fromkeys(friction, (0.0, _rounded(2.0 * start), start)),
+        **dict.fromkeys(absent, (_rounded(0.1 * belt), _rounded(100.0 * belt), 10.0 * belt)),
     }
 
 

@@ -6,8 +6,7 @@ record, `stickslip compare` ranks materials by the belt speed above which each i
 
     extension.py   what the engine is told      fit/       tables, their headings, and what is fitted to them
     resolve.py     files in configurations      compare/   ranks, the page, the dataset
-    plots.py       pictures of both             variables.py   of comparisons
-    commands/      `fit`, `points`, `compare`
+    plots.py       pictures of both             commands.py   `fit`, `points`, `compare`
 
 Other extensions read tables of measured points through `fit.headings`, `fit.columns` and `fit.words`.
 """

@@ -7,9 +7,9 @@ _FITS = "stickslip_materials.resolve:with_fits"
 EXTENSION = Extension(
     commands={
         "Friction curves and materials": {
-            "fit": "stickslip_materials.commands.fit",
-            "compare": "stickslip_materials.commands.compare",
-            "points": "stickslip_materials.commands.fit",
+            "fit": "stickslip_materials.commands",
+            "compare": "stickslip_materials.commands",
+            "points": "stickslip_materials.commands",
         }
     },
     calls={

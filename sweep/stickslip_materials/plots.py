@@ -23,7 +23,7 @@ from stickslip.theory import reversal_speed
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import QUIET_STATES
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.compare.dataset import speeds_of
+from stickslip_materials.compare.result import speeds_of
 from stickslip_materials.fit.memory import BRISTLES
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ Floats = NDArray[np.float64]
 _WIDE = 8.0  # fastest over slowest speed from which the axis is logarithmic
 _DENSE = 300  # points of a curve
 _ROOM = 1.6  # factor by which the axis of speeds reaches beyond what is on it
-_INSET = 0.015  # of the axis of speeds: a mark at its edge stays whole
 _ROW_LETTERS, _FEW = 28, 6  # of a line of a name beside its row; rows that have room for larger letters
 _EDGE: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.5}
 _LOUD = _EDGE | {"facecolor": FLAG_COLOURS["regime"]["stick_slip"], "hatch": "////", "alpha": 0.75}
@@ -44,7 +43,6 @@ class DrawnMaterial(NamedTuple):
     """A material as it is drawn, speeds in m/s: its points (sigma: their standard deviations, or None), its curve with
     the ends of its band, and its coefficients."""
 
-    name: str
     speed: Floats
     mu: Floats
     sigma: Floats | None
@@ -57,13 +55,9 @@ class DrawnMaterial(NamedTuple):
     def slowing(self) -> Floats:
         """Friction on the way down, below the minimum of a curve with mu_stop, Eq. (2a); NaN elsewhere."""
         start = np.fmin(reversal_speed(*(self.coefficients[name] for name in CURVE[1:])), self.grid[-1])
-        reversal = np.interp(start, self.grid, self.middle)
         stop = self.coefficients.get("mu_stop", math.nan)
-        return np.where(self.grid <= start, stop + (reversal - stop) * self.grid / start, np.nan)
-
-
-def _plain(value: float, _: float) -> str:
-    return f"{value:g}"
+        line = stop + (np.interp(start, self.grid, self.middle) - stop) * self.grid / start
+        return np.where(self.grid <= start, line, np.nan)
 
 
 # --- fits -------------------------------------------------------------------------------------------------------------
@@ -113,7 +107,7 @@ def _drawn(fit: MaterialFit) -> DrawnMaterial:
     spaced = np.geomspace if slowest > 0 and fastest > _WIDE * slowest else np.linspace
     grid = spaced(slowest, fastest, _DENSE)
     points, curve = fit.points, fit.curve
-    return DrawnMaterial(fit.name, points["speed"], points["mu"], points.get("sigma"), grid, curve.predict(grid),
+    return DrawnMaterial(points["speed"], points["mu"], points.get("sigma"), grid, curve.predict(grid),
                  *curve.band(grid), curve.coefficients())  # fmt: skip
 
 
@@ -130,7 +124,7 @@ def _draw_curves(ax: Axes, materials: Sequence[DrawnMaterial], unit: str, *, log
     speeds = np.concatenate([drawn.speed for drawn in materials])
     if log or speeds.min() > 0 and speeds.max() > _WIDE * speeds.min():
         ax.set_xscale("log")
-        ax.xaxis.set_major_formatter(_plain)
+        ax.xaxis.set_major_formatter("{x:g}")
     top = max(float(np.max(drawn.mu, initial=0.0)) or float(drawn.middle.max()) for drawn in materials)
     ax.set(xlabel=f"slip speed ({unit})", ylabel="friction coefficient", ylim=(0.0, 1.15 * top))
 
@@ -186,7 +180,7 @@ def _compared(material: xr.Dataset, ds: xr.Dataset) -> DrawnMaterial:
     sigma = ds["point_sigma"].values[own] if "point_sigma" in ds else np.zeros(0)
     middle, low, high = (material[f"friction{end}"].values[shown] for end in ("", "_low", "_high"))
     coefficients = {key: float(material[key]) for key in (*CURVE, "mu_stop") if key in ds}
-    return DrawnMaterial(name, ds["point_speed"].values[own], ds["point_friction"].values[own],
+    return DrawnMaterial(ds["point_speed"].values[own], ds["point_friction"].values[own],
                  sigma if sigma.size and np.isfinite(sigma).all() else None, ds["slip_speed"].values[shown],
                  middle, low, high, coefficients)  # fmt: skip
 
@@ -195,7 +189,6 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, factor: float) -> None:
     """A row a material: vibration in the colour of stick-slip, quiet in that of a decay, and what lies between them."""
     left, right = ends = _ends(ds, factor)
     size = "small" if ds.sizes["material"] <= _FEW else "xx-small"
-    inset = (right / left) ** _INSET
     for i, name in enumerate(map(str, ds["material"].values)):
         border, state = factor * float(ds["quiet_above"].values[i]), QUIET_STATES[int(ds["quiet_state"].values[i])]
         look, outside = look_of(i), ax.get_yaxis_transform()
@@ -211,12 +204,12 @@ def _draw_borders(ax: Axes, ds: xr.Dataset, factor: float) -> None:
             interval = np.clip([factor * float(ds[f"quiet_above_{end}"].values[i]) for end in ("low", "high")], *ends)
             ax.plot(interval, [i, i], color=BLACK, linewidth=2.2, solid_capstyle="butt", zorder=4)
         mark = {"quiet_throughout": "<", "vibrates_throughout": ">"}.get(state, look["marker"])
-        place = min(max(border, left * inset), right / inset)
-        ax.plot(place, i, **look | {"marker": mark}, markersize=6, zorder=5 if mark in "<>" else 3)
+        at = min(max(border, left), right)
+        ax.plot(at, i, **look | {"marker": mark}, markersize=6, zorder=5 if mark in "<>" else 3, clip_on=False)
     for speed in speeds_of(ds):
         ax.axvline(factor * speed, color=BLACK, linestyle="dashdot", linewidth=1.2)
     ax.set(yticks=[], ylim=(ds.sizes["material"] - 0.5, -0.5), xlim=ends, xscale="log")
-    ax.xaxis.set_major_formatter(_plain)
+    ax.xaxis.set_major_formatter("{x:g}")
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 

@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.config.examples import points_path
-from stickslip.config.resolve import LAWS_FITTED, varied_paths
+from stickslip.config.resolve import LAWS_FITTED, points_path, varied_paths
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Place, UnitWarning
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.own_laws import fault_of_points
-from stickslip.vocabulary.quantities import MEASURED, QUANTITIES
-from stickslip.vocabulary.settings import CURVE_COLUMNS
+from stickslip.vocabulary.quantities import CURVE_COLUMNS, MEASURED, QUANTITIES
 from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:

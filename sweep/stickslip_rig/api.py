@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip_rig.calibration import Calibration, calibrate
 from stickslip_rig.evaluation import feature_table, features
+from stickslip_rig.friction import friction, friction_table
 from stickslip_rig.quantities import RPN_NAME
 from stickslip_rig.records import make_record, read_record
 from stickslip_rig.risk import Risk
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Calibration", "FeatureSettings", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
-    "SimulatedRecords", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "load_rig",
-    "load_settings", "make_record", "make_rig", "read_record", "run_matrix",
+    "SimulatedRecords", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "friction",
+    "friction_table", "load_rig", "load_settings", "make_record", "make_rig", "read_record", "run_matrix",
 ]  # fmt: skip
 
 _LATER = {

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
-from stickslip.config.studies import Table
+from stickslip.config.studies import ReportTable
 from stickslip.dataset.build import NO_FILL, attributes_of
 from stickslip.dataset.display import MapAxis
 from stickslip.vocabulary.display_units import number
@@ -270,9 +270,16 @@ def feature_table(records: Mapping[str, xr.Dataset], settings: Settings | None =
         empty text, for the others.
     """
     settings = settings or Settings()
-    rows = [rate(features(record, settings.features), settings.risk) for record in records.values()]
+    return along_record(
+        {name: rate(features(record, settings.features), settings.risk) for name, record in records.items()}
+    )
+
+
+def along_record(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """What is known of several records, by name, along `record`; coordinates that some lack are NaN, or empty."""
+    rows = list(results.values())
     shared = list(dict.fromkeys(str(name) for row in rows for name in row.coords))
-    names = xr.Variable("record", np.asarray(list(records), str), {"long_name": "record"})
+    names = xr.Variable("record", np.asarray(list(results), str), {"long_name": "record"})
     coordinates: dict[str, Any] = {"record": names, **{name: _column(rows, name) for name in shared}}
     return xr.Dataset({name: _column(rows, str(name)) for name in rows[0].data_vars}, coordinates)
 
@@ -340,13 +347,13 @@ SHOWN = (
 )
 
 
-def shown_table(ds: xr.Dataset) -> Table:
+def shown_table(ds: xr.Dataset) -> ReportTable:
     """The features of records or of the tests of a matrix as people read them; a dash where one is not defined."""
     table = as_records(ds)
     columns = [[number(value, 3) for value in rated(table, column.feature) / column.size] for column in SHOWN]
     rpn = [rpn_text(value) for value in table["model_rpn"].values.tolist()]
     rows = list(zip(map(str, table["record"].values.tolist()), rpn, *columns, strict=True))
-    return Table("All tests", ("record",), ("RPN", *(column.heading for column in SHOWN)), rows)
+    return ReportTable("All tests", ("record",), ("RPN", *(column.heading for column in SHOWN)), rows)
 
 
 def unfinished(matrix: xr.Dataset) -> Iterator[str]:

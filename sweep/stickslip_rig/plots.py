@@ -19,7 +19,7 @@ from stickslip.errors import PlotError
 from stickslip.plots import pages, palette
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.maps import hatch_cells
-from stickslip.plots.pages import Cell, Column, Section
+from stickslip.plots.pages import Column, PageCell, PageSection
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from stickslip_rig.evaluation import as_records, shown_table, test_names, unfinished
 from stickslip_rig.quantities import RPN_NAME, SIGNALS
@@ -199,11 +199,11 @@ def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: Config) -> st
     again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
     words = ((str(name).replace("_", " "), str(v.attrs.get("long_name", name))) for name, v in ds.data_vars.items())
     sections = [
-        Section("The matrix", pages.embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")),
-        Section("Traces", "\n".join(_traces(ds, records, sections_of(rig).drive.strokes))),
-        Section("All tests", _table(ds)),
-        Section("What the words mean", pages.terms(words, "short")),
-        Section("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
+        PageSection("The matrix", pages.embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")),
+        PageSection("Traces", "\n".join(_traces(ds, records, sections_of(rig).drive.strokes))),
+        PageSection("All tests", _table(ds)),
+        PageSection("What the words mean", pages.terms(words, "short")),
+        PageSection("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
     ]
     title = str(ds.attrs.get("title", "")) or rig.title
     return pages.page(
@@ -227,8 +227,8 @@ def _table(ds: xr.Dataset) -> str:
     """All tests, the model RPN on its light; rows after `MOST_ROWS` are left out, which a line below says."""
     table, bands = shown_table(ds), [list(LIGHTS)[code] for code in ds["model_rpn_band"].values.ravel().tolist()]
     columns = [Column("test", is_text=True), *map(Column, table.numbers)]
-    rows: Iterator[list[str | Cell]] = (
-        [name, Cell(rpn, band), *rest] for (name, rpn, *rest), band in zip(table.rows, bands, strict=True)
+    rows: Iterator[list[str | PageCell]] = (
+        [name, PageCell(rpn, band), *rest] for (name, rpn, *rest), band in zip(table.rows, bands, strict=True)
     )
     more = len(bands) - MOST_ROWS
     cut = pages.paragraph(f"{more} more tests are left out here; the file of results has all.") if more > 0 else ""

@@ -43,6 +43,7 @@ CONDITIONS: dict[str, Parameter] = table(
     Parameter("waiting_time", "s", "waiting time (hold time) before the test", "conditions", at_least=0),
     PARAMETERS["mass"],
     PARAMETERS["stiffness"],
+    PARAMETERS["damping"],
 )
 
 # The model RPN. Every pair sticks once per stroke, hence 6; the accelerations of such a pair are about

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.dataset.build import NO_FILL
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.files.tables import Table, line_of
+from stickslip.files.tables import TextTable, line_of
 from stickslip.files.targets import replaced
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter, Variable
@@ -229,7 +229,7 @@ def _factor(name: str, column: Heading, configured: str | None) -> float:
 # --- remarks and time -------------------------------------------------------------------------------------------------
 
 
-def _remarks(table: Table) -> dict[str, Condition]:
+def _remarks(table: TextTable) -> dict[str, Condition]:
     """Conditions that remarks give. Raises ConfigError for those that cannot be understood."""
     conditions: dict[str, Condition] = {}
     problems = []
@@ -257,7 +257,7 @@ def _number_or_text(text: str) -> float | str:
         return text
 
 
-def _check_time(table: Table, time: Floats, column: int) -> None:
+def _check_time(table: TextTable, time: Floats, column: int) -> None:
     """Raises ConfigError at the first sample that is not later than the one before."""
     falling = np.flatnonzero(np.diff(time) <= 0)
     if not falling.size:

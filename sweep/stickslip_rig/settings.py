@@ -20,7 +20,7 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
 from stickslip.config.yaml import Document, Setting, overridden, read_yaml, write_yaml
 from stickslip.errors import QuantityError
-from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.display_units import column_unit
 from stickslip_materials.fit.headings import Heading, heading
 from stickslip_materials.fit.words import RECORD
 from stickslip_rig.quantities import COLUMNS, CONDITION_WORDS, CONDITIONS, MATERIAL, SIGNAL_OF

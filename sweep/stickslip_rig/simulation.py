@@ -32,7 +32,7 @@ from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, study_dataset
 from stickslip.errors import StoppedError
 from stickslip.studies.study import joined
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.flags import MODES, STATUSES
 from stickslip_rig.evaluation import PEAKS, features, rate, test_names
 from stickslip_rig.quantities import CONDITIONS, EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS

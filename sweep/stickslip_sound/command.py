@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, fail, fields, refuses_bad_input, reports_errors
+from stickslip.cli.cells import cell_title
 from stickslip.cli.outputs import save_plot, save_result, show_file
-from stickslip.cli.simulate import cell_title
+from stickslip.cli.screen import JSON, fail, fields, refuses_bad_input, reports_errors
 from stickslip.files.targets import Kind
 
 if TYPE_CHECKING:
@@ -67,16 +67,16 @@ def listen(
         fail("--reference is the cell that has 0 dB: give --level as well")
     if output is not None and output.suffix.lower() != ".wav":
         fail(f"{output}: sounds end in .wav")
-    from stickslip.config import select
+    from stickslip.config import grid
     from stickslip_sound import api as sound
     from stickslip_sound.loudness import LEVEL
     from stickslip_sound.plots import plot_sound
 
     loudest = params.si_quantity("--full-scale", full_scale, "m s-2", "an acceleration > 0, such as '100 m/s2'")
-    loaded, length = select.config_at(params.recipe_in(config), at), select.seconds(seconds, "--seconds")
+    loaded, length = grid.config_at(params.recipe_in(config), at), grid.seconds(seconds, "--seconds")
     if length > _LONGEST:
         fail(f"--seconds: got {seconds!r}, expected at most {_LONGEST:g} s")
-    cell, law, title = select.cell_of(loaded), loaded.friction.law, cell_title(loaded.title, at)
+    cell, law, title = grid.cell_of(loaded), loaded.friction.law, cell_title(loaded.title, at)
     with refuses_bad_input(config.name):
         made = sound.of(
             cell, length, rate=rate, slow=slow, full_scale=loudest, transient=transient, title=title, law=law,
@@ -105,8 +105,8 @@ def _levels(
     """The levels of all cells of a configuration, or of the one at `at`."""
     import numpy as np
 
-    from stickslip.config.select import cell_of, config_at
-    from stickslip.config.studies import Table
+    from stickslip.config.grid import cell_of, config_at
+    from stickslip.config.studies import ReportTable
     from stickslip_sound.loudness import LEVEL, levels
 
     recipe = params.recipe_in(config)
@@ -125,7 +125,7 @@ def _levels(
               "not_heard": int(np.isneginf(level).sum()), "with_level": known.size}  # fmt: skip
     ends = {name: float(of(known)) if known.size else None
             for name, of in (("lowest", np.min), ("median", np.median), ("highest", np.max))}  # fmt: skip
-    screen.echo(f"{about}:\n{Table('', (), [*counts, *ends], [list(map(str, (counts | ends).values()))]).text()}")
+    screen.echo(f"{about}:\n{ReportTable('', (), [*counts, *ends], [list(map(str, (counts | ends).values()))]).text()}")
     save_result(ds, output, "levels")
     if output is not None:
         screen.echo(f"next:    stickslip plot {output}")

@@ -16,18 +16,17 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import engine
-from stickslip.config.grid import build_grid, quantity_of
+from stickslip.config.grid import build_grid, quantity_of, recipe_of, shared_by
 from stickslip.config.model import Config
-from stickslip.config.reader import as_config, is_config
-from stickslip.config.select import recipe_of, shared_by
+from stickslip.config.reader import as_config
+from stickslip.config.studies import is_config
 from stickslip.dataset.build import given_cells, grid_coordinates, provenance, variable_of
 from stickslip.engine import Options, Results, Scales, SolverKeywords, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.threads import CellsOrConfig
 from stickslip.studies.study import joined
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import VARIABLES

@@ -23,13 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
-from stickslip.config.select import shared_by
+from stickslip.config.grid import shared_by
 from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
 from stickslip.errors import NotReachedError
 from stickslip.files.targets import replaced
-from stickslip.theory.ageing import static_friction
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.theory.contacts import static_friction
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import model_with
 from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of

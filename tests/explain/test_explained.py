@@ -8,7 +8,7 @@ import stickslip
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import make_config
 from stickslip.engine import Options, stop_flag
-from stickslip.theory.coulomb import coulomb_cycle
+from stickslip.theory.contacts import coulomb_cycle
 from stickslip.vocabulary.flags import REGIMES
 from stickslip_explain.likelihood import Experiment
 from stickslip_explain.section import Observation
@@ -70,7 +70,7 @@ def test_repeated_runs_scatter_as_the_error_of_the_evidence_says():
 
 
 def test_of_a_coulomb_cycle_only_the_drop_of_friction_and_the_stiffness_are_known():
-    """Period and slip speed depend on mu_static - a1 and on the spring (`theory/coulomb.py`); the level is free."""
+    """Period and slip speed depend on mu_static - a1 and on the spring (`theory/contacts.py`); the level is free."""
     cycle = coulomb()
     seen = AT | {"regime": "stick_slip", "period": f"{float(cycle.period)} s +- 1 %",
                  "slip_speed_max": f"{float(cycle.slip_speed_max)} m/s +- 1 %"}  # fmt: skip

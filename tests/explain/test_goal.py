@@ -99,7 +99,7 @@ def test_what_is_quiet_has_a_reserve_that_is_quiet_still():
 
 
 def test_an_undamped_coulomb_cell_is_quiet_nowhere():
-    """Without damper there is stick-slip at every speed (`theory/coulomb.py`)."""
+    """Without damper there is stick-slip at every speed (`theory/contacts.py`)."""
     ranges = {"stiffness": (1.0, 1e4), "normal_load": (0.1, 100.0)}
     ds = stickslip.goal(COULOMB | {"mu_static": 0.31}, OVER, ("stiffness", "normal_load"), ranges, **QUICK)
     assert not ds["quiet_probability"].any() and ds.sizes["line"] == 0

@@ -9,8 +9,8 @@ import pytest
 import stickslip
 from helpers.configs import write_config
 from helpers.nightly import few
+from stickslip.config.grid import cell_of, config_at
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.select import cell_of, config_at
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.display_units import Unit, quantity, unit_for

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from stickslip.config.grid import cell_of, config_at
 from stickslip.config.reader import parse_config
-from stickslip.config.select import cell_of, config_at
 from stickslip.errors import ConfigError
 
 TEXT = """\

@@ -72,7 +72,7 @@ def coulomb_harmonics(cell, damping, count, before):
 
     The slip velocity is a free vibration, Re(c exp(lam t)) from the belt speed on; in stick there is no acceleration.
     """
-    from stickslip.theory.coulomb import coulomb_cycle
+    from stickslip.theory.contacts import coulomb_cycle
 
     m, k, load, v = (cell[name] for name in ("mass", "stiffness", "normal_load", "belt_speed"))
     cycle = coulomb_cycle(m, k, load, v, cell["mu_static"], cell["a1"], damping)

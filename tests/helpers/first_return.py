@@ -42,7 +42,7 @@ class RateAndState:
 
     def rates(self, _, y):
         c, (u, chi, psi) = self.level(y[2]), y
-        there, back = self.v_0 * exp(chi - c), self.v_0 * exp(-chi - c)
+        there, back = self.v_0 * np.exp(np.clip([chi - c, -chi - c], -300.0, 300.0))  # beyond only in trial steps
         w = there - back
         by_state = -abs(w) / self.distance * (log(abs(w) / self.belt) + psi) if w else 0.0
         pull = u + self.gamma * (self.belt - w) - self.a * chi
@@ -76,7 +76,10 @@ class Bristles:
 
 
 def loop(contact, y):
-    """The motion from the section to its next passage: duration, state there, extremes of u and w; None if none."""
+    """The motion from the section to its next passage: duration, state there, extremes of u and w.
+
+    Raises ArithmeticError where it does not come back.
+    """
 
     def passes(_, state):
         return contact.slip(state) / contact.belt - 1.0
@@ -86,7 +89,7 @@ def loop(contact, y):
     away = solve_ivp(contact.rates, (0.0, LEAVES), y, **options)
     rest = solve_ivp(contact.rates, (LEAVES, 1e5), away.y[:, -1], events=passes, **options)
     if rest.status != 1:
-        return None
+        raise ArithmeticError("the motion does not come back")
     states = np.concatenate([away.y, rest.y, rest.y_events[0].T], axis=1)
     w = contact.slip(states)
     return rest.t_events[0][0], rest.y_events[0][0], states[0].max(), states[0].min(), w.max(), w.min()

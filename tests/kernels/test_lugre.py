@@ -14,7 +14,7 @@ from helpers import adversary_memory
 from helpers.kernel_runs import NAN, run
 from judge import memory as memory_judge
 from stickslip.engine.compiled import kernels
-from stickslip.theory import memory
+from stickslip.theory import contacts
 from stickslip.theory.curve import weakening
 from stickslip_kernels import layout as at
 from stickslip_kernels.allocate import NO_STOPS, new_signals
@@ -58,7 +58,7 @@ def slopes(cells, law):
     shape, slope = weakening(of_curve, b / cells[at.A4], np.where(law == LAWS[2], 2.0, cells[at.DELTA]))
     damping = cells[at.CONTACT_DAMPING] * np.exp(-((cells[at.CONTACT_DAMPING_RATE] * b) ** 2))
     level, fall = cells[at.A1] + cells[at.A3] * shape, cells[at.A3] / cells[at.A4] * slope
-    return memory.lugre_slopes(cells[at.GAMMA], b, level, fall, cells[at.A2], cells[at.CONTACT_STIFFNESS], damping)
+    return contacts.lugre_slopes(cells[at.GAMMA], b, level, fall, cells[at.A2], cells[at.CONTACT_STIFFNESS], damping)
 
 
 def motion(cell, law, belt=None):
@@ -179,7 +179,7 @@ def test_steady_sliding_is_the_answer_only_where_small_motions_decay(law):
     found = run(cells, max_steps=3e4, law=law)
     rests = np.isin(found[at.REGIME], (at.DAMPED, at.CREEP))
     assert rests.sum() > 100 and np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED)).sum() > 100
-    assert (memory.small_motions(1.0, 1.0, slopes(cells, law)).growth[rests] < 0.0).all()
+    assert (contacts.small_motions(1.0, 1.0, slopes(cells, law)).growth[rests] < 0.0).all()
     assert np.isin(found[at.REGIME], (at.FAILED, at.STUCK, at.NOT_COMPUTED)).sum() == 0
     damped = (cells[at.CONTACT_DAMPING] > 0.1 * np.sqrt(cells[at.CONTACT_STIFFNESS])) & (cells[at.GAMMA] > 0.01)
     assert (found[at.REGIME, damped] == at.UNRESOLVED).mean() < 0.05  # the others ring for long, or are chaotic
@@ -355,6 +355,6 @@ def test_bristles_that_ring_while_the_load_creeps_are_no_cycle():
     cells[at.BELT], cells[at.A1], cells[at.A3], cells[at.A4] = np.array([1e-6, 1e-7, 1e-8]) * 2.236, 0.25, 0.2, 0.0447
     cells[at.CONTACT_STIFFNESS], cells[at.CONTACT_DAMPING], cells[at.DELTA] = 200.0, 4.47, 1.0
     cells[at.ETA_START], cells[at.HORIZON] = NAN, np.inf
-    assert (memory.small_motions(1.0, 1.0, slopes(cells, LAWS[0])).growth > 0.0).all()
+    assert (contacts.small_motions(1.0, 1.0, slopes(cells, LAWS[0])).growth > 0.0).all()
     found = run(cells, max_steps=6e4, law=LAWS[0])
     assert (found[at.REGIME] != at.SUSTAINED).all()  # unstable at a crawl: undecided, or stick-slip

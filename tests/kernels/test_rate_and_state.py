@@ -11,7 +11,7 @@ import pytest
 
 from helpers.kernel_runs import NAN, run
 from helpers.nightly import few
-from stickslip.theory import memory
+from stickslip.theory import contacts
 from stickslip_kernels import layout as at
 from stickslip_kernels.rosenbrock import RODAS_5P
 
@@ -51,7 +51,7 @@ def draw(count, seed):
     p = {name: 10 ** random.uniform(low[name], high[name], count) for name in low}
     p["c"][::3] = 0.0
     p["k"] = 10 ** random.uniform(2, 6, count)
-    critical = memory.critical_stiffness(p["m"], slopes(p))
+    critical = contacts.critical_stiffness(p["m"], slopes(p))
     near = (random.random(count) < 0.5) & (critical > 0.0)
     side = random.choice([-1.0, 1.0], count) * 10 ** random.uniform(-2, -0.5, count)
     p["k"] = np.where(near, critical * (1.0 + side), p["k"])
@@ -59,11 +59,11 @@ def draw(count, seed):
 
 
 def slopes(p):
-    return memory.rate_state_slopes(*(p[name] for name in ("c", "N", "v_b", "a", "b", "Dc")))
+    return contacts.rate_state_slopes(*(p[name] for name in ("c", "N", "v_b", "a", "b", "Dc")))
 
 
 def growth(p):
-    return memory.small_motions(p["m"], p["k"], slopes(p))
+    return contacts.small_motions(p["m"], p["k"], slopes(p))
 
 
 def test_the_nodes_of_the_method_follow_from_its_matrices():
@@ -137,7 +137,7 @@ def test_small_motions_do_as_linear_theory_says(law):
 @EVERY_LAW
 def test_regimes_near_the_critical_stiffness_are_those_of_a_tighter_tolerance(law):
     p, random = draw(500, 11), np.random.default_rng(1)
-    critical = memory.critical_stiffness(p["m"], slopes(p))
+    critical = contacts.critical_stiffness(p["m"], slopes(p))
     p = {name: values[critical > 0.0] for name, values in p.items()}
     side = random.choice([-1.0, 1.0], p["k"].size) * 10 ** random.uniform(-3, -1, p["k"].size)
     p["k"] = critical[critical > 0.0] * (1.0 + side)
@@ -154,7 +154,7 @@ def test_loops_with_much_inertia_are_few_steps_by_series(law):
     """Rosenbrock steps are five times as many here."""
     p = draw(300, 12)
     p["v_b"] = np.sqrt(100.0 * p["a"] * p["N"] * p["Dc"] / p["m"])
-    p["k"] = 0.7 * memory.critical_stiffness(p["m"], slopes(p))
+    p["k"] = 0.7 * contacts.critical_stiffness(p["m"], slopes(p))
     p = {name: values[p["k"] > 0.0] for name, values in p.items()}
     found, tight = (run(columns(p), rtol, max_steps=3e4, law=LAWS[law]) for rtol in (1e-6, 1e-9))
     cycles = np.isin(found[at.REGIME], (at.STICK_SLIP, at.SUSTAINED)) & (tight[at.REGIME] == found[at.REGIME])
@@ -168,7 +168,7 @@ def test_motions_that_hardly_grow_or_shrink_end_as_linear_theory_says(law):
     ratio, speed = (axis.ravel() for axis in np.meshgrid([0.3, 0.8, 1.25, 3.0], np.geomspace(3e-3, 8e-3, 8)))
     one = dict(zip(NAMES, (10.0, 1.0, 0.0, 0.0, 0.0, 0.6, 1e-6, 0.01, 0.018, 1e-6), strict=True))
     p = {name: np.full(speed.size, value) for name, value in one.items()} | {"v_b": speed}
-    p["k"] = ratio * memory.critical_stiffness(p["m"], slopes(p))
+    p["k"] = ratio * contacts.critical_stiffness(p["m"], slopes(p))
     mu, unit = p["mu0"] + (p["a"] - p["b"]) * np.log(speed / p["v0"]), np.sqrt(p["k"] * p["m"]) / p["N"]
     cells = columns(p, mu, 0.1 * speed * unit)
     found = run(cells, max_steps=1e5, law=LAWS[law])

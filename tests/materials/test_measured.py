@@ -210,7 +210,7 @@ def test_points_that_come_with_the_package_are_found_from_a_copied_configuration
 def test_a_command_that_finds_its_map_complete_ends(materials):
     """It read the map with threads of dask, which wait until they are told that there is no more to do."""
     (materials / "map.yaml").write_text(SEVERAL)
-    command = [sys.executable, "-m", "stickslip", "run", "map.yaml", "-o", "map.nc", "--no-plot"]
+    command = [sys.executable, "-m", "stickslip", "run", "map.yaml", "-o", "map.nc"]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     for _ in range(2):
         done = subprocess.run(command, cwd=materials, env=environment, capture_output=True, text=True, timeout=120)

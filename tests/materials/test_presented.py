@@ -5,14 +5,13 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from stickslip import plots
-from stickslip.cli import main
 from stickslip.plots.layout import fit, resize
 from stickslip.plots.options import inches, marks_in
-from stickslip_materials.compare.page import material_page
+from stickslip_materials.compare.table import material_page
 
 NAMES = [
     "Fett A (lithiumverseift, Öl ISO VG 68)", "Gleitlack Größe 2 – äußere Führung Süd", "PTFE", "Trocken", "Wachs $1$",
@@ -28,10 +27,6 @@ axes:
   stiffness: {start: 100 N/m, stop: 10000 N/m, num: 6, spacing: log}
   belt_speed: {start: 10 mm/s, stop: 1200 mm/s, num: 8}
 """
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from helpers.cycles import (
 )  # fmt: skip
 from stickslip import sound
 from stickslip.engine import Options, stop_flag
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import REGIMES
 from stickslip_sound.loudness import a_weighting, decibels, levels, levels_of
 

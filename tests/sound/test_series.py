@@ -8,8 +8,7 @@ import stickslip
 from helpers.cycles import COULOMB, OTHERS, STICKING, SUSTAINED, common_first, coulomb_harmonics, hard_cells
 from helpers.scipy_oscillator import SHAPES
 from stickslip.engine import Options, compute, sampled
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, as_cells
 from stickslip_sound.series import Series, cycles_of, samples_for, series_of
 
 CASES = STICKING | SUSTAINED

@@ -11,7 +11,7 @@ from scipy.io import wavfile
 import stickslip
 from helpers.cycles import COULOMB, OTHERS, PAIR, STICKING, UNIT, common_first, coulomb_harmonics, faster, hard_cells
 from stickslip import sound
-from stickslip.theory.coulomb import coulomb_cycle
+from stickslip.theory.contacts import coulomb_cycle
 
 SQUEAL = COULOMB | {"stiffness": 2e6, "belt_speed": 0.5}  # 600 Hz
 FREE = UNIT | {"a1": 0.5, "a2": 0.0, "a3": 0.0, "a4": 1.0, "belt_speed": 5.0, "velocity": 0.0, "displacement": 0.6}

@@ -93,8 +93,7 @@ def test_the_summary_counts_what_is_there(ds):
     assert part.stickslip.summary()["cells"].sum() == part["regime"].notnull().sum()
     with pytest.raises(ValueError, match="no regimes"):
         stickslip.simulate(duration=1.0, **PAIR).stickslip.summary()
-    assert "two greases" in repr(ds.stickslip) and "stick_slip" in ds.stickslip._repr_html_()
-    assert "<script" not in ds.assign_attrs(title="<script>").stickslip._repr_html_()
+    assert "two greases" in repr(ds.stickslip)
 
 
 def test_cells_are_masked_by_the_names_of_flags(ds):

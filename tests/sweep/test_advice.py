@@ -73,7 +73,7 @@ def rows(text):
 
 def test_advice_is_a_table_and_a_change_that_was_simulated(here):
     words = told("advise", "pair.yaml", *AT[:2], "--at", "belt_speed=0.7", "--parameter", "belt_speed",
-                "--parameter", "damping", "--cost", "damping=0.5", "-o", "advice.nc")  # fmt: skip
+                "--parameter", "damping", "--set", "margins.costs.damping=0.5", "-o", "advice.nc")  # fmt: skip
     single, joint = words.split("cheapest joint change: ")
     assert "regime   stick_slip; wanted: damped, creep or stuck" in single
     value, border, by, into, simulated, _ = rows(single)["belt_speed"]
@@ -117,8 +117,8 @@ def test_the_opposite_of_each_cell_is_looked_for(here):
     ("arguments", "message"),
     [
         (("advise", "pair.yaml"), "missing, expected a value for this axis"),
-        (("advise", "pair.yaml", *AT, "--cost", "mass"), "expected NAME=VALUE"),
-        (("advise", "pair.yaml", *AT, "--within", "1"), "within: got 1.0, expected a number above 1"),
+        (("advise", "pair.yaml", *AT, "--set", "margins.costs.mass=no"), "margins.costs: got "),
+        (("advise", "pair.yaml", *AT, "--set", "margins.within=1"), "margins.within: got 1, expected a number above 1"),
         (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
         (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
         (("contours", "pair.yaml", "--set", "contours.scan=1"), "contours.scan=1: contours.scan: got 1"),
@@ -153,7 +153,7 @@ def test_what_is_measured_of_a_curve_may_change_with_the_rest_of_it_held(here):
 
 def test_what_cannot_change_and_what_lies_further_away_is_told(here):
     words = told("advise", "pair.yaml", *AT[:2], "--at", "belt_speed=0.3", "--parameter", "belt_speed",
-                "--parameter", "mu_stop", "--within", "1.2")  # fmt: skip
+                "--parameter", "mu_stop", "--set", "margins.within=1.2")  # fmt: skip
     assert rows(words)["belt_speed"][1] == "none within reach" and rows(words)["mu_stop"][0] == "none"
     assert "cheapest" not in words
     words = told("advise", "pair.yaml", *AT, "--parameter", "mu_start", "--parameter", "a3", code=2)

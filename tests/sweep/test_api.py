@@ -13,7 +13,7 @@ from helpers.configs import write_config
 from stickslip import engine
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
 from stickslip.vocabulary.models import STRIBECK
-from stickslip.vocabulary.results import TRACE_VARIABLES, variables_of_model
+from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES_OF
 
 REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
 INPUTS = ("mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")
@@ -74,7 +74,7 @@ def test_quantities_derived_from_others_agree_with_them(reference):
 def test_a_list_of_cells_is_a_dataset_over_cell_with_its_parameters():
     ds = stickslip.evaluate(PAIR | {"stiffness": [1.0, 10.0]})
     assert dict(ds.sizes) == {"cell": 2}
-    assert set(ds.data_vars) == {v.name for v in variables_of_model(STRIBECK).values() if v.when != "full"}
+    assert set(ds.data_vars) == {v.name for v in VARIABLES_OF[STRIBECK].values() if v.when != "full"}
     np.testing.assert_array_equal(ds["stiffness"], [1.0, 10.0])
     assert ds["period"].attrs["units"] == "s"
     assert json.loads(ds.attrs["configuration"])["solver"]["rtol"] == 1e-6
@@ -188,9 +188,9 @@ def test_an_interrupted_evaluation_hands_over_what_is_finished(monkeypatch):
 
 
 def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
-    from stickslip.runs import assembly
+    from stickslip.runs import output
 
-    write, calls = assembly.writing.write, []
+    write, calls = output.writing.write, []
 
     def interrupted_once(*given, **how):
         calls.append(given)
@@ -198,7 +198,7 @@ def test_an_interruption_while_writing_loses_nothing(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return write(*given, **how)
 
-    monkeypatch.setattr(assembly.writing, "write", interrupted_once)
+    monkeypatch.setattr(output.writing, "write", interrupted_once)
     path, target = write_config(tmp_path), tmp_path / "map.nc"
     with pytest.raises(stickslip.Interrupted, match="144 of 144 cells are safe in"):
         stickslip.run(path, target)

@@ -7,7 +7,7 @@ import pytest
 import stickslip
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.beyond import SENTENCES
+from stickslip.vocabulary.suggest import SENTENCES
 
 SYSTEM = "mass: 1, stiffness: 100, damping: 0, belt_speed: 0.1, normal_load: 10"
 YAML = """

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.quantities import PARAMETERS_OF
 

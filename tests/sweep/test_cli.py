@@ -41,7 +41,7 @@ def test_run_writes_map_and_plot_and_ends_with_a_summary(here):
 
 def test_options_go_before_the_output_section(here):
     config = write_config(here, more="output: {file: map.nc, plot: map.png}\n")
-    assert call("run", config, "-o", "other.nc", "--no-plot").exit_code == 0
+    assert call("run", config, "-o", "other.nc", "--set", "output.plot=").exit_code == 0
     assert {p.name for p in here.iterdir()} == {"small.yaml", "other.nc"}
 
 
@@ -125,7 +125,7 @@ def test_a_map_and_its_plot_are_made_without_what_they_do_not_need(here):
     assert "matplotlib.figure" in loaded
     assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba", "stickslip_rig.simulation"}
     assert not loaded & {"stickslip.api.studies", "stickslip.studies.attractors", "stickslip.dataset.export"}
-    assert not loaded & {f"stickslip.cli.{other}" for other in ("advise", "fit", "plan", "rig", "simulate", "studies")}
+    assert not loaded & {f"stickslip.cli.{other}" for other in ("cells", "stores", "studies")}
 
 
 def test_every_command_has_help_that_fits_a_screen():
@@ -213,7 +213,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     (["--store", "gopher://x/y"], "gopher://x/y: a working store has to be on a file system"),
     (["--store", "small.yaml"], "small.yaml"),
     (["--store", "."], "holds other things"),
-    (["--dask", "head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
+    (["--set", "execution.dask=head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
 ])  # fmt: skip
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)

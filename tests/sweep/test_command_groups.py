@@ -13,8 +13,7 @@ import pytest
 from helpers.commands import call, commands_of
 from helpers.configs import write_config
 from stickslip import extensions
-from stickslip.cli import SECTIONS
-from stickslip.cli import help as manual
+from stickslip.cli import SECTIONS, configs
 
 ROOT = Path(__file__).parents[2]
 
@@ -148,7 +147,7 @@ def test_validate_answers_programs(here):
 
 def test_help_lists_pages_and_shows_each():
     listed = call("help").stdout
-    for name in manual.pages():
+    for name in configs.pages():
         assert re.search(rf"^  {name}  +\S", listed, re.MULTILINE)
         shown = call("help", name)
         assert shown.exit_code == 0 and len(shown.stdout) > 100

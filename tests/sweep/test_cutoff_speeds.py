@@ -12,7 +12,7 @@ import stickslip
 from stickslip import engine
 from stickslip.config.grid import build_grid
 from stickslip.engine import Options
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 
 LAWS = ("rate_state_ageing", "rate_state_slip")
 CUTS = ("direct_cutoff_speed", "evolution_cutoff_speed")

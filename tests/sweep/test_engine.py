@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from stickslip import engine
 from stickslip.engine import Options, compute
 from stickslip.engine import cells as maps
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells
+from stickslip.vocabulary.cells import Cells, as_cells
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 

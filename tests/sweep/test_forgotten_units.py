@@ -7,8 +7,8 @@ from click.testing import CliRunner
 
 from helpers.configs import cell_at
 from stickslip.cli import main
-from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
+from stickslip.config.resolve import config_names, config_path
 from stickslip.errors import UnitWarning
 
 QUIET = """\

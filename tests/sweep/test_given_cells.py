@@ -8,7 +8,7 @@ import xarray as xr
 
 import stickslip
 from stickslip import plots
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 SPEEDS = xr.DataArray([10.0, 100.0, 700.0], {"v": ["slow", "fast", "faster"]}, "v", attrs={"units": "mm/s"})

@@ -7,9 +7,9 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.config.examples import config_path
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import load_config, make_config
+from stickslip.config.resolve import config_path
 from stickslip.dataset.build import map_dataset
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.models.stribeck import coefficients

@@ -88,7 +88,11 @@ def test_a_name_with_control_characters_is_told_without_them(tmp_path, monkeypat
 def test_a_full_standard_output_is_said_and_no_traceback():
     with open("/dev/full", "w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "stickslip", "schema"], stdout=full, stderr=subprocess.PIPE, text=True, env=SOURCES
+            [sys.executable, "-m", "stickslip", "init", "--schema"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=SOURCES,
         )
     assert done.returncode == 1
     assert done.stderr == "standard output: cannot be written (No space left on device)\n"
@@ -104,8 +108,8 @@ def test_a_silent_scheduler_ends_a_run_in_time_and_ctrl_c_says_what_it_interrupt
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": SOURCES}
     with socket.create_server(("127.0.0.1", 0)) as one, socket.create_server(("127.0.0.1", 0)) as other:
         addresses = [f"tcp://127.0.0.1:{server.getsockname()[1]}" for server in (one, other)]
-        words = [sys.executable, "-m", "stickslip", "run", str(config), "-o", str(tmp_path / "m.nc"), "--dask"]
-        began = [subprocess.Popen([*words, address], **pipes) for address in addresses]
+        words = [sys.executable, "-m", "stickslip", "run", str(config), "-o", str(tmp_path / "m.nc"), "--set"]
+        began = [subprocess.Popen([*words, f"execution.dask={address}"], **pipes) for address in addresses]
         connections = [server.accept() for server in (one, other)]
         connected = time.monotonic()
         time.sleep(0.5)

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip.theory import memory
+from stickslip.theory import contacts
 
 COUNT = 10_000
 ROUNDING = 1e-11  # relative margin of Hurwitz' determinant below which a sign is one of rounding
 
 
-def contacts(seed):
+def contacts_of(seed):
     """Mass, stiffness and slopes over decades, all four signs of E and S; half of the springs close to critical."""
     random = np.random.default_rng(seed)
 
@@ -18,8 +18,8 @@ def contacts(seed):
         return 10.0 ** random.uniform(low, high, COUNT)
 
     mass, stiffness, rate = decades(-6, 6), decades(-6, 8), decades(-6, 8)
-    slopes = memory.Slopes(*(decades(-6, 6) * random.choice([-1.0, 1.0], COUNT) for _ in range(2)), rate)
-    critical = memory.critical_stiffness(mass, slopes)
+    slopes = contacts.Slopes(*(decades(-6, 6) * random.choice([-1.0, 1.0], COUNT) for _ in range(2)), rate)
+    critical = contacts.critical_stiffness(mass, slopes)
     near = np.isfinite(critical) & (critical > 0.0) & (random.random(COUNT) < 0.5)
     side = 1.0 + random.choice([-1.0, 1.0], COUNT) * decades(-8, -1)
     return mass, np.where(near, critical * side, stiffness), slopes, critical
@@ -33,7 +33,7 @@ def hurwitz(mass, stiffness, slopes):
 
 
 def test_the_critical_stiffness_separates_growth_from_decay_for_all_signs_of_the_slopes():
-    mass, stiffness, slopes, critical = contacts(1)
+    mass, stiffness, slopes, critical = contacts_of(1)
     stable, margin = hurwitz(mass, stiffness, slopes)
     certain, at_once, steady = margin > ROUNDING, slopes.at_once > 0.0, slopes.steady > 0.0
     below = np.isfinite(critical) & (stiffness < critical)
@@ -43,7 +43,7 @@ def test_the_critical_stiffness_separates_growth_from_decay_for_all_signs_of_the
     assert np.isfinite(critical[at_once & ~steady]).all()
     for signs in (at_once & steady, at_once & ~steady, ~at_once & steady, ~at_once & ~steady):
         assert (signs & certain).sum() > 2000
-    growth = memory.small_motions(mass, stiffness, slopes).growth
+    growth = contacts.small_motions(mass, stiffness, slopes).growth
     fastest = slopes.rate + np.abs(slopes.at_once) / mass + np.sqrt(stiffness / mass)
     certain &= np.abs(growth) > 1e-13 * fastest  # eigenvalues are known to rounding of the largest
     assert certain.mean() > 0.8
@@ -51,8 +51,8 @@ def test_the_critical_stiffness_separates_growth_from_decay_for_all_signs_of_the
 
 
 def test_growth_and_frequency_are_the_leading_root():
-    mass, stiffness, slopes, _ = contacts(2)
-    ours = memory.small_motions(mass, stiffness, slopes)
+    mass, stiffness, slopes, _ = contacts_of(2)
+    ours = contacts.small_motions(mass, stiffness, slopes)
     polynomials = np.stack(
         [mass, mass * slopes.rate + slopes.at_once, stiffness + slopes.rate * slopes.steady, stiffness * slopes.rate],
         axis=1,
@@ -70,9 +70,9 @@ def test_growth_and_frequency_are_the_leading_root():
 
 def test_at_the_critical_stiffness_motions_neither_grow_nor_decay():
     """i omega is a root there, and where Hurwitz' determinant changes its sign is that stiffness, to 1e-8."""
-    mass, _, slopes, critical = contacts(3)
+    mass, _, slopes, critical = contacts_of(3)
     chosen = np.isfinite(critical) & (critical > 0.0)
-    omega = memory.critical_frequency(slopes)[chosen]
+    omega = contacts.critical_frequency(slopes)[chosen]
     m, k = mass[chosen], critical[chosen]
     r, at_once, steady = slopes.rate[chosen], slopes.at_once[chosen], slopes.steady[chosen]
     even, odd = (m * r + at_once) * omega**2 - k * r, omega * (k + r * steady - m * omega**2)

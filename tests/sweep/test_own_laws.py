@@ -16,7 +16,7 @@ from stickslip.config.reader import make_config
 from stickslip.engine import Options, will_compile
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import laws_with, own_law
 

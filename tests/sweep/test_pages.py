@@ -151,7 +151,7 @@ axes: {stiffness: [1 N/mm, 2 N/mm]}
 
 def test_parts_escape_their_text():
     columns = pages.Column(HOSTILE, HOSTILE), pages.Column("b", is_text=True)
-    html = pages.table(columns, [[HOSTILE, pages.Cell(HOSTILE, "green")]]) + pages.terms([(HOSTILE, HOSTILE)])
+    html = pages.table(columns, [[HOSTILE, pages.PageCell(HOSTILE, "green")]]) + pages.terms([(HOSTILE, HOSTILE)])
     html += pages.paragraph(HOSTILE) + pages.warning(HOSTILE) + pages.configuration(HOSTILE)
     assert "<script" not in html and html.count("&lt;script&gt;") == 9
 

@@ -3,8 +3,8 @@ import math
 import pytest
 
 from helpers.configs import cell_at
+from stickslip.config.grid import seconds
 from stickslip.config.reader import parse_config
-from stickslip.config.select import seconds
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.quantities import PARAMETERS_OF

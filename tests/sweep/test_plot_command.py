@@ -1,4 +1,4 @@
-"""`stickslip plot` and `run --report`: pictures and pages on the command line."""
+"""`stickslip plot` and `output.report`: pictures and pages on the command line."""
 
 import shutil
 
@@ -88,14 +88,14 @@ def test_what_only_maps_have_is_refused_for_other_plots(computed):
 
 def test_a_run_writes_a_page_and_plot_writes_it_again(computed):
     config = computed / "small.yaml"
-    done = call("run", config, "--no-plot", "--report", "page.html")
+    done = call("run", config, "--set", "output.report=page.html")
     assert done.exit_code == 0 and "page     page.html (" in done.stdout
     page = (computed / "page.html").read_text(encoding="utf-8")
     assert page.count("<img ") == 3 and "Shares of the regimes" in page
     assert "page     again.html" in call("plot", "map.nc", "-o", "again.html", "--title", "Mine").stdout
     assert "<h1>Mine</h1>" in (computed / "again.html").read_text(encoding="utf-8")
-    wrong = call("run", config, "--report", "page.docx")
-    assert wrong.exit_code == 2 and "page.docx: pages end in .html, .htm" in wrong.stderr
+    wrong = call("run", config, "--set", "output.report=page.docx")
+    assert wrong.exit_code == 2 and "expected a file name that ends in .html" in wrong.stderr
 
 
 @pytest.mark.slow
@@ -105,7 +105,7 @@ def test_more_panels_than_fit_are_a_picture_of_a_part_said_before_and_after(tmp_
     config.write_text(config.read_text().replace("axes:\n", "axes:\n  damping: {start: 0, stop: 1.9, num: 20}\n"))
     for command in ("validate", "plan"):
         assert "the middle damping" in call(command, config).output
-    done = call("run", config, "--report", "map.html")
+    done = call("run", config, "--set", "output.report=map.html")
     assert done.exit_code == 0 and done.stderr.index("20 panels over damping (20)") < done.stderr.index("cells")
     assert done.stdout.count("drawn    damping = 1 N s/m") == 2 and "plot     map.png" in done.stdout
     assert size_of(tmp_path / "map.png") == size_of_one_panel(tmp_path)

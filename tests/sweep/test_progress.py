@@ -61,7 +61,7 @@ def test_items_under_way_count_by_their_cells_and_never_as_all():
 
 
 def test_cells_that_take_long_are_told_of_every_second_and_keep_their_numbers(monkeypatch):
-    some = {name: np.full(1000, values[0]) for name, values in stickslip.vocabulary.cell_values.as_cells(CELL).items()}
+    some = {name: np.full(1000, values[0]) for name, values in stickslip.vocabulary.cells.as_cells(CELL).items()}
     some = Cells.of(some)
     whole = compute_range(some, 0, 1000, Options(early_stop=True), stop_flag())
     seen, clock = [], iter(np.arange(0.0, 1e5, 16.0))  # every part takes 16 s

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.config.examples import config_path, existing_config
+from stickslip.config.resolve import config_path, existing_config
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -66,7 +66,7 @@ def test_a_wheel_carries_all_packages_their_types_and_the_configurations(unpacke
 
 
 def test_an_installed_package_finds_its_own_configurations(unpacked_wheel, tmp_path):
-    code = "from stickslip.config.examples import config_path as p; print(p('quickstart'), p('article/fig9'))"
+    code = "from stickslip.config.resolve import config_path as p; print(p('quickstart'), p('article/fig9'))"
     paths = os.pathsep.join([str(unpacked_wheel), *(path for path in sys.path if "site-packages" in path)])
     command = [sys.executable, "-S", "-c", code]
     done = subprocess.run(

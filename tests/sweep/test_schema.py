@@ -2,13 +2,12 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-from stickslip.config.examples import config_names, config_path, starter
 from stickslip.config.reader import load_config, make_config
+from stickslip.config.resolve import config_names, config_path, starter
 from stickslip.config.schema import json_schema
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.settings import SETTINGS
+from stickslip.vocabulary.quantities import EXECUTION, QUANTITIES, SOLVER
 from stickslip_rig.settings import read_settings
 
 SCHEMA = json_schema()
@@ -77,7 +76,7 @@ REQUIRED = {
 
 def beyond_bounds():
     """Section, name, and a value just beyond each bound that the vocabulary has."""
-    rows = [*QUANTITIES.values(), *(row for rows in SETTINGS.values() for row in rows.values())]
+    rows = [*QUANTITIES.values(), *SOLVER.values(), *EXECUTION.values()]
     for row in rows:
         if row.above is not None:
             yield row.section, row.name, row.above

@@ -29,7 +29,7 @@ drive: {stroke: 6 mm}
 """
 
 
-# --- --set, --threads -------------------------------------------------------------------------------------------------
+# --- --set -------------------------------------------------------------------------------------------------
 
 NEEDED = {
     "explore": ["--static", "page.html"],
@@ -102,7 +102,9 @@ def test_shards_with_other_settings_are_refused(here):
         assert "(--set) as the run that began it: system.mass" in refused.stderr
         assert "stickslip collect map.nc.parts" in refused.stderr
         assert stale.exists() and "took over" not in refused.stderr
-    assert call("run", config, "--shard", "2/2", "--set", "system.mass=2", "--threads", "1").exit_code == 0
+    assert (
+        call("run", config, "--shard", "2/2", "--set", "system.mass=2", "--set", "execution.threads=1").exit_code == 0
+    )
     assert call("collect", "map.nc.parts", "--json").exit_code == 0
     refused = call("collect", config)
     assert refused.exit_code == 2 and ": system.mass" in refused.stderr and "--fresh" not in refused.stderr
@@ -138,12 +140,12 @@ def test_threads_win_over_the_file_and_change_no_number(here):
     config = write_config(here, num=60, more="output: {file: map.nc}\n")
     text = config.read_text().replace("block: 4096", "block: 4096, threads: 2")
     config.write_text(text)
-    one = json.loads(call("plan", config, "--threads", "1", "--json").stdout)
+    one = json.loads(call("plan", config, "--set", "execution.threads=1", "--json").stdout)
     assert one["threads"] == 1 and json.loads(call("plan", config, "--json").stdout)["threads"] == 2
-    done = call("run", config, "--threads", "1")
+    done = call("run", config, "--set", "execution.threads=1")
     assert "cells/s on 1 thread\n" in done.stdout
     np.testing.assert_array_equal(stickslip.open("map.nc")["regime"].values, stickslip.run(config)["regime"].values)
-    assert call("run", config, "--threads", "0").exit_code == 2
+    assert call("run", config, "--set", "execution.threads=0").exit_code == 2
 
 
 # --- --quiet, --json --------------------------------------------------------------------------------------------------
@@ -243,7 +245,7 @@ def test_a_shard_lasts_as_long_as_its_threads_need_for_their_blocks():
 
 def test_the_lines_of_a_plan_are_commands_that_compute_the_map(here):
     config = write_config(here, num=100)
-    told = call("plan", config.name, "--nodes", "2", "--set", "system.mass=200 g", "--threads", "1")
+    told = call("plan", config.name, "--nodes", "2", "--set", "system.mass=200 g", "--set", "execution.threads=1")
     assert told.exit_code == 0, told.output
     rows = {line.split()[0]: line.split(maxsplit=1)[1] for line in told.stdout.splitlines() if line[:1].isalpha()}
     sbatch = shlex.split(rows["submit"])
@@ -264,7 +266,10 @@ def test_a_plan_says_when_nodes_or_threads_have_nothing_to_do(here):
     told = call("plan", config, "--nodes", "40").stdout
     assert "further nodes have nothing to compute" in told and "--array=1-3 " in told and "ID/3" in told
     assert sum(line.startswith("time ") for line in told.splitlines()) == 1
-    assert "fewer blocks than a node has threads" in call("plan", config, "--nodes", "2", "--threads", "9").stdout
+    assert (
+        "fewer blocks than a node has threads"
+        in call("plan", config, "--nodes", "2", "--set", "execution.threads=9").stdout
+    )
 
 
 # --- a map that comes meanwhile ---------------------------------------------------------------------------------------

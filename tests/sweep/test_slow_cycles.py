@@ -60,17 +60,25 @@ def slow_cells(seed, n):
     return {name: values[chosen] for name, values in cells.items()}
 
 
-def worst_period(cells, which):
-    """By how much periods differ most from those of the cycle of one loop beside them, over these."""
+def off_periods(cells, which):
+    """By how much periods differ from those of the cycle of one loop beside them; NaN where SciPy comes to none.
+
+    It is begun at a contact as in steady slip, from which some of the largest cycles cannot be reached.
+    """
     ds = stickslip.evaluate(cells, law="rate_state_slip")
-    off = []
-    for i in which:
+    off = np.full(len(which), np.nan)
+    for n, i in enumerate(which):
         here = RateAndState({name: float(values[i]) for name, values in cells.items()})
-        place = returned(here, (float(ds["cycle_force_max"][i]) / here.load, 0.0), 3)[0]
-        time, _, multipliers = cycle_near(here, place)
-        assert np.abs(multipliers).max() < 1.0
-        off.append(abs(float(ds["period"][i]) / (time * here.time) - 1.0))
-    return max(off)
+        try:
+            place = returned(here, (float(ds["cycle_force_max"][i]) / here.load, 0.0), 3)[0]
+            cycle = cycle_near(here, place)
+        except (ArithmeticError, Warning):
+            continue
+        if cycle is not None:
+            time, _, multipliers = cycle
+            assert np.abs(multipliers).max() < 1.0
+            off[n] = abs(float(ds["period"][i]) / (time * here.time) - 1.0)
+    return off
 
 
 @pytest.mark.slow
@@ -79,7 +87,7 @@ def test_cells_with_much_inertia_have_the_period_of_one_loop():
     ds = stickslip.evaluate(cells, law="rate_state_slip")
     cycles = np.flatnonzero(np.isin(ds["status"].values, CYCLES))
     assert not (ds["status"] == STATUSES.index("irregular")).any()
-    assert cycles.size > 0.8 * ds.sizes["cell"] and worst_period(cells, cycles[:1]) < 1e-5
+    assert cycles.size > 0.8 * ds.sizes["cell"] and off_periods(cells, cycles[:1]).max() < 1e-5
 
 
 @pytest.mark.slow
@@ -88,4 +96,5 @@ def test_many_such_cells():
     ds = stickslip.evaluate(cells, law="rate_state_slip")
     cycles = np.flatnonzero(np.isin(ds["status"].values, CYCLES))
     assert not (ds["status"] == STATUSES.index("irregular")).any()
-    assert cycles.size > 0.9 * ds.sizes["cell"] and worst_period(cells, cycles[::25]) < 1e-5
+    off = off_periods(cells, cycles[::25])
+    assert cycles.size > 0.9 * ds.sizes["cell"] and np.nanmax(off) < 1e-5 and np.isfinite(off).mean() > 0.8

@@ -2,15 +2,14 @@ import inspect
 import re
 
 from stickslip import evaluate, simulate
-from stickslip.config.examples import starter
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import make_config, parse_config
+from stickslip.config.resolve import starter
 from stickslip.config.schema import json_schema
 from stickslip.config.sections import Execution, Solver, Start
 from stickslip.engine import Options
-from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.settings import SOLVER
+from stickslip.vocabulary.quantities import QUANTITIES, SOLVER
 
 TEMPLATE = starter()
 

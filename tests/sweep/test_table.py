@@ -16,7 +16,7 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.engine import Options
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
-from stickslip.vocabulary.cell_values import as_cells
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import REGIMES
 
 RANDOM = np.random.default_rng(11)
@@ -220,7 +220,7 @@ def test_a_configuration_keeps_the_points_and_another_process_knows_them(tmp_pat
     np.testing.assert_array_equal(found["spring_force_max"], same["spring_force_max"])
     same.to_netcdf(tmp_path / "cells.nc")
     script = (
-        "import sys, stickslip; from stickslip.config.select import shared_by as of\n"
+        "import sys, stickslip; from stickslip.config.grid import shared_by as of\n"
         "for file in sys.argv[1:]: stickslip.Options(law=of(stickslip.open(file))['law'])"
     )
     subprocess.run([sys.executable, "-c", script, tmp_path / "felt.nc", tmp_path / "cells.nc"], check=True)

@@ -19,7 +19,6 @@ COMPARED = ("--mass", "1 kg", "--stiffness", "1 N/m", "--load", "1 N")
 COMMANDS = {  # what writes a file: the words before its name, and the suffixes it may have
     "run -o": (("run", "c.yaml", "-o"), (".nc", ".zarr", ".csv")),
     "run --plot": (("run", "c.yaml", "-o", "map.nc", "--plot"), (".png", ".pdf")),
-    "run --report": (("run", "c.yaml", "-o", "map.nc", "--report"), (".html",)),
     "border -o": (("border", "c.yaml", "--along", "stiffness", "-o"), (".nc",)),
     "border --plot": (("border", "c.yaml", "--along", "stiffness", "--plot"), (".png",)),
     "contours -o": (("contours", "c.yaml", "-o"), (".csv",)),

@@ -11,17 +11,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.config.unit_warnings import friction_question_of_cells
+from stickslip.config.describe import friction_question_of_cells
 from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, provenance, trace_dataset
 from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
-from stickslip.theory.memory import time_to_cycle
-from stickslip.vocabulary.cell_values import as_cells, named_values, scales_of
-from stickslip.vocabulary.cells import Parameters
+from stickslip.theory.contacts import time_to_cycle
+from stickslip.vocabulary.cells import Parameters, as_cells, named_values, scales_of
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.settings import SOLVER
+from stickslip.vocabulary.quantities import PARAMETERS, SOLVER
 
 
 def evaluate(

@@ -109,7 +109,7 @@ def contours(
     scan : int
         Points along each axis that are looked at first. A loop between them is missed.
     progress, **solver
-        As for `border`.
+        As for `border`, as are exceptions.
 
     Returns
     -------
@@ -118,11 +118,6 @@ def contours(
         node_count, closed (its last node is its first), regime_left and regime_right as x grows to the right and y
         upwards. Every node lies where a line crosses a side of the grid (node_along says which parameter was searched),
         or is a junction, where three or more regimes meet. What is unresolved or failed is a region of its own.
-
-    Raises
-    ------
-    TypeError, ValueError, ConfigError
-        For bad input, before anything is computed.
     """
     section = section_of_call(
         Contours, axes=axes, between=between, points=points, tolerance=tolerance, scan=scan, rtol=rtol_of(solver)
@@ -175,7 +170,7 @@ def margins(
     beyond : float
         How far past a border each proposal is simulated, over the value.
     progress, **solver
-        As for `border`.
+        As for `border`, as are exceptions.
 
     Returns
     -------
@@ -185,11 +180,6 @@ def margins(
         proposed_NAME and checked_NAME (the value past the border that was simulated, and its regime) on both sides.
         NaN, and regime 0, where there is no border within reach. joint_cost, joint_NAME, joint_proposed_NAME,
         joint_checked.
-
-    Raises
-    ------
-    TypeError, ValueError, ConfigError
-        For bad input, before anything is computed.
     """
     section = section_of_call(
         Margins, parameters=parameters, costs=costs, within=within, into=into, speed_range=speed_range, joint=joint,
@@ -224,7 +214,7 @@ def attractors(
     seed : int
         Of them.
     progress, **solver
-        As for `border`, with rtol of `evaluate`.
+        As for `border`, with rtol of `evaluate`, as are exceptions.
 
     Returns
     -------
@@ -233,11 +223,6 @@ def attractors(
         bounds and share_method; of the unstable cycle (NaN where there is none, or it is not exact) unstable_amplitude,
         unstable_velocity_amplitude, unstable_period; critical_shock and critical_shift, the smallest changes of
         velocity and displacement at steady sliding after which it does not come back, and both in either direction.
-
-    Raises
-    ------
-    TypeError, ValueError, ConfigError
-        For bad input, before anything is computed.
     """
     subject = Subject.of(cells_or_config, solver)
     if box is not None:
@@ -272,7 +257,7 @@ def ramp(
     points : int
         Values, spaced as the places that `border` looks at first, or as the axis of the configuration.
     progress, **solver
-        As for `border`, with rtol of `evaluate`.
+        As for `border`, with rtol of `evaluate`, as are exceptions.
 
     Returns
     -------
@@ -281,11 +266,6 @@ def ramp(
         displacement_amplitude, period, stick_fraction; and of what lies between both branches, over the lines and the
         parameter: unstable_amplitude, unstable_velocity_amplitude and unstable_period of the unstable cycle (as
         `attractors` finds it, NaN where it is not known exactly) and damping_ratio. `plots.plot_branches` draws it.
-
-    Raises
-    ------
-    TypeError, ValueError, ConfigError
-        For bad input, before anything is computed.
     """
     section = section_of_call(Ramp, along=along, between=between, points=points)
     return Subject.of(cells_or_config, solver).computed(section, progress)
@@ -306,17 +286,15 @@ def coarse_map(config: Config) -> Config:
     if not lines:
         return config
     of_lines = {name: _over(name, *line[1:]) for name, line in lines.items()}
-    axes = [next((of_lines.pop(name) for name, line in lines.items() if line.axis is axis), _coarse(axis))
+    axes = [axis.model_copy(update={"num": min(axis.num, _COARSE)}) if isinstance(axis, Range) else axis
             for axis in config.axes]  # fmt: skip
+    axes = [next((of_lines.pop(name) for name, line in lines.items() if line.axis is whole), axis)
+            for whole, axis in zip(config.axes, axes, strict=True)]  # fmt: skip
     axes += of_lines.values()
     if len(lines) > 1:
         axes.sort(key=lambda axis: [*lines].index(axis.name) if axis.name in lines else -1)
     varied = [axis.name for axis in axes if axis.name in QUANTITIES]
     return config.without(*varied).plain_map().model_copy(update={"axes": tuple(axes)})
-
-
-def _coarse(axis: Axis) -> Axis:
-    return axis.model_copy(update={"num": min(axis.num, _COARSE)}) if isinstance(axis, Range) else axis
 
 
 def _over(name: str, between: tuple[float, float], spacing: str | None) -> Axis:

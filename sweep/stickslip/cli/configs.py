@@ -1,4 +1,6 @@
-"""`validate`, `init` and `schema`: configurations, without computing anything."""
+"""`validate`, `init` and `help`: configurations without computing anything, and the pages of the documentation."""
+
+from __future__ import annotations
 
 import json
 import shlex
@@ -10,9 +12,10 @@ from typing import Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import DONE, JSON, WRONG_INPUT, fail, fields, is_for_programs, print_json, reports_errors
 from stickslip.cli.outputs import plot_limits
+from stickslip.cli.screen import DONE, JSON, WRONG_INPUT, fail, fields, is_for_programs, print_json, reports_errors
 from stickslip.errors import ConfigError, Problem, dotted
+from stickslip.vocabulary.suggest import or_meant
 
 
 @click.command()
@@ -75,25 +78,33 @@ def _problem(problem: Problem) -> dict[str, Any]:
 Examples:
   stickslip init my.yaml
   stickslip init --list
+  stickslip init --schema > stickslip.schema.json
   stickslip init my_rig.yaml --from rig/materials"""
 )
 @click.argument("file", type=click.Path(path_type=Path), default="stickslip.yaml")
 @click.option("--from", "name", metavar="NAME", help="Copy a configuration that comes with stickslip.")
 @click.option("--list", "listing", is_flag=True, help="List the available ones, and write nothing.")
-def init(file: Path, name: str | None, listing: bool) -> None:
+@click.option("--schema", is_flag=True, help="Print the JSON Schema of configurations, and write nothing.")
+def init(file: Path, name: str | None, listing: bool, schema: bool) -> None:
     """Write a commented configuration to start from.
 
-    FILE is stickslip.yaml unless given; a file that exists is never overwritten.
+    FILE is stickslip.yaml unless given; a file that exists is never overwritten. With the schema editors check and
+    complete the YAML: in VS Code with the YAML extension by a first line
+    `# yaml-language-server: $schema=stickslip.schema.json`.
     """
-    from stickslip.config.examples import config_names, config_path, starter
     from stickslip.config.reader import command_for
+    from stickslip.config.resolve import config_names, config_path, starter
     from stickslip.config.yaml import read_yaml
 
+    if schema:
+        from stickslip.config.schema import json_schema
+
+        return screen.echo(json.dumps(json_schema(), indent=2))
     if listing:
         for each in config_names():
             path = config_path(each)
             screen.echo(f"stickslip {command_for(path)} {each:20} {read_yaml(path).data['title']}")
-        return
+        return None
     text, command = starter(), "run"
     try:
         if name is not None:
@@ -108,21 +119,54 @@ def init(file: Path, name: str | None, listing: bool) -> None:
         fail(f"{file}: exists already; name another file, or remove it first")
     except OSError as error:
         fail(f"{file}: {error.strerror}")
-    screen.echo(f"wrote {file}; next: {shlex.join(['stickslip', command, str(file)])}")
+    return screen.echo(f"wrote {file}; next: {shlex.join(['stickslip', command, str(file)])}")
 
 
-@click.command()
-def schema() -> None:
-    """Print the JSON Schema of configurations.
+_PACKAGE = Path(__file__).resolve().parents[1]
+_INSTALLED = _PACKAGE / "pages_of_docs"
+_CHECKOUT = _PACKAGE.parents[1]
+_WIDEST = 100  # characters of a line of prose
 
-    It lets editors check and complete the YAML.
 
-    \b
-    In VS Code with the YAML extension:
-      stickslip schema > stickslip.schema.json
-    and as first line of a configuration
-      # yaml-language-server: $schema=stickslip.schema.json
+@click.command("help")
+@click.argument("topic", required=False)
+@click.pass_context
+def help_command(context: click.Context, topic: str | None) -> None:
+    """Read a page of the documentation here in the terminal.
+
+    Without TOPIC it lists the pages. What a command does is said by `stickslip COMMAND --help`.
     """
-    from stickslip.config.schema import json_schema
+    known = pages()
+    if topic is None:
+        width = max(map(len, known), default=0)
+        screen.echo("Pages, shown by `stickslip help NAME`:\n")
+        for name, page in known.items():
+            screen.echo(f"  {name:{width}}  {title(page)}")
+        return screen.echo(f"\nThe files are in {_folders()[0]}")
+    name = Path(topic).name.removesuffix(".md")
+    if name in known:
+        return click.echo_via_pager(known[name].read_text(encoding="utf-8").rstrip())
+    parent = context.parent
+    command = parent.command.get_command(parent, topic) if parent and isinstance(parent.command, click.Group) else None
+    if command is None:
+        fail(f"{topic!r} is no topic{or_meant(topic, known)}\nhint: `stickslip help` lists the topics")
+    screen.echo(command.get_help(click.Context(command, info_name=topic, parent=parent)))
 
-    screen.echo(json.dumps(json_schema(), indent=2))
+
+def _folders() -> tuple[Path, Path]:
+    """The folder of the pages, and that of README."""
+    return (_INSTALLED, _INSTALLED) if _INSTALLED.is_dir() else (_CHECKOUT / "docs", _CHECKOUT)
+
+
+def pages() -> dict[str, Path]:
+    """All pages by name, README among them as `overview`; sorted. The front of the site is none."""
+    folder, root = _folders()
+    files = {path.stem: path for path in folder.glob("*.md") if path.stem.lower() not in ("index", "readme")}
+    files["overview"] = root / "README.md"
+    return {name: path for name, path in sorted(files.items()) if path.is_file()}
+
+
+def title(page: Path) -> str:
+    """The first heading of a page."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    return next((line[2:].strip() for line in lines if line.startswith("# ")), page.stem)

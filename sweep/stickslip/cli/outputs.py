@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.cli import screen
-from stickslip.cli.exits import drawing
 from stickslip.cli.params import requested_table
+from stickslip.cli.screen import drawing
 from stickslip.vocabulary.flags import flag_label
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 def show_result(ds: xr.Dataset, output: Location | None = None) -> None:
     """Print what a result of any kind holds. output : its file, which remarks name."""
-    from stickslip.config.studies import Table, result_class
+    from stickslip.config.studies import ReportTable, result_class
 
     if (study := result_class(ds)) is None:
         _show_map(ds, output)
     for part in study.report(ds) if study else ():
-        if isinstance(part, Table | str):
-            screen.echo(part.text() if isinstance(part, Table) else part)
+        if isinstance(part, ReportTable | str):
+            screen.echo(part.text() if isinstance(part, ReportTable) else part)
         else:
             screen.terminal().print(part)
     if "audit_bound" in ds.attrs:
@@ -64,12 +64,12 @@ def threads_text(options: Options) -> str:
 
 def _show_map(ds: xr.Dataset, output: Location | None) -> None:
     """Print the regimes of a map, and remarks on cells that have none."""
-    from stickslip.config.studies import Table
+    from stickslip.config.studies import ReportTable
     from stickslip.dataset.summary import remark, step_limit_remark, summary, table_remark
 
     shares, file = summary(ds), None if output is None else str(output)
     rows = [(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction)) for name, share in shares.items()]
-    screen.echo(Table("", ("regime",), ("cells", "share"), rows).text())
+    screen.echo(ReportTable("", ("regime",), ("cells", "share"), rows).text())
     remarks = remark(shares, file), step_limit_remark(ds, file), table_remark(ds)
     for text in filter(None, remarks):
         screen.echo(text)
@@ -191,7 +191,7 @@ PLAIN = PictureOptions()
 def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
     from stickslip.api.cells import evaluate
-    from stickslip.config.select import shared_by
+    from stickslip.config.grid import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
     from stickslip.vocabulary.flags import REGIMES

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import screen
-from stickslip.cli.exits import fail
+from stickslip.cli.screen import fail
 from stickslip.vocabulary.studies import STUDIES
 
 if TYPE_CHECKING:
+    from stickslip.config.grid import Recipe
     from stickslip.config.model import Config
-    from stickslip.config.select import Recipe
     from stickslip.config.yaml import Setting
     from stickslip.files.locations import Location
     from stickslip.files.targets import Kind
@@ -136,27 +136,19 @@ def _setting(_context: click.Context, _option: click.Parameter, texts: tuple[str
         raise click.BadParameter(str(error)) from None
 
 
-class _Threads(click.IntRange):
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """A number, or auto as it is."""
-        return value if value == "auto" else super().convert(value, param, ctx)
-
-
 SET = screen.remembered_option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE", read=_setting,
     help="Set a key of CONFIG, as axes.belt_speed.num=50 or 'system.mass=200 g'; KEY= removes it. Repeatable.",
 )  # fmt: skip
 THREADS = screen.remembered_option(
-    "--threads", type=_Threads(1), metavar="N|auto",
-    help="Threads to compute on, whatever CONFIG says.  [default: one per processor]",
-)  # fmt: skip
+    "--threads", metavar="N|auto", help="Threads to compute on; short for --set execution.threads=N."
+)
+DASK = screen.remembered_option(
+    "--dask", metavar="ADDRESS", help="Dask scheduler, its file, or local; short for --set execution.dask=ADDRESS."
+)
 OUTPUT = click.option(
     "-o", "--output", type=Target("result", "table"), callback=_result_beside,
     help="File to write, .nc or .zarr, or the URL of a .zarr; .csv or .xlsx writes the .nc and a table made of it.",
-)  # fmt: skip
-DASK = click.option(
-    "--dask", metavar="ADDRESS",
-    help="Dask scheduler that computes blocks, its file, local (processes here), or none.",
 )  # fmt: skip
 AT = click.option("--at", multiple=True, metavar="NAME=VALUE", help="Value of an axis, or of any other quantity.")
 RECORDS = click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
@@ -188,14 +180,14 @@ def CONFIG(command: Command) -> Command:  # noqa: N802, a decorator as those abo
 
 def config_file(path: Location) -> Any:
     """The file of a configuration: the one named or, with a notice, the one of the package that is called so."""
-    from stickslip.config.examples import existing_config
+    from stickslip.config.resolve import existing_config
 
     return _noticed(path, existing_config(path)) if isinstance(path, Path) else path
 
 
 def points_file(path: Path) -> Path:
     """A table of measured points: the file named or, with a notice, the one of the package that is called so."""
-    from stickslip.config.examples import points_path
+    from stickslip.config.resolve import points_path
 
     return _noticed(path, points_path(path))
 
@@ -207,7 +199,7 @@ def _noticed(path: Path, file: Path) -> Path:
 
 
 def configuration(path: Location) -> Config:
-    """The configuration in a file, with `--set` and `--threads` put in. Raises ConfigError."""
+    """The configuration in a file, with `--set` put in. Raises ConfigError."""
     from stickslip.config.reader import load_config
 
     return load_config(str(path), settings())
@@ -215,8 +207,8 @@ def configuration(path: Location) -> Config:
 
 def recipe_in(path: Location) -> Recipe:
     """The configuration in a YAML file, or the one in a result. Raises ConfigError, StoreError."""
+    from stickslip.config.grid import recipe_of
     from stickslip.config.sections import OUTPUT_SUFFIXES
-    from stickslip.config.select import recipe_of
     from stickslip.files import reading
 
     if path.suffix.lower() not in OUTPUT_SUFFIXES:
@@ -226,17 +218,12 @@ def recipe_in(path: Location) -> Recipe:
 
 
 def settings() -> tuple[Setting, ...]:
-    """Settings of the configuration that `--set` and `--threads` of this call give."""
-    from stickslip.config.yaml import Setting
+    """Settings of the configuration that `--set` of this call gives, and the options that are short for it."""
+    from stickslip.config.yaml import setting
 
-    threads = screen.remembered("threads")
-    of_threads = [] if threads is None else [Setting(f"--threads {threads}", "execution.threads", str(threads))]
-    return (*(screen.remembered("settings") or ()), *of_threads)
-
-
-def settings_again() -> list[str]:
-    """The words of `--set` and `--threads`, for a command that is to be called in the same way."""
-    return [word for given in settings() for word in given.option.split(" ", 1)]
+    given = {key: screen.remembered(key) for key in ("threads", "dask")}
+    short = (setting(f"execution.{key}={value}") for key, value in given.items() if value is not None)
+    return (*(screen.remembered("settings") or ()), *short)
 
 
 def pairs(texts: tuple[str, ...]) -> dict[str, str]:

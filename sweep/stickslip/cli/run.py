@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import Outputs, plot_limits, rate_text, save_table, show_file, show_result, threads_text
+from stickslip.cli.screen import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +46,7 @@ def BLOCKS(command: params.Command) -> params.Command:  # noqa: N802, a decorato
     epilog=f"""\b
 Examples:
   stickslip run configs/quickstart.yaml
-  stickslip run my.yaml --output results/map.zarr --no-plot
+  stickslip run my.yaml --output results/map.zarr --set output.plot=
   stickslip run my.yaml -o s3://bucket/map.zarr
   stickslip run my.yaml --set axes.belt_speed.num=50 --set "system.mass=200 g"
   stickslip run my.yaml --shard 3/40        # 1/40 to 40/40; then: stickslip collect my.yaml
@@ -56,21 +56,18 @@ Examples:
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option()
-@click.option("--report", type=params.Target("page"), help="Page to write (.html): plots, shares, meanings.")
-@click.option("--no-plot", is_flag=True, help="Write no plot.")
 @BLOCKS
-@params.DASK
 @params.THREADS
+@params.DASK
 @QUIET
 @JSON
 @reports_errors
 def run(
-    config: Path, output: Location | None, plot: Path | None, report: Path | None, no_plot: bool, shard: str | None,
-    dask: str | None, **blocks: Any,
+    config: Path, output: Location | None, plot: Path | None, shard: str | None, **blocks: Any
 ) -> dict[str, Any]:  # fmt: skip
     """Compute the map a configuration asks for.
 
-    Writes the file and the plot named in its `output` section, or by the options. Finished blocks are kept in
+    Writes the file, the plot and the page named in its `output` section, or by the options. Finished blocks are kept in
     OUTPUT.parts (in the current folder if OUTPUT is a URL) until the map is written: whatever stops a run, the same
     command resumes from there. Without an output the map is counted, plotted if a plot is asked for, and not kept.
     """
@@ -79,10 +76,10 @@ def run(
     loaded = params.configuration(config)
     share = shard_of(shard, blocks["fresh"], output)
     output = output or params.configured_target(loaded.output.file, "result")
-    target = None if no_plot or share else plot or params.configured_target(loaded.output.plot, "plot")
+    target = None if share else plot or params.configured_target(loaded.output.plot, "plot")
     with refuses_bad_input(""):
-        request = Request(loaded, output, shard=share, dask=dask, **blocks)
-    page = None if share else report or params.configured_target(loaded.output.report, "page")
+        request = Request(loaded, output, shard=share, **blocks)
+    page = None if share else params.configured_target(loaded.output.report, "page")
     return run_request(request, Outputs(target, page))
 
 
@@ -108,6 +105,7 @@ def run_request(request: Request, outputs: Outputs) -> dict[str, Any]:
     from stickslip.runs import session
     from stickslip.runs.work import Work
 
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
     study = Work(request.config).study
     if (outputs.plot or outputs.page) and request.shard is None and (part := plot_limits(request.config)):
         screen.notice(f"plot: {part}")
@@ -144,25 +142,20 @@ def _run_in_memory(request: Request, study: Study, outputs: Outputs) -> dict[str
     screen.notice(f"no output is named: the {study.name} will be shown and then discarded; -o FILE.nc writes a file")
     for law in study.kernels:
         engine.warm_up(law)
-    results = []
-
-    def compute(request: Request) -> Outcome:
-        results.append(runs.run_in_memory(request.config, request.progress))
-        return Outcome(size, computed=size)
-
-    outcome, seconds = execute(compute, request, study)
-    (ds,) = results
+    began = perf_counter()
+    with screen.progress_bar(study.counted) as move:
+        ds = runs.run_in_memory(request.config, move)
+    seconds = perf_counter() - began
     show_result(ds)
     screen.echo(rate_text(size, study.counted, seconds, threads_text(study.options)))
-    plot = outputs.save(ds)
-    return outcome_answer(request, study, outcome, seconds) | _result_answer(ds, plot)
+    answer = outcome_answer(request, study, Outcome(size, computed=size), seconds)
+    return answer | _result_answer(ds, outputs.save(ds))
 
 
 def execute(action: Callable[[Request], Outcome], request: Request, study: Study) -> tuple[Outcome, float]:
-    """The outcome of `action`, and the seconds it computed. Ctrl-C and SIGTERM end the command."""
+    """The outcome of `action`, and the seconds it computed."""
     from stickslip import engine
 
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
     began = finished = perf_counter()
     moving = False
 

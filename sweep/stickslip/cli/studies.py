@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params
-from stickslip.cli.exits import refuses_bad_input, reports_errors
 from stickslip.cli.outputs import Outputs
 from stickslip.cli.run import run_request
+from stickslip.cli.screen import refuses_bad_input, reports_errors
 from stickslip.vocabulary.studies import STUDIES
 from stickslip.vocabulary.units import is_number, number_or_text
 
@@ -57,9 +57,9 @@ def _run(
     config: Path, at: tuple[str, ...], output: Location | None, plot: Path | None, **fields: Any
 ) -> None:  # fmt: skip
     """Compute a configuration with the section of a study in place of its own, and with no other outputs than these."""
+    from stickslip.config.grid import config_at
     from stickslip.config.reader import load_config
     from stickslip.config.sections import Output
-    from stickslip.config.select import config_at
     from stickslip.config.studies import section_class, section_with
     from stickslip.runs.session import Request
 
@@ -87,22 +87,21 @@ def _options(model: type[StudySection]) -> Iterator[Callable[[params.Command], p
 
     for name, field in model.model_fields.items():
         if name not in model.rows or name in model.options:
-            about = f"{str(field.description)[:1].upper()}{str(field.description)[1:]}."
+            text = str(field.description)
+            about = f"{text[:1].upper()}{text[1:]}."
             form = "number" if name in model.rows else _form(field_schema(model, name))
+            flag = model.options.get(name, f"--{name}".replace("_", "-"))
             about += " SI, or with units." if form.startswith("range") else ""
             about += "  [required, here or in CONFIG]" if field.is_required() else ""
-            yield click.option(_flag(model, name), name, **_FORMS[form], help=about)
+            yield click.option(flag, name, **_FORMS[form], help=about)
 
 
 _FORMS: dict[str, dict[str, Any]] = {  # by what a field holds
-    "flag": {"is_flag": True, "default": None},
-    "word": {"metavar": "NAME"},
-    "number": {"metavar": "NUMBER"},
-    "words": {"metavar": "Y X", "nargs": 2},
-    "range": {"metavar": "LOW HIGH", "nargs": 2},
+    "flag": {"is_flag": True, "default": None}, "word": {"metavar": "NAME"}, "number": {"metavar": "NUMBER"},
+    "words": {"metavar": "Y X", "nargs": 2}, "range": {"metavar": "LOW HIGH", "nargs": 2},
     "ranges": {"metavar": "NAME LOW HIGH", "nargs": 3, "multiple": True},
     "spans": {"metavar": "NAME=LOW..HIGH", "multiple": True},
-}
+}  # fmt: skip
 
 
 def _form(schema: Mapping[str, Any]) -> str:
@@ -112,10 +111,6 @@ def _form(schema: Mapping[str, Any]) -> str:
     if schema.get("type") == "object":
         return "spans" if "anyOf" in schema["additionalProperties"] else "ranges"
     return "word" if "enum" in schema else "words" if "enum" in schema["items"] else "range"
-
-
-def _flag(model: type[StudySection], name: str) -> str:
-    return model.options.get(name, f"--{name}".replace("_", "-"))
 
 
 def _settings(context: click.Context, fields: Mapping[str, Any]) -> Iterator[Setting]:

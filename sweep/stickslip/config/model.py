@@ -34,8 +34,7 @@ from stickslip.config.uncertain import Uncertain
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import model_of
-from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
-from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.quantities import AXIS, QUANTITIES, QUANTITIES_OF
 
 QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start}
 SECTIONS: dict[str, type[Section]] = {
@@ -249,7 +248,7 @@ class Config(Section):
         whole: tuple[Section | None, ...] = (self.system, self.friction, self.start, self.study)
         sections = [section for section in whole if section is not None]
         named = {name: getattr(section, name) for section in sections for name in quantities_in(section)}
-        own = quantities_of_model(model_of(self.friction.law))
+        own = QUANTITIES_OF[model_of(self.friction.law)]
         return {name: value for name, value in named.items() if value is not None and name in own}
 
     def at(self, **values: float | None) -> Config:

@@ -1,11 +1,12 @@
 """The problems of a document, collected with their places, and hints about mistakes that are easy to make in YAML."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Mapping
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from pydantic import ValidationError
 
-from stickslip.config.rules import Finding
 from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
@@ -15,6 +16,18 @@ _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
 _ENDS = ("low", "high")
 _EXPECTED = {"tuple_type": "a list", "string_type": "a text", "dict_type": "a mapping"}  # pydantic's own errors
+
+
+class Finding(NamedTuple):
+    """One inconsistency: the value at `path` does not fit the rest.
+
+    got : what was found, where that is not the value itself: of uncertain quantities, the worst of their draws.
+    """
+
+    path: Path
+    expected: str
+    hint: str
+    got: str | None = None
 
 
 class ProblemCollector:

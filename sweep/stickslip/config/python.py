@@ -17,7 +17,7 @@ import numpy as np
 from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import has_missing
+from stickslip.vocabulary.cells import has_missing
 from stickslip.vocabulary.quantities import QUANTITIES
 
 _AXES = "axes"

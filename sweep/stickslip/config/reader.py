@@ -11,25 +11,24 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from stickslip import extensions
-from stickslip.config import examples, rules
+from stickslip.config import rules
+from stickslip.config.describe import warn_of_units
 from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.python import python_document
-from stickslip.config.read_uncertain import QUANTITIES_PATH, read_uncertain
-from stickslip.config.resolve import LAWS_FITTED, resolved, varied_paths
+from stickslip.config.resolve import LAWS_FITTED, existing_config, resolved, varied_paths
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
-from stickslip.config.unit_warnings import warn_of_units
+from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
 from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
-from stickslip.vocabulary import beyond, units
+from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import written_units
-from stickslip.vocabulary.models import WRITTEN_LAWS, law_of_contact, laws_with, model_of
-from stickslip.vocabulary.models.lugre import STIFFNESS
-from stickslip.vocabulary.quantities import QUANTITIES, quantities_of_model
+from stickslip.vocabulary.models import STIFFNESS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
+from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF
 from stickslip.vocabulary.results import MAP_VARIABLES, VARIABLES
 from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.suggest import beyond_hint, listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
 _RIGID = "none"  # for the stiffness of a contact that sticks without giving way
@@ -42,7 +41,7 @@ Given = Config | str | os.PathLike[str] | Mapping[str, Any]  # what stands for a
 def load_config(
     path: str | os.PathLike[str] | Mapping[str, Any], settings: Iterable[Setting] = (), apart: str | None = ""
 ) -> Config:
-    """The configuration in a YAML file, or the one of the package that `path` calls (`examples.existing_config`).
+    """The configuration in a YAML file, or the one of the package that `path` calls (`resolve.existing_config`).
 
     path : may be the configuration itself: mappings shaped like the YAML, with numbers in SI, texts with units, lists
         and arrays (`python.py`). Paths in it start at the folder that the program runs in.
@@ -50,7 +49,7 @@ def load_config(
         stand apart; "" for none of these, None for any.
     Raises ConfigError, which lists everything that is wrong with it, and warns of numbers whose unit was forgotten.
     """
-    document = python_document(path) if isinstance(path, Mapping) else read_yaml(examples.existing_config(path))
+    document = python_document(path) if isinstance(path, Mapping) else read_yaml(existing_config(path))
     written = overridden(document, settings)
     config = _ConfigReader(resolved(written), apart).config()
     warn_of_units(written, config)
@@ -62,16 +61,9 @@ def as_config(given: Given, apart: str | None = "") -> Config:
     return given if isinstance(given, Config) else load_config(given, apart=apart)
 
 
-def is_config(given: object) -> bool:
-    """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
-    return isinstance(given, Config | str | os.PathLike) or (
-        isinstance(given, Mapping) and any(key in KEYS for key in given)
-    )
-
-
 def command_for(path: str | os.PathLike[str]) -> str:
     """The command that computes what a YAML file asks for. Raises ConfigError if it cannot be read."""
-    key = _apart_in(read_yaml(examples.existing_config(path)).data)
+    key = _apart_in(read_yaml(existing_config(path)).data)
     return STUDIES[key].apart if key else "run"
 
 
@@ -104,9 +96,12 @@ class _ConfigReader(ProblemCollector):
 
     def config(self) -> Config:
         """The configuration. Raises ConfigError."""
-        whole = _with_rigid_contact(self.mapping(self.document.data, (), f"the keys {listed(KEYS)}"))
+        whole = dict(self.mapping(self.document.data, (), f"the keys {listed(KEYS)}"))
         if not isinstance(self.document.data, dict):  # everything else would be missing
             raise ConfigError(self.document.name, self.problems)
+        friction = whole.get("friction")
+        if isinstance(friction, dict) and friction.get(STIFFNESS) == _RIGID:
+            whole["friction"] = {name: value for name, value in friction.items() if name != STIFFNESS}
         data = self.known_keys(self._without_foreign(whole), (), KEYS)
         self._elsewhere = {key for key in data if key in STUDIES and study_class(key).own_conditions}
         title = data.get("title", DEFAULT_TITLE)
@@ -124,7 +119,7 @@ class _ConfigReader(ProblemCollector):
         sections["friction"] = friction.model_copy(update={"law": law_of_contact(friction.law, given)})
         self._check_contact(sections["friction"], given)
         law = sections["friction"].law
-        of_model = quantities_of_model(model_of(law))
+        of_model = QUANTITIES_OF[model_of(law)]
         holders = [*(sections[key] for key in QUANTITY_SECTIONS), *([study] if study else [])]
         values = {name: getattr(section, name) for section in holders for name in quantities_in(section)}
         fixed = {name: value for name, value in values.items() if name in of_model and value is not None}
@@ -197,7 +192,7 @@ class _ConfigReader(ProblemCollector):
             self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
-        elif sentence := beyond.hint(key) or beyond.hint("_".join(map(str, path[-2:]))):
+        elif sentence := beyond_hint(key) or beyond_hint("_".join(map(str, path[-2:]))):
             self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
         else:
             super().unknown_key(path, known, what, hint)
@@ -329,14 +324,6 @@ class _ConfigReader(ProblemCollector):
         if absent:
             message = f"got {listed(absent, 'and')}, which only a run to a horizon defines"
             self.add(path, message, "add early_stop: false and a horizon to solver")
-
-
-def _with_rigid_contact(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The plain data, without the stiffness of a contact that has none."""
-    friction = data.get("friction")
-    if not isinstance(friction, dict) or friction.get(STIFFNESS) != _RIGID:
-        return data
-    return {**data, "friction": {name: value for name, value in friction.items() if name != STIFFNESS}}
 
 
 def _example_range(name: str) -> str:

@@ -9,12 +9,12 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.config.model import Axis, Group, Range, Values
+from stickslip.config.problems import Finding as Finding
 from stickslip.config.uncertain import Uncertain
 from stickslip.errors import Path
 from stickslip.vocabulary.models import model_of
@@ -24,18 +24,6 @@ MOST_CELLS = 10_000_000_000
 _TRIED_DRAWS = 2**12  # what is rarer is met while computing, and such draws are `failed` there
 
 Floats = NDArray[np.float64]
-
-
-class Finding(NamedTuple):
-    """One inconsistency: the value at `path` does not fit the rest.
-
-    got : what was found, where that is not the value itself: of uncertain quantities, the worst of their draws.
-    """
-
-    path: Path
-    expected: str
-    hint: str
-    got: str | None = None
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from stickslip.config.uncertain import DRAWN, NUMBERS, TRUNCATED, SamplingSectio
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.settings import AXIS
+from stickslip.vocabulary.quantities import AXIS, QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.studies import STUDIES
 
 

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from math import prod
+from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -40,6 +41,13 @@ KEYS = (
 )  # of a file
 
 Moved = Callable[[int], None]
+
+
+def is_config(given: object) -> bool:
+    """True for a configuration in any of its forms, and not for a mapping of parameters of cells."""
+    return isinstance(given, Config | str | PathLike) or (
+        isinstance(given, Mapping) and any(key in KEYS for key in given)
+    )
 
 
 @cache
@@ -93,7 +101,7 @@ class Regime(str):
     """The name of a regime in a table, where pages show its colour."""
 
 
-class Table(NamedTuple):
+class ReportTable(NamedTuple):
     """A table for people. words, numbers : headings of columns, those of numbers last. rows : of both."""
 
     title: str
@@ -142,7 +150,7 @@ class Result(ABC):
         return {}
 
     @classmethod
-    def table(cls, ds: xr.Dataset) -> Table | None:
+    def table(cls, ds: xr.Dataset) -> ReportTable | None:
         """The table of its page, if it has one."""
         return None
 

@@ -27,6 +27,7 @@ _WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
 }
 _KEY = re.compile(r"[^.\[\]\s]+(?:\[\d+\])*(?:\.[^.\[\]\s]+(?:\[\d+\])*)*")
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
 _BY_MESSAGE = (  # what the message of the parser contains
     ("'\\t'", "indent with spaces, not with tabs"),
     ("escape", "in double quotes a backslash begins an escape: use single quotes, or / in paths"),

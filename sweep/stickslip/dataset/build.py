@@ -32,8 +32,7 @@ from stickslip._version import __version__
 from stickslip.config.grid import quantity_of
 from stickslip.engine import Options
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import as_cells, check_names, numbers_of
-from stickslip.vocabulary.cells import Cells, Coordinate, Parameters
+from stickslip.vocabulary.cells import Cells, Coordinate, Parameters, as_cells, check_names, numbers_of
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.parameter import Variable

@@ -11,13 +11,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.config.grid import quantity_of
-from stickslip.config.select import shared_by
+from stickslip.config.grid import quantity_of, shared_by
 from stickslip.dataset.display import MapAxis
 from stickslip.errors import ConfigError, PlotError, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import parameters_of
+from stickslip.vocabulary.cells import as_cells, parameters_of
 from stickslip.vocabulary.models import MODELS, model_with
 from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES

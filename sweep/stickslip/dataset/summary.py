@@ -17,7 +17,7 @@ from stickslip.errors import ConfigError
 from stickslip.vocabulary.flags import FLAGS, REGIMES
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.results import VARIABLES, variables_of_model
+from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
 from stickslip.vocabulary.suggest import did_you_mean, listed
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
@@ -107,7 +107,7 @@ def why_absent(ds: xr.Dataset, *names: str) -> str | None:
         return None
     to_horizon = [name for name in absent if VARIABLES[name].when == "full"]
     full = {row.name for row in VARIABLES.values() if row.when == "full"}
-    if to_horizon and any(variables_of_model(model).keys() - set(there) == full for model in MODELS):
+    if to_horizon and any(VARIABLES_OF[model].keys() - set(there) == full for model in MODELS):
         return (
             f"holds no {listed(absent, 'and')}, which only a run to a horizon defines\n"
             "hint: solver: {early_stop: false, horizon: ...} computes to a horizon"

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from stickslip.vocabulary import models
 from stickslip.vocabulary.models import Model, OnBristles, own_law
 from stickslip.vocabulary.own_laws import Table, is_law
-from stickslip.vocabulary.results import VARIABLES, variables_of_model
-from stickslip.vocabulary.settings import EXECUTION, SOLVER
+from stickslip.vocabulary.quantities import EXECUTION, SOLVER
+from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
 from stickslip_kernels import layout
 
 Results = dict[str, NDArray[Any]]
@@ -153,5 +153,5 @@ def columns(options: Options) -> Mapping[str, np.dtype[Any]]:
 @lru_cache
 def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> Mapping[str, np.dtype[Any]]:
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
-    names = [v.name for v in variables_of_model(model).values() if v.when != "full" or not early_stop]
+    names = [v.name for v in VARIABLES_OF[model].values() if v.when != "full" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}

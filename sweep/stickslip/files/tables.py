@@ -41,7 +41,7 @@ _MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
-class Cell(NamedTuple):
+class TextCell(NamedTuple):
     """The content of one cell, and its column in the line, from 1."""
 
     text: str
@@ -49,7 +49,7 @@ class Cell(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A file in parts, no number read yet.
 
     remarks : the text after the # of comment lines. heading : the cells of the first other line.
@@ -60,14 +60,14 @@ class Table:
     """
 
     name: str
-    remarks: tuple[Cell, ...]
-    heading: tuple[Cell, ...]
+    remarks: tuple[TextCell, ...]
+    heading: tuple[TextCell, ...]
     lines: tuple[tuple[int, str], ...]
     separator: str
-    above: tuple[tuple[Cell, ...], ...] = ()
+    above: tuple[tuple[TextCell, ...], ...] = ()
     rest: bytes = b""
     begins: int = 0
-    left_out: tuple[Cell, ...] = ()
+    left_out: tuple[TextCell, ...] = ()
 
 
 def sheets_with_tables(path: Path, is_heading: Callable[[Sequence[str]], bool]) -> list[str]:
@@ -91,7 +91,7 @@ def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool
 def read_table(
     path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None,
     sheet: str | None = None,
-) -> Table:  # fmt: skip
+) -> TextTable:  # fmt: skip
     """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
 
     example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading :
@@ -137,11 +137,11 @@ def read_table(
     begins = len(text.splitlines()) + 1
     remarks += tuple(_remarks(below, begins))
     lines_above = tuple(  # need not be proper CSV
-        tuple(Cell(text, Place(number, 1)) for text in layout.plain_cells(line, separator))
+        tuple(TextCell(text, Place(number, 1)) for text in layout.plain_cells(line, separator))
         for number, line in rows[:at]
     )
-    left_out = tuple(Cell(label, Place(number, 1)) for number, label in summaries)
-    return Table(name, remarks, heading, lines, separator, lines_above, below, begins, left_out)
+    left_out = tuple(TextCell(label, Place(number, 1)) for number, label in summaries)
+    return TextTable(name, remarks, heading, lines, separator, lines_above, below, begins, left_out)
 
 
 def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
@@ -203,7 +203,7 @@ def _within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iter
 
 
 def numbers(
-    table: Table, columns: Sequence[int], progress: Callable[[int, int], None] | None = None
+    table: TextTable, columns: Sequence[int], progress: Callable[[int, int], None] | None = None
 ) -> dict[int, NDArray[np.float64]]:
     """The columns at the positions `columns`, unconverted. Raises ConfigError naming line and column.
 
@@ -223,7 +223,9 @@ def numbers(
     raise ConfigError(table.name, _problems(table, columns, has_decimal_commas(table, rows, columns)))
 
 
-def _parts_of(table: Table, columns: Sequence[int], comma: bool) -> Iterator[tuple[int, NDArray[np.float64] | None]]:
+def _parts_of(
+    table: TextTable, columns: Sequence[int], comma: bool
+) -> Iterator[tuple[int, NDArray[np.float64] | None]]:
     """The columns part by part, (columns, lines), each with the bytes read by then; None where some are no numbers."""
     yield 0, _numbers(table, table.lines, columns, comma)
     done = 0
@@ -234,7 +236,7 @@ def _parts_of(table: Table, columns: Sequence[int], comma: bool) -> Iterator[tup
 
 
 def _numbers(
-    table: Table, lines: Sequence[tuple[int, str]], columns: Sequence[int], comma: bool
+    table: TextTable, lines: Sequence[tuple[int, str]], columns: Sequence[int], comma: bool
 ) -> NDArray[np.float64] | None:
     """The columns of some lines, (columns, lines); None if they are not all numbers. Raises ConfigError for no CSV."""
     rows = [_texts(table, number, line) for number, line in lines]
@@ -250,12 +252,12 @@ def _numbers(
     return array if np.isfinite(array).all() else None
 
 
-def first_cells(table: Table) -> tuple[Cell, ...]:
+def first_cells(table: TextTable) -> tuple[TextCell, ...]:
     """The cells of the first line below the heading. Raises ConfigError where it is not CSV."""
     return _cells(table.name, *table.lines[0], table.separator)
 
 
-def cells(table: Table) -> Iterator[tuple[Cell, ...]]:
+def cells(table: TextTable) -> Iterator[tuple[TextCell, ...]]:
     """The cells below the heading, line by line, as texts. Raises ConfigError where a line is not CSV, and for more
     lines than points are fitted."""
     check_points(table.name, len(table.lines) + table.rest.count(b"\n"))
@@ -263,28 +265,28 @@ def cells(table: Table) -> Iterator[tuple[Cell, ...]]:
         yield _cells(table.name, number, line, table.separator)
 
 
-def _lines(table: Table) -> Iterator[tuple[int, str]]:
+def _lines(table: TextTable) -> Iterator[tuple[int, str]]:
     """All lines below the heading that hold something, each with its number."""
     yield from table.lines
     for begins, block in blocks(table.rest, table.begins):
         yield from _rows(table, block, begins)
 
 
-def _rows(table: Table, block: bytes, begins: int) -> Iterator[tuple[int, str]]:
+def _rows(table: TextTable, block: bytes, begins: int) -> Iterator[tuple[int, str]]:
     """Those of a block."""
     every = enumerate(block.decode().split("\n"), begins)
     rows = ((number, line) for number, line in every if line.strip() and not layout.is_remark(line))
     return _within(rows, table.separator, len(table.heading))
 
 
-def _texts(table: Table, number: int, line: str) -> list[str]:
+def _texts(table: TextTable, number: int, line: str) -> list[str]:
     """The cells of a line, quickly: records have a million lines."""
     if '"' not in line:
         return line.split(table.separator)
     return [cell.text for cell in _cells(table.name, number, line, table.separator)]
 
 
-def line_of(table: Table, row: int) -> int:
+def line_of(table: TextTable, row: int) -> int:
     """Number of the line that holds sample `row`."""
     return next(islice(_lines(table), row, None))[0]
 
@@ -292,7 +294,7 @@ def line_of(table: Table, row: int) -> int:
 # --- the text ---------------------------------------------------------------------------------------------------------
 
 
-def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
+def _remarks(rest: bytes, begins: int) -> Iterator[TextCell]:
     """The remarks in what follows the beginning of a file."""
     start, mark = 0, rest.find(b"#")
     while mark >= 0:
@@ -304,12 +306,12 @@ def _remarks(rest: bytes, begins: int) -> Iterator[Cell]:
         mark = rest.find(b"#", end)
 
 
-def _remark(number: int, line: str) -> Cell:
+def _remark(number: int, line: str) -> TextCell:
     text = line.lstrip().lstrip("#%")
-    return Cell(text.strip(), Place(number, len(line) - len(text.lstrip()) + 1))
+    return TextCell(text.strip(), Place(number, len(line) - len(text.lstrip()) + 1))
 
 
-def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...]:
+def _cells(name: str, number: int, line: str, separator: str) -> tuple[TextCell, ...]:
     """The cells of a line, without quotation marks and the spaces around them. Raises ConfigError."""
     parts = list(layout.cells_of(line, separator))
     texts = [line[begin:end].strip() for begin, end in parts]
@@ -324,18 +326,18 @@ def _cells(name: str, number: int, line: str, separator: str) -> tuple[Cell, ...
         texts = [text.strip() for text in read]
     texts = [as_written(text) for text in texts]
     starts = [begin + len(line[begin:end]) - len(line[begin:end].lstrip()) + 1 for begin, end in parts]
-    return tuple(Cell(text, Place(number, start)) for text, start in zip(texts, starts, strict=True))
+    return tuple(TextCell(text, Place(number, start)) for text, start in zip(texts, starts, strict=True))
 
 
 # --- what is wrong ----------------------------------------------------------------------------------------------------
 
 
-def has_decimal_commas(table: Table, rows: Iterable[Sequence[str]], columns: Sequence[int]) -> bool:
+def has_decimal_commas(table: TextTable, rows: Iterable[Sequence[str]], columns: Sequence[int]) -> bool:
     """Tell whether numbers are written with commas in the columns `columns` of the cells in `rows`."""
     return table.separator != "," and any("," in row[column] for row in rows for column in columns if column < len(row))
 
 
-def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem]:
+def _problems(table: TextTable, columns: Sequence[int], comma: bool) -> list[Problem]:
     """Everything that keeps the table from being numbers, up to a limit."""
     problems: list[Problem] = []
     unread = (
@@ -356,7 +358,7 @@ def _problems(table: Table, columns: Sequence[int], comma: bool) -> list[Problem
     return problems
 
 
-def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
+def _not_a_number(cell: TextCell, comma: bool, heading: str) -> Problem | None:
     """The problem of a cell, None if it is a finite number."""
     text = cell.text
     is_number = layout.NUMBER.fullmatch(text.replace(",", ".") if comma else text)
@@ -372,7 +374,7 @@ def _not_a_number(cell: Cell, comma: bool, heading: str) -> Problem | None:
     return Problem((heading,), f"{got}, expected a number", cell.place, hint or None)
 
 
-def wrong_count(table: Table, cells: Sequence[Cell]) -> Problem:
+def wrong_count(table: TextTable, cells: Sequence[TextCell]) -> Problem:
     """A line with too few or too many cells; twice as many are decimal commas."""
     columns = len(table.heading)
     hint = None

@@ -12,8 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from stickslip.config.grid import quantity_of
-from stickslip.config.select import shared_by
+from stickslip.config.grid import quantity_of, shared_by
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis
@@ -24,8 +23,7 @@ from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.options import Mark
 from stickslip.plots.palette import FLAG_COLOURS, regime_label
 from stickslip.theory.curve import SHAPES, damping_ratio, weakening
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import parameters_of
+from stickslip.vocabulary.cells import as_cells, parameters_of
 from stickslip.vocabulary.models import STRIBECK, model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 

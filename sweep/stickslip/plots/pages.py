@@ -19,7 +19,7 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader
 from matplotlib.figure import Figure
 
-from stickslip.config.studies import Regime, Study, Table, result_class
+from stickslip.config.studies import Regime, ReportTable, Study, result_class
 from stickslip.config.yaml import section_in
 from stickslip.dataset.display import MapAxis
 from stickslip.dataset.summary import BAD_REGIMES, Share, flag_counts, summary, survey
@@ -39,7 +39,7 @@ _TEMPLATE = Environment(
 ).get_template("page.html")
 
 
-class Section(NamedTuple):
+class PageSection(NamedTuple):
     """A part of a page: its heading, plain text, and what is in it, HTML."""
 
     heading: str
@@ -54,7 +54,7 @@ class Column(NamedTuple):
     is_text: bool = False
 
 
-class Cell(NamedTuple):
+class PageCell(NamedTuple):
     """A cell of a table that looks different: the class in the style sheet."""
 
     text: str
@@ -62,7 +62,7 @@ class Cell(NamedTuple):
 
 
 def page(
-    title: str, summary: str, sections: Sequence[Section | tuple[str, str]], *, warnings: Sequence[str] = (),
+    title: str, summary: str, sections: Sequence[PageSection | tuple[str, str]], *, warnings: Sequence[str] = (),
     style: str = "",
 ) -> str:  # fmt: skip
     """A page as text. title, summary : plain text. warnings : as `warning` makes them. style : more CSS."""
@@ -107,10 +107,10 @@ def terms(pairs: Iterable[tuple[str, str]], kind: str = "") -> str:
     return _part("terms", pairs, kind)
 
 
-def table(columns: Sequence[Column], rows: Iterable[Sequence[str | Cell]]) -> str:
+def table(columns: Sequence[Column], rows: Iterable[Sequence[str | PageCell]]) -> str:
     """A table that scrolls sideways where it is too wide; the first cell of a row is its heading."""
     kinds = ["text" if column.is_text else "" for column in columns]
-    cells = ([cell if isinstance(cell, Cell) else (cell, kind) for cell, kind in zip(row, kinds, strict=True)]
+    cells = ([cell if isinstance(cell, PageCell) else (cell, kind) for cell, kind in zip(row, kinds, strict=True)]
              for row in rows)  # fmt: skip
     return _part("table", columns, cells)
 
@@ -192,27 +192,27 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
     sections = []
     if pictures:
         shown = [paragraph(text) if plot is None else embedded(plot, text, caption=text) for text, plot in pictures]
-        sections.append(Section("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
+        sections.append(PageSection("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
     if regimes is not None:
         columns = Column("regime", is_text=True), Column("cells"), Column("share")
         rows = [(_swatch(name), f"{share.cells:,}", f"{share.fraction:.2%}") for name, share in regimes.items()]
-        sections.append(Section("Shares of the regimes", table(columns, rows)))
-        sections.append(Section("Cells that are not decided", _undecided(ds, regimes)))
+        sections.append(PageSection("Shares of the regimes", table(columns, rows)))
+        sections.append(PageSection("Cells that are not decided", _undecided(ds, regimes)))
     if study and (own_table := study.table(ds)):
-        sections.append(Section(own_table.title, _table_of(own_table)))
+        sections.append(PageSection(own_table.title, _table_of(own_table)))
     own = {name: value for name, value in ds.attrs.items() if name not in _COMMON and getattr(value, "ndim", 0) == 0}
     if own:
         rest = ((_spoken(name), v if isinstance(v, str) else f"{v:.10g}") for name, v in own.items())
-        sections.append(Section("What was found", terms(rest)))
+        sections.append(PageSection("What was found", terms(rest)))
     text = str(ds.attrs.get("configuration", "not known"))
     is_whole = not (isinstance(study, type) and issubclass(study, Study)) or f"\n{study.section.key}:" in text
     again = "; saved as a file, it gives the same result again" if is_whole else ""
     origin = provenance(ds.attrs) + paragraph(f"The full configuration, in SI{again}:")
     sections += [
-        Section("What varies, and what is held fixed", _quantities(ds)),
-        Section("What the words mean", _words(ds, regimes or {})),
-        Section("How exact the numbers are", terms(_accuracy(ds))),
-        Section("Where this comes from", origin + configuration(text)),
+        PageSection("What varies, and what is held fixed", _quantities(ds)),
+        PageSection("What the words mean", _words(ds, regimes or {})),
+        PageSection("How exact the numbers are", terms(_accuracy(ds))),
+        PageSection("Where this comes from", origin + configuration(text)),
     ]
     heading = str(ds.attrs.get("title", "")) if title is None else title
     summed = _summary(ds, regimes or {})
@@ -231,8 +231,8 @@ def _summary(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
     return f"{text} {parts}{'.' if parts else ''}".strip()
 
 
-def _swatch(regime: str) -> Cell:
-    return Cell(regime_label(regime), f"regime is-{regime}")
+def _swatch(regime: str) -> PageCell:
+    return PageCell(regime_label(regime), f"regime is-{regime}")
 
 
 def _spoken(name: str) -> str:
@@ -248,7 +248,7 @@ def _warnings(ds: xr.Dataset, regimes: Mapping[str, Share]) -> list[str]:
     return texts
 
 
-def _table_of(given: Table) -> str:
+def _table_of(given: ReportTable) -> str:
     """The table of a study, as far as a page takes it."""
     rows = [[_swatch(cell) if isinstance(cell, Regime) else cell for cell in row]
             for row in islice(given.rows, _MOST_ROWS)]  # fmt: skip

@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from stickslip import engine
 from stickslip.config.grid import options_of
 from stickslip.config.model import Config
-from stickslip.config.reader import Given, as_config, is_config
+from stickslip.config.reader import Given, as_config
 from stickslip.config.sections import StudySection
-from stickslip.config.studies import Study, study_class
+from stickslip.config.studies import Study, is_config, study_class
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress, Results, SolverKeywords, StopFlag
 from stickslip.errors import BlockFailedError, Interrupted, StoppedError, StoreError

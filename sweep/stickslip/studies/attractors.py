@@ -12,7 +12,7 @@ import xarray as xr
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Moved, Study, Table
+from stickslip.config.studies import Moved, ReportTable, Study
 from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
@@ -75,17 +75,17 @@ class AttractorStudy(Study):
             problems.add(path, _STATES_IN_BOX, at_key=True)
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """Which regimes coexist, how much of the box settles, and what a shock may be."""
         share, exact = ds["settling_share"], ds["share_method"] == SHARE_METHODS.index("exact")
         if share.size <= MOST_ROWS:
             words = [*axis_names(ds, share.dims), "regimes", "critical shock"]
             rows = [[*where, *_row(cell)] for where, cell in parts_over(ds, share.dims)]
-            yield Table("", words, ["share that settles", "standard error"], rows)
+            yield ReportTable("", words, ["share that settles", "standard error"], rows)
         else:
             masks, counts = np.unique(ds["coexisting"].values, return_counts=True)
             rows = [[_regimes_in(int(mask)), f"{count:,}"] for mask, count in zip(masks, counts, strict=True)]
-            yield Table("", ["regimes"], ["cells"], rows)
+            yield ReportTable("", ["regimes"], ["cells"], rows)
             yield f"settling {float(share.mean()):.1%} of the starting states on average"
         yield f"shares   {int(exact.sum()):,} of {exact.size:,} exact, the others sampled"
 

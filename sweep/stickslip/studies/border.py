@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.sections import of_row
-from stickslip.config.studies import Moved, Regime, Table
+from stickslip.config.studies import Moved, Regime, ReportTable
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag, solve
@@ -98,7 +98,7 @@ class BorderStudy(OpenStudy):
         return cls(cells, side, section, options)
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """The first borders, how many there are, and how they were looked for."""
         yield from shown(cls.table(ds))
         on_line = ds["border"].notnull().sum("crossing")
@@ -108,13 +108,13 @@ class BorderStudy(OpenStudy):
         yield search_settings(ds, "border")
 
     @classmethod
-    def table(cls, ds: xr.Dataset) -> Table:
+    def table(cls, ds: xr.Dataset) -> ReportTable:
         """The borders along each line, with the regimes on either side; and lines without a border."""
         ds = ds.transpose(..., "crossing")
         dims = ds["border"].dims[:-1]
         along = str(ds.attrs.get("border_parameter", "border")).replace("_", " ")
         words = [*axis_names(ds, dims), along, "below it", "above it", "by"]
-        return Table("The borders", words, ["known within"], _rows(ds, dims))
+        return ReportTable("The borders", words, ["known within"], _rows(ds, dims))
 
     @classmethod
     def is_drawn(cls, ds: xr.Dataset) -> bool:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from stickslip.config.model import Config, Group
 from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
-from stickslip.config.studies import Moved, Regime, Table
+from stickslip.config.studies import Moved, Regime, ReportTable
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
 from stickslip.dataset.display import unit_of
 from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
@@ -160,7 +160,7 @@ class ContourStudy(OpenStudy):
         return cls(cells, y, x, section, options)
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """The first lines, how many there are, and how they were looked for."""
         yield from shown(_table(ds))
         yield f"lines    {ds.sizes['line']:,}, {int((ds['closed'] != 0).sum()):,} of them closed"
@@ -241,7 +241,7 @@ def lines_dataset(whole: Results, rows: Mapping[str, Variable], y: Side, x: Side
     return xr.Dataset(variables, nodes)
 
 
-def _table(ds: xr.Dataset) -> Table:
+def _table(ds: xr.Dataset) -> ReportTable:
     """A row per contour."""
     names = plane_names(ds)
     units = [unit_of(ds[name]) for name in names]
@@ -253,7 +253,7 @@ def _table(ds: xr.Dataset) -> Table:
                   for values, unit in zip((line.x, line.y), units, strict=True)]  # fmt: skip
         sides = (Regime(REGIMES[side]) for side in (line.left, line.right))
         rows.append([*where, *sides, "loop" if line.closed else "line", *ranges, f"{len(line.x):,}"])
-    return Table("The lines", [*panels, "to the left", "to the right", "", *names], ["points"], rows)
+    return ReportTable("The lines", [*panels, "to the left", "to the right", "", *names], ["points"], rows)
 
 
 def attributes_of_lines(whole: Results, section: Contours, options: Options) -> dict[str, Any]:

@@ -24,8 +24,7 @@ from stickslip.config.uncertain import Uncertain
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
 from stickslip.studies.search import Flags, Floats, Integers
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table

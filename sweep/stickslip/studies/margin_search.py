@@ -18,8 +18,7 @@ from stickslip.engine import Options, StopFlag, solve
 from stickslip.studies.changes import Reach
 from stickslip.studies.lines import decided, growth_of, guide_of
 from stickslip.studies.search import Brackets, Flags, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
-from stickslip.vocabulary.cell_values import impossible
-from stickslip.vocabulary.cells import Parameters, taken
+from stickslip.vocabulary.cells import Parameters, impossible, taken
 from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import model_of
 

@@ -13,7 +13,7 @@ import xarray as xr
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.studies import Moved, Regime, Study, Table
+from stickslip.config.studies import Moved, Regime, ReportTable, Study
 from stickslip.dataset import build
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
@@ -82,14 +82,14 @@ class MarginStudy(Study):
         return [name for name in map(str, ds.data_vars) if name.startswith("margin_")]
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """Of one cell which changes take it over a border; of several, how many each parameter leads there, how far."""
         parameters = [name.removeprefix("margin_") for name in cls.mapped(ds)]
         if ds["regime"].size == 1:
             yield from _of_cell(ds.squeeze(), parameters)
         else:
             rows = [_distances(ds, name) for name in parameters]
-            yield Table("", ("parameter",), ("cells with a border", "nearest", "median", "farthest"), rows)
+            yield ReportTable("", ("parameter",), ("cells with a border", "nearest", "median", "farthest"), rows)
         if (speeds := ds.attrs.get("margin_speeds")) is not None:
             yield f"speeds   the worst of {len(speeds)} from {speeds[0]:g} to {speeds[-1]:g} m/s counts"
         if "joint_ended" in ds and (ended := int(ds["joint_ended"].sum())):
@@ -156,13 +156,13 @@ def _distances(ds: xr.Dataset, name: str) -> list[str]:
     return [name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *three]
 
 
-def _of_cell(cell: xr.Dataset, parameters: Sequence[str]) -> Iterator[str | Table]:
+def _of_cell(cell: xr.Dataset, parameters: Sequence[str]) -> Iterator[str | ReportTable]:
     """The borders about one cell, and its cheapest joint change, with what the simulations past them came to."""
     home, into = REGIMES[int(cell["regime"])], cell.attrs.get("margin_into")
     goals = entered(into.split(", ") if into else None, home)
     yield f"regime   {home}; wanted: {listed(goals)}"
     rows = [row for name in parameters for row in _borders(cell, name, goals)]
-    yield Table("", ("parameter", "value", "border", "by", "into", "simulated"), ("width",), rows)
+    yield ReportTable("", ("parameter", "value", "border", "by", "into", "simulated"), ("width",), rows)
     if "joint_cost" in cell and isfinite(cost := float(cell["joint_cost"])):
         yield f"cheapest joint change: cost {cost:.3g}, simulated: {_simulated(cell['joint_checked'], goals)}"
         changed = [name for name in parameters if isfinite(float(cell[f"joint_{name}"]))]
@@ -170,7 +170,7 @@ def _of_cell(cell: xr.Dataset, parameters: Sequence[str]) -> Iterator[str | Tabl
                   for name in changed)  # fmt: skip
         shares = (f"{100 * float(cell[f'joint_share_{name}']):.3g} %" for name in changed)
         rows = [(name, *both, share) for name, both, share in zip(changed, values, shares, strict=True)]
-        yield Table("", ("parameter", "value", "to"), ("share of cost",), rows)
+        yield ReportTable("", ("parameter", "value", "to"), ("share of cost",), rows)
 
 
 def _borders(cell: xr.Dataset, name: str, goals: Sequence[str]) -> Iterator[tuple[str, ...]]:

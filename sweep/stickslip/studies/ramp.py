@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import of_row
-from stickslip.config.studies import Moved, Regime, Study, Table
+from stickslip.config.studies import Moved, Regime, ReportTable, Study
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
@@ -24,8 +24,7 @@ from stickslip.studies.search import Floats
 from stickslip.studies.starts import DISTURBANCE, SETTLED, Attractors, Motions, settled, unloaded
 from stickslip.studies.starts import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.study import axis_names, joined, parts_over, shown
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters, taken
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
@@ -115,12 +114,12 @@ class RampStudy(Study):
             check_lines(section, config, problems)
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """Report the changes of regime on the way up, and on the way down."""
         *dims, _, along = ds["regime"].dims
         words = [*axis_names(ds, dims), "way", "regime", "then"]
         rows = ([*where, *row] for where, line in parts_over(ds, dims) for row in _changes(line, str(along)))
-        yield from shown(Table("", words, ["from", "to"], rows))
+        yield from shown(ReportTable("", words, ["from", "to"], rows))
 
     @classmethod
     def figure(

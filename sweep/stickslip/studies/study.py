@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.sections import StudySection
-from stickslip.config.studies import Moved, Table
+from stickslip.config.studies import Moved, ReportTable
 from stickslip.dataset.display import MapAxis
 from stickslip.engine import Options, Results
 
@@ -66,7 +66,7 @@ MOST_ROWS = 30  # of a table on the screen
 _SETTINGS = ("tolerance", "rtol", "scan", "points")
 
 
-def shown(table: Table) -> Iterator[Table | str]:
+def shown(table: ReportTable) -> Iterator[ReportTable | str]:
     """The first rows of a table, and that there are more."""
     rows = iter(table.rows)
     yield table._replace(rows=list(islice(rows, MOST_ROWS)))

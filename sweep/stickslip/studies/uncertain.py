@@ -24,7 +24,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.model import Config
-from stickslip.config.studies import Moved, Study, Table
+from stickslip.config.studies import Moved, ReportTable, Study
 from stickslip.config.uncertain import Subset, Uncertain
 from stickslip.engine import Options, Results, StopFlag, columns
 from stickslip.studies.draws import VARIABLES, Design, Inputs
@@ -230,7 +230,7 @@ class SampleStudy(Study):
         return super().own_dims() | {"quantile"}
 
     @classmethod
-    def report(cls, ds: xr.Dataset) -> Iterator[str | Table]:
+    def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
         """The probability of each regime (of many cells its range), which quantity decides, what is not known."""
         dims = [str(dim) for dim in ds["probability"].dims if dim != "state"]
         rows = []
@@ -241,7 +241,7 @@ class SampleStudy(Study):
                 numbers = (value, error) if not dims else (value.min(), value.max(), error.max())
                 rows.append([flag_label(str(name)), *(f"{float(number):.4g}" for number in numbers)])
         headings = ("probability", "standard error") if not dims else ("from", "to", "largest error")
-        yield Table("", ("regime",), headings, rows)
+        yield ReportTable("", ("regime",), headings, rows)
         if not dims and "sobol_total" in ds:
             known = ds["state"].values[ds["sobol_total"].notnull().any("quantity").values]
             places = [(str(name), str(quantity)) for name in known for quantity in ds["quantity"].values]
@@ -250,7 +250,7 @@ class SampleStudy(Study):
                                                for key in ("sobol_first", "sobol_total"))]
                 for name, quantity in places
             ]  # fmt: skip
-            yield Table("", ("regime", "quantity"), ("first-order index", "total"), rows)
+            yield ReportTable("", ("regime", "quantity"), ("first-order index", "total"), rows)
         if (undecided := float(ds["undecided"].mean())) > 0:
             yield f"bounds   probability_low and probability_high allow for {undecided:.3g} of the draws, undecided"
         yield f"method   {ds.attrs['uncertain_method']}"

@@ -5,23 +5,22 @@ Plain numbers or arrays in SI that broadcast against each other, NaN where a thi
 friction that grows with the time in contact).
 """
 
-from stickslip.theory.ageing import breakaway_time, static_friction
-from stickslip.theory.coulomb import (
+from stickslip.theory.contacts import (
     CoulombCycle,
+    breakaway_time,
     coulomb_cycle,
     critical_speed,
     critical_speed_lightly_damped,
     critical_strength,
+    static_friction,
 )
-from stickslip.theory.cubic import (
+from stickslip.theory.curve import (
+    Groups,
     cubic,
     cubic_loss_of_stability,
     cubic_pure_slip_speed,
     cubic_slope,
     cubic_stick_slip_limit,
-)
-from stickslip.theory.curve import (
-    Groups,
     damping_ratio,
     groups,
     loss_of_stability,

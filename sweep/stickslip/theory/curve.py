@@ -13,9 +13,36 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from stickslip.theory.numerics import Floats, bisect, floats
+Floats = NDArray[np.float64]
+
+_MOST_HALVINGS = 1100  # what it takes from 1 down to the smallest double
+
+
+def floats(*values: ArrayLike) -> tuple[Floats, ...]:
+    """Each as an array of doubles; shapes as given."""
+    return tuple(np.asarray(value, np.float64) for value in values)
+
+
+def bisect(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+    """The place where `function` changes from positive at `low` to negative at `high`, to the last bit.
+
+    function : of an array, element by element, in the shape of `low` and `high`. An end that is NaN, or a function
+        that is NaN, gives a number without meaning: the caller masks those.
+    """
+    low, high = np.array(low, np.float64), np.array(high, np.float64)
+    for _ in range(_MOST_HALVINGS):
+        middle = low + 0.5 * (high - low)
+        positive = function(middle) > 0
+        moved = np.where(positive, middle != low, middle != high) & ~np.isnan(middle)
+        low, high = np.where(positive, middle, low), np.where(positive, high, middle)
+        if not moved.any():
+            break
+    return low
+
+
+# --- the Stribeck curve -----------------------------------------------------------------------------------------------
 
 STRONGEST = 3.0  # friction number kappa up to which `stick_slip_limit` is within 3 % of the kernels
 _ROUNDING = 1e-12  # relative; 0.3/0.1 is below 3, other quotients are above
@@ -30,18 +57,18 @@ SHAPES: dict[str, Callable[[Floats], Floats]] = {
 }
 
 
-def weakening(law: str, z: ArrayLike, delta: ArrayLike = 1.0) -> tuple[Floats, Floats]:
+def weakening(name: str, z: ArrayLike, delta: ArrayLike = 1.0) -> tuple[Floats, Floats]:
     """Shape of the weakening of friction that a law names, over z = w/a4, and its derivative.
 
     delta : exponent of stribeck_delta.
     """
     z, delta = floats(z, delta)
-    if law == "rational":
+    if name == "rational":
         return 1.0 / (1.0 + z), -1.0 / np.square(1.0 + z)
-    if law == "cubic":
+    if name == "cubic":
         return 1.0 - 1.5 * z + 0.5 * z**3, 1.5 * np.square(z) - 1.5
-    power = z**delta if law == "stribeck_delta" else z
-    per_z = delta * z ** (delta - 1.0) if law == "stribeck_delta" else 1.0
+    power = z**delta if name == "stribeck_delta" else z
+    per_z = delta * z ** (delta - 1.0) if name == "stribeck_delta" else 1.0
     return np.exp(-power), -per_z * np.exp(-power)
 
 
@@ -217,3 +244,63 @@ def groups(
     m, k, c, load, v, a2, a3, a4 = floats(mass, stiffness, damping, normal_load, belt_speed, a2, a3, a4)
     impedance = np.sqrt(k * m)
     return Groups(*floats(v / a4, load * a3 / (a4 * impedance), c / (2.0 * impedance), a2 * a4 / a3))
+
+
+# --- the cubic law of Thomsen and Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389-403 ----------------------------------
+
+# mu(w) = mu_start - (3/2)(mu_start - mu_reversal)(w/v - (w/v)^3/3), with its minimum mu_reversal at w = v = v_reversal.
+# Unlike that of the exponential curve the loss of stability is supercritical: as the belt speeds up, stick-slip is
+# followed by oscillation in pure slip, and that by steady sliding. The thresholds come from harmonic balance, derived
+# here for SI; they hold for small (mu_start - mu_reversal) N/(v_reversal sqrt(k m)).
+
+
+def cubic(slip_speed: ArrayLike, mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike) -> Floats:
+    """Friction coefficient at slip speed w >= 0 (m/s); v_reversal in m/s."""
+    w, start, reversal, v_min = floats(slip_speed, mu_start, mu_reversal, v_reversal)
+    u = w / v_min
+    return np.asarray(start - 1.5 * (start - reversal) * (u - u**3 / 3.0))
+
+
+def cubic_slope(slip_speed: ArrayLike, mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike) -> Floats:
+    """Derivative of `cubic` (s/m) with respect to the slip speed (m/s)."""
+    w, start, reversal, v_min = floats(slip_speed, mu_start, mu_reversal, v_reversal)
+    return np.asarray(-1.5 * (start - reversal) / v_min * (1.0 - (w / v_min) ** 2))
+
+
+def cubic_loss_of_stability(
+    mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike, damping: ArrayLike, normal_load: ArrayLike
+) -> Floats:
+    """Belt speed v_b1 (m/s) below which steady sliding is unstable: v_reversal sqrt(1 - 2 c v_reversal/(3 N drop)).
+
+    drop = mu_start - mu_reversal; damping N s/m, load N. 0 where the damper keeps sliding stable at every speed,
+    NaN for a drop below 0: friction that rises first makes sliding unstable above some speed, not below.
+    In their units (N = 1, c = 2 beta): v_m sqrt(1 - 4 beta v_m/(3 (mu_s - mu_m))).
+    """
+    start, reversal, v_min, c, load = floats(mu_start, mu_reversal, v_reversal, damping, normal_load)
+    left = 1.0 - 2.0 * c * v_min / (3.0 * load * (start - reversal))
+    return np.where(start < reversal, np.nan, v_min * np.sqrt(np.maximum(left, 0.0)))
+
+
+def cubic_pure_slip_speed(
+    belt_speed: ArrayLike, mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike, damping: ArrayLike,
+    normal_load: ArrayLike,
+) -> Floats:  # fmt: skip
+    """Amplitude (m/s) of the velocity in self-excited pure slip, 2 sqrt(v_b1^2 - v_belt^2); A1 in their units.
+
+    Times sqrt(m/k) it is the amplitude of the displacement. NaN outside the belt speeds where there is such a motion:
+    from `cubic_stick_slip_limit`, below which the mass would overtake the belt and stick, to `cubic_loss_of_stability`.
+    """
+    v_b1 = cubic_loss_of_stability(mu_start, mu_reversal, v_reversal, damping, normal_load)
+    (v,) = floats(belt_speed)
+    exists = (v <= v_b1) & (v >= np.sqrt(0.8) * v_b1) & (v > 0)
+    return np.where(exists, 2.0 * np.sqrt(np.maximum(v_b1**2 - v**2, 0.0)), np.nan)
+
+
+def cubic_stick_slip_limit(
+    mu_start: ArrayLike, mu_reversal: ArrayLike, v_reversal: ArrayLike, damping: ArrayLike, normal_load: ArrayLike
+) -> Floats:
+    """Belt speed v_b0 (m/s) between stick-slip below and pure slip above: sqrt(4/5) v_b1.
+
+    There the velocity amplitude of pure slip is the belt speed, so the mass just touches it.
+    """
+    return np.asarray(np.sqrt(0.8) * cubic_loss_of_stability(mu_start, mu_reversal, v_reversal, damping, normal_load))

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy import stats  # type: ignore[import-untyped]
 from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
 
-from stickslip.theory.numerics import Floats
+from stickslip.theory.curve import Floats
 
 Map = Callable[[Floats], Floats]
 

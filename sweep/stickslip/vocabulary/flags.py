@@ -1,4 +1,7 @@
-"""The meaning of integers in results: regimes, ends of an integration, contact modes. The value is the position."""
+"""What integers in results mean: regimes, ends of an integration, contact modes.
+
+The value of a flag is its position.
+"""
 
 # Regimes are int8 and 0 means "this cell was not computed".
 REGIME_MESSAGES = {

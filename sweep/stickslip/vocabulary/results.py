@@ -6,7 +6,9 @@ as rows of the same kind. Datasets, plots and documentation read these tables; n
 name. Units are spelled as UDUNITS requires (``m s-1``).
 """
 
-from stickslip.vocabulary.models import MODELS, Model
+from __future__ import annotations
+
+from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import Variable, table
 
 _OF_MODELS = {variable.name: variable for model in MODELS for variable in model.results}
@@ -70,7 +72,9 @@ COMPUTED = Variable("computed", "1", "whether a cell was computed or its regime 
 MAP_VARIABLES: dict[str, Variable] = VARIABLES | {COMPUTED.name: COMPUTED}
 
 
-def variables_of_model(model: Model) -> dict[str, Variable]:
-    """The variables of a cell whose contact follows this model."""
-    own = {variable.name for variable in model.results}
-    return {name: row for name, row in VARIABLES.items() if name not in _OF_MODELS or name in own}
+# Those of a cell whose contact follows a model.
+VARIABLES_OF = {
+    model: {name: row for name, row in VARIABLES.items()
+            if name not in _OF_MODELS or name in [variable.name for variable in model.results]}
+    for model in MODELS
+}  # fmt: skip

@@ -1,8 +1,4 @@
-"""The scales of a cell, by which everything is converted between SI and kernel units.
-
-They are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sqrt(k m) for speeds, N/m for
-accelerations.
-"""
+"""The scales of a cell, by which everything is converted between SI and kernel units."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -14,7 +10,11 @@ Floats = NDArray[np.float64]
 
 
 class Scales:
-    """The scales of cells, each (n,)."""
+    """The scales of cells, each (n,).
+
+    They are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sqrt(k m) for speeds, N/m for
+    accelerations.
+    """
 
     cells: Mapping[str, Floats]
     mass: Floats

@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import QuantityError
-from stickslip.vocabulary.unit_suggestions import suggest_unit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,7 +79,7 @@ def si_value(value: object, units: str) -> float:
     except OverflowError:  # an integer of hundreds of digits
         number = math.inf
     if not math.isfinite(number):
-        raise QuantityError(f"a finite number{_in(units)}")
+        raise QuantityError(f"a finite number in {spelled(units)}".removesuffix(" in "))
     return number
 
 
@@ -161,10 +160,6 @@ def factor(unit: str, units: str) -> float:
     return float(_factor(unit, units))
 
 
-def _in(units: str) -> str:
-    return "" if units == "1" else f" in {spelled(units)}"
-
-
 def _from_text(text: str, units: str) -> float:
     text = text.translate(AS_TYPED)
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
@@ -186,7 +181,7 @@ def _from_text(text: str, units: str) -> float:
     try:
         return float(Fraction(number) * factor)
     except OverflowError:
-        raise QuantityError(f"a finite number{_in(units)}") from None
+        raise QuantityError(f"a finite number in {spelled(units)}".removesuffix(" in ")) from None
 
 
 # --- units ------------------------------------------------------------------------------------------------------------
@@ -301,11 +296,14 @@ def each_with_unit(given: Any, units: str) -> Any:
     """
     if isinstance(given, Mapping):
         return dict(zip(given, each_with_unit([*given.values()], units), strict=True))
-    if not isinstance(given, list | tuple) or not any(_unit_of(value, units) for value in given):
+    if units == "1" or not isinstance(given, list | tuple):
+        return given
+    known = [_unit_in_text(value, units) if isinstance(value, str) else None for value in given]
+    if not any(known):
         return given
     values, unit = [*given], ""
     for i, value in reversed([*enumerate(values)]):
-        unit = _unit_of(value, units) or unit
+        unit = known[i] or unit
         if isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < math.inf:
             if not unit:
                 raise QuantityError(f"a unit with {value!r} as well, since others have one")
@@ -313,13 +311,9 @@ def each_with_unit(given: Any, units: str) -> Any:
     return values
 
 
-def _unit_of(value: Any, units: str) -> str | None:
-    """The unit in a text, if it is one of these quantities."""
-    return _unit_in_text(value, units) if isinstance(value, str) and units != "1" else None
-
-
 @lru_cache(maxsize=4096)
 def _unit_in_text(text: str, units: str) -> str | None:
+    """The unit in a text, if it is one of these quantities."""
     unit = unit_in(text.translate(AS_TYPED))
     return unit if unit and _fits(unit, units) else None
 
@@ -349,3 +343,55 @@ def is_number(value: float | str) -> bool:
         return not isinstance(value, bool) and math.isfinite(float(value))
     except ValueError:
         return False
+
+
+# --- units as people write them by mistake ----------------------------------------------------------------------------
+
+_COMMON = "kg g mg N kN mN m cm mm µm s ms min h Hz kHz Pa MPa J".split()
+SPELLED = {  # words for units, which headings of tables may have
+    word: symbol
+    for symbol, words in {
+        "/": "per pro par",
+        "s": "sec secs sek second seconds sekunde sekunden seconde secondes",
+        "min": "min mins minute minutes minuten",
+        "h": "hour hours stunde stunden heure heures hr hrs",
+        "m": "meter meters metre metres metern mètre mètres",
+        "cm": "centimeter centimeters centimetre centimetres zentimeter centimètre centimètres",
+        "mm": "millimeter millimeters millimetre millimetres millimetern millimètre millimètres",
+        "µm": "micrometer micrometers micrometre micrometres micron microns mikrometer micromètre micromètres",
+        "km": "kilometer kilometers kilometre kilometres kilomètre kilomètres",
+        "in": "inch inches zoll pouce pouces",
+        "kg": "kilogram kilograms kilo kgs",
+        "g": "gram grams",
+        "N": "newton newtons",
+        "kN": "kilonewton kilonewtons",
+        "mN": "millinewton millinewtons",
+        "Hz": "hertz",
+    }.items()
+    for word in words.split()
+}
+_MEANT = SPELLED | {word.lower(): word for word in _COMMON} | {"n": "N"}
+_WORD = re.compile(r"[A-Za-zµμ]+")
+_MOST = 40  # characters; a longer unit is nonsense
+
+
+def suggest_unit(unit: str, fits: Callable[[str], bool]) -> str | None:
+    """The unit that was probably meant: words and capitals as symbols, spaces where none belong; None if none fits.
+
+    fits : whether a unit is understood, and of the right kind.
+    """
+    if len(unit) > _MOST or not _WORD.match(unit):
+        return None
+    plain = _WORD.sub(_respelled, re.sub(r"\s+per\s+", "/", unit).rstrip(".,;"))
+    tried = (plain, plain.replace(" ", ""), re.sub(r"[\s*·.\-]+", "/", plain), re.sub(r"[\s^]?\d", "", plain))
+    return next((text for text in tried if text not in ("", unit) and fits(text)), None)
+
+
+def _respelled(match: re.Match[str]) -> str:
+    """One unit as it is spelled, or two that were written together with a space between them."""
+    word = match[0]
+    if word in _COMMON or word.lower() in _MEANT:
+        return word if word in _COMMON else _MEANT[word.lower()]
+    places = range(len(word) - 1, 0, -1)  # mms is mm s rather than m ms
+    pairs = (f"{word[:i]} {word[i:]}" for i in places if word[:i] in _COMMON and word[i:] in _COMMON)
+    return next(pairs, word)

@@ -16,13 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.engine import Options, compute
 from stickslip.errors import Interrupted
+from stickslip.studies.border import Border
 from stickslip.studies.lines import search_options
 from stickslip.studies.search import Looked, Scan, search_lines
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, Parameters
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.compare.system import CompareRequest
 from stickslip_materials.fit import CurveFit, Drawn, draw_curves
 
 Floats = NDArray[np.float64]
@@ -38,6 +37,37 @@ _DRAWN_STEPS = 20_000  # of a cell of a drawn curve
 _LONGER = 10  # times as many of curves without a verdict by then; what has none then either widens the interval
 _TO_TELL = 100  # curves drawn to see whether there are any, where no intervals are asked for
 CHANCES = ("quiet_probability", "undecided_probability")
+
+
+@dataclass(frozen=True)
+class Comparing:
+    """A comparison to compute.
+
+    system : mass, stiffness, damping and normal load, in SI. speeds : m/s, in ascending order, at which motions are
+    computed, or the two ends of a range; there may be none. between : speeds searched, None for a range about the
+    measured ones. level : of confidence. draws : curves drawn per material, 0 for no intervals.
+    """
+
+    system: Mapping[str, float]
+    speeds: tuple[float, ...]
+    is_range: bool
+    between: tuple[float, float] | None
+    level: float
+    draws: int
+    seed: int
+    search: Border
+    options: Options
+
+    @property
+    def several_speeds(self) -> bool:
+        """True where there are numbers at several belt speeds."""
+        return len(self.speeds) > 1 and not self.is_range
+
+    def draw(self, curve: CurveFit) -> Drawn | None:
+        """Curves as likely as the points leave them; None where there are none, or the points follow no such curve."""
+        if not curve.has_intervals:
+            return None
+        return draw_curves(curve, self.draws or _TO_TELL, self.seed, falling=True)
 
 
 @dataclass(frozen=True)
@@ -60,15 +90,27 @@ class QuietSpeeds:
         return np.where(self.state == UNRESOLVED, self.low, most), most
 
 
+def friction_of(fits: Sequence[CurveFit]) -> dict[str, Floats]:
+    """Friction of fitted curves by names of PARAMETERS, each (n,), as cells have it; curves drawn have theirs in
+    `Drawn.coefficients`. mu_stop is NaN where friction is the same on the way down."""
+    return {name: np.array([fit.coefficients().get(name, math.nan) for fit in fits]) for name in (*CURVE, "mu_stop")}
+
+
+def regimes(cells: Parameters, options: Options) -> dict[str, NDArray[Any]]:
+    """The results of the engine for cells. Raises Interrupted on Ctrl-C."""
+    block = compute(Cells.of(cells), options)
+    if not block.complete:
+        raise Interrupted(block.done, cells["mass"].size)
+    return block.results
+
+
 def quiet_above(
     curves: Mapping[str, Floats], system: Mapping[str, ArrayLike], scan: Scan, tolerance: float, options: Options
 ) -> QuietSpeeds:
     """The speed at which the vibration of each curve ends for good.
 
-    curves : coefficients by name, each (n,). system : the other parameters of a cell but the belt speed, in SI.
-    scan : the speeds looked at first, between the ends of the range; a vibration that begins and ends between two of
-    them is missed. tolerance : width of the last bracket over the border.
-    Raises Interrupted on Ctrl-C.
+    curves : coefficients by name, each (n,). scan : the speeds looked at first, between the ends of the range; a
+    vibration that begins and ends between two of them is missed. tolerance : width of the last bracket over the border.
     """
     cells, options = as_cells({**system, **curves, "belt_speed": scan.low}), search_options(options)
     scanned: list[Looked] = []
@@ -83,20 +125,6 @@ def quiet_above(
     brackets, _ = search_lines(cells["mass"].size, scan, tolerance, labels)
     vibrates, decided = (values.reshape(-1, scan.points) for values in (scanned[0].labels == 1, scanned[0].decided))
     return _last_borders(brackets, vibrates, decided, scan, tolerance)
-
-
-def friction_of(fits: Sequence[CurveFit]) -> dict[str, Floats]:
-    """Friction of fitted curves by names of PARAMETERS, each (n,), as cells have it; curves drawn have theirs in
-    `Drawn.coefficients`. mu_stop is NaN where friction is the same on the way down."""
-    return {name: np.array([fit.coefficients().get(name, math.nan) for fit in fits]) for name in (*CURVE, "mu_stop")}
-
-
-def regimes(cells: Parameters, options: Options) -> dict[str, NDArray[Any]]:
-    """The results of the engine for cells. Raises Interrupted on Ctrl-C."""
-    block = compute(Cells.of(cells), options)
-    if not block.complete:
-        raise Interrupted(block.done, cells["mass"].size)
-    return block.results
 
 
 def _last_borders(
@@ -126,56 +154,32 @@ def _last_borders(
     return QuietSpeeds(speed, low, state)
 
 
-# --- scatter --------------------------------------------------------------------------------------------------------
+# --- scatter ----------------------------------------------------------------------------------------------------------
 
 
-def drawn_of(curve: CurveFit, request: CompareRequest) -> Drawn | None:
-    """Curves as likely as the points leave them; None where none can be drawn, or the points follow no such curve."""
-    if not curve.has_intervals:
-        return None
-    return draw_curves(curve, request.draws or _TO_TELL, request.seed, falling=True)
-
-
-def scatter_of(
-    drawn: Drawn | None, request: CompareRequest, scan: Scan
-) -> tuple[dict[str, float | Floats], QuietSpeeds | None]:
-    """The interval of a border, the chances to be quiet, and the borders of the drawn curves."""
-    if not request.draws or drawn is None:
-        return {}, None
-    quiet = _borders(drawn, request, scan)
+def scatter_of(drawn: Drawn, comparing: Comparing, scan: Scan) -> dict[str, float | Floats]:
+    """The interval of a border, and the chances to be quiet, by names of MATERIAL_VARIABLES."""
+    quiet = _borders(drawn, comparing, scan)
     least, most = quiet.between()
-    tail = round((1.0 - request.level) / 2.0 * most.size)
-    ends = float(np.sort(least)[tail]), float(np.sort(most)[-1 - tail])
+    tail = round((1.0 - comparing.level) / 2.0 * most.size)
     values: dict[str, float | Floats] = {
-        "quiet_above_low": ends[0], "quiet_above_high": ends[1],
+        "quiet_above_low": float(np.sort(least)[tail]), "quiet_above_high": float(np.sort(most)[-1 - tail]),
         "draws_used": float(np.count_nonzero(quiet.state != UNRESOLVED)), "draws_falling": float(drawn.falling.mean()),
     }  # fmt: skip
-    speeds = np.array(request.speeds.values)
-    if speeds.size:
+    if speeds := np.array(comparing.speeds).tolist():
         certain, possible = (np.mean(borders[:, None] < speeds, axis=0) for borders in (most, least))
         for name, chance in zip(CHANCES, (certain, possible - certain), strict=True):
-            values[name] = chance if request.several_speeds else float(chance[0])
-    return values, quiet
+            values[name] = chance if comparing.several_speeds else float(chance[0])
+    return values
 
 
-def names_of_scatter(request: CompareRequest) -> tuple[str, ...]:
-    """The results of `scatter_of`, and the chance to be better than the next, which follows from them."""
-    if not request.draws:
-        return ()
-    interval = ("quiet_above_low", "quiet_above_high", "draws_used", "draws_falling", "better_than_next")
-    return (*interval, *(CHANCES if request.speeds.values else ()))
-
-
-def _borders(drawn: Drawn, request: CompareRequest, scan: Scan) -> QuietSpeeds:
-    """The borders of drawn curves.
-
-    A curve that falls for ever faster than the damper grows vibrates at any speed; so does, as far as this can tell,
-    one whose friction would be negative within the range.
-    """
-    options = replace(request.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
-    tolerance = max(DRAWN_TO, request.search.tolerance)
+def _borders(drawn: Drawn, comparing: Comparing, scan: Scan) -> QuietSpeeds:
+    """The borders of drawn curves. One that falls for ever faster than the damper grows vibrates at any speed; so does,
+    as far as this can tell, one whose friction would be negative within the range."""
+    options = replace(comparing.options, rtol=Options.rtol, max_steps=_DRAWN_STEPS)
+    tolerance = max(DRAWN_TO, comparing.search.tolerance)
     level, slope = drawn.coefficients[CURVE.level], drawn.coefficients[CURVE.slope]
-    is_damped = request.system["damping"] + request.system["normal_load"] * slope >= 0
+    is_damped = comparing.system["damping"] + comparing.system["normal_load"] * slope >= 0
     lost = drawn.falling & ~(is_damped & (level + slope * scan.high >= 0))
     fastest = np.full(slope.size, scan.high)
     borders = QuietSpeeds(fastest, fastest.copy(), np.full(slope.size, VIBRATES, np.int8))
@@ -183,16 +187,9 @@ def _borders(drawn: Drawn, request: CompareRequest, scan: Scan) -> QuietSpeeds:
     def search(which: Flags, options: Options) -> None:
         if which.any():
             curves = {name: values[which] for name, values in drawn.coefficients.items()}
-            part = quiet_above(curves, request.system, scan, tolerance, options)
+            part = quiet_above(curves, comparing.system, scan, tolerance, options)
             borders.speed[which], borders.low[which], borders.state[which] = part.speed, part.low, part.state
 
     search(~lost, options)
     search(borders.state == UNRESOLVED, replace(options, max_steps=_LONGER * _DRAWN_STEPS))
     return borders
-
-
-def below(quiet: QuietSpeeds, other: QuietSpeeds) -> float:
-    """Probability that a draw of one is below an independent one of the other; equal ones count half."""
-    values, ordered = quiet.between()[1], np.sort(other.between()[1])
-    left, right = (np.searchsorted(ordered, values, side=side) for side in ("left", "right"))
-    return float(np.mean(ordered.size - 0.5 * (left + right)) / ordered.size)

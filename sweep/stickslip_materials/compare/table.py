@@ -1,30 +1,30 @@
-"""Materials compared, for people: the table of ranks, the answer in a line, and notes."""
+"""Materials compared, for people: the table of ranks, the answer in a line, notes, and the page to read, to send and to
+print: answer, ranks, picture and notes, and on a second sheet what they rest on."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import xarray as xr
 
-from stickslip.config.studies import Table
+from stickslip.config.studies import ReportTable
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cell_values import scales_of
+from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
-from stickslip.vocabulary.models import BREAKAWAY
+from stickslip.vocabulary.models import BREAKAWAY, FORMULA
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
-from stickslip_materials.compare.dataset import speeds_of
-from stickslip_materials.compare.system import SYSTEM
-from stickslip_materials.variables import MATERIAL_VARIABLES
+from stickslip_materials.compare.result import MATERIAL_VARIABLES, speeds_of
 
 _SIGNS = {"quiet_throughout": "< ", "vibrates_throughout": "> ", "unresolved": "<= "}  # of numbers that are bounds
-VERDICTS = ("quiet", "vibrates", "open")
+_AGAIN = "Saved as a file, this configuration finds all borders of these curves (stickslip run):"
+_MEANT = ("quiet_above", "margin", "quiet_probability", "fit_good")
 
 
 def verdict(row: Any) -> str:
-    """One of `VERDICTS` on a material at a belt speed or in a range: open where regime, margin and the probability of
-    being quiet, which are shown, contradict each other.
+    """ "quiet", "vibrates" or "open" on a material at a belt speed or in a range: open where regime, margin and the
+    probability of being quiet, which are shown, contradict each other.
 
     row : a material, by names of MATERIAL_VARIABLES, with its `state`.
     """
@@ -45,6 +45,7 @@ class RankTable:
         self.unit = unit or str(ds["quiet_above"].attrs.get("display_units", "m/s"))
         self.factor = 1.0 / units.si_value(f"1 {self.unit}", "m s-1")
         self.speeds = speeds_of(ds)
+        self._searched = [float(ds.attrs[f"searched_{end}"]) for end in ("from", "to")]
         self._is_range = "speed_range_from" in ds.attrs
         several = [ds.isel(belt_speed=j) for j in range(ds.sizes.get("belt_speed", 0))]
         self._at = [_rows(at) for at in several or [ds]]  # materials at each belt speed
@@ -58,18 +59,8 @@ class RankTable:
     def _span(self, speeds: Sequence[float]) -> str:
         return f"{' to '.join(map(self._speed, speeds))} {self.unit}"
 
-    def _searched(self) -> list[float]:
-        return [float(self.ds.attrs[f"searched_{end}"]) for end in ("from", "to")]
-
-    # --- the table ----------------------------------------------------------------------------------------------------
-
-    def table(self) -> Table:
+    def table(self) -> ReportTable:
         """The ranks, the best material first."""
-        columns = self._columns()
-        names = [*columns]
-        return Table("", names[:2], names[2:], [*zip(*columns.values(), strict=True)])
-
-    def _columns(self) -> dict[str, list[str]]:
         rows = self._rows
         columns = {
             "rank": [_number(row.rank, 0) for row in rows],
@@ -87,46 +78,42 @@ class RankTable:
                 columns["margin"] = [self._margin(row) for row in at]
             if "quiet_probability" in self.ds:
                 columns[f"P(quiet) at {place}" if several else "P(quiet)"] = [_share(r.quiet_probability) for r in at]
-        if not several:
-            columns["tendency"] = [_number(row.tendency, 3) for row in rows]
         columns[BREAKAWAY] = [_number(getattr(row, BREAKAWAY), 3) for row in rows]
         columns["fit"] = ["not determined" if math.isnan(row.rank) else "good" if row.fit_good else "doubtful"
                           for row in rows]  # fmt: skip
-        return columns
+        names = [*columns]
+        return ReportTable("", names[:2], names[2:], [*zip(*columns.values(), strict=True)])
 
     def _quiet(self, row: Any) -> str:
         return "-" if row.state == "not_determined" else _SIGNS.get(row.state, "") + self._speed(row.quiet_above)
 
     def _interval(self, row: Any) -> str:
-        low, high = row.quiet_above_low, row.quiet_above_high
-        if math.isnan(low):
+        """An interval, whose ends may be 0 and inf, beyond the speeds searched."""
+        if math.isnan(row.quiet_above_low):
             return "not determined"
-        return self._bound(low) if low == high else f"{self._bound(low)} to {self._bound(high)}"
-
-    def _bound(self, value: float) -> str:
-        """An end of an interval, 0 and inf being beyond the speeds searched."""
-        least, most = self._searched()
-        sign, end = ("< ", least) if value == 0 else ("> ", most) if value > most else ("", value)
-        return sign + self._speed(end)
+        least, most = self._searched
+        ends = [f"< {self._speed(least)}" if end == 0 else f"> {self._speed(most)}" if end > most else self._speed(end)
+                for end in (row.quiet_above_low, row.quiet_above_high)]  # fmt: skip
+        return " to ".join(dict.fromkeys(ends))
 
     def _margin(self, row: Any) -> str:
         if math.isnan(row.margin):
             return "-"
         if math.isinf(row.margin):  # nothing vibrates down to the slowest speed searched
-            return f"> {self.speeds[0] / self._searched()[0]:.3g}"
+            return f"> {self.speeds[0] / self._searched[0]:.3g}"
         return f"{ {'vibrates_throughout': '< ', 'unresolved': '>= '}.get(row.state, '') }{row.margin:.3g}"
 
     def conditions(self) -> list[tuple[str, str]]:
-        """The system, and the belt speeds searched."""
-        system = {name: float(self.ds.attrs[f"system_{name}"]) for name in SYSTEM}
+        """The system, as it was given, and the belt speeds searched."""
+        attributes = self.ds.attrs
+        names = [name.removeprefix("system_") for name in attributes if name.startswith("system_")]
+        system = {name: float(attributes[f"system_{name}"]) for name in names}
+        rows = {name: f"{value:.4g} {units.spelled(PARAMETERS[name].units)}" for name, value in system.items()}
+        rows |= {name: attributes.get(f"given_{name}", text) for name, text in rows.items() if name != "damping"}
         share = 100.0 * system["damping"] / float(scales_of(system).critical_damping)
-        assumed = ", assumed" if "damping_assumed" in self.ds.attrs else ""
-        beside = {"damping": f" ({share:.3g} % of critical{assumed})"}
-        rows = [(row.long_name, f"{value:.4g} {units.spelled(row.units)}{beside.get(name, '')}")
-                for name, value in system.items() if (row := PARAMETERS[name])]  # fmt: skip
-        return [*rows, ("belt speeds searched", self._span(self._searched()))]
-
-    # --- the answer ---------------------------------------------------------------------------------------------------
+        rows["damping"] += f" ({share:.3g} % of critical{', assumed' * ('damping_assumed' in attributes)})"
+        shown = [(PARAMETERS[name].long_name, text) for name, text in rows.items()]
+        return [*shown, ("belt speeds searched", self._span(self._searched))]
 
     def answer(self) -> str:
         """What is quiet at the belt speeds of the request, or in their range; without any the best material."""
@@ -160,7 +147,7 @@ class RankTable:
 
 def _answer_at(rows: Sequence[Any]) -> str:
     """The materials by verdict."""
-    names = {kind: [row.name for row in rows if verdict(row) == kind] for kind in VERDICTS}
+    names = {kind: [row.name for row in rows if verdict(row) == kind] for kind in ("quiet", "vibrates", "open")}
     return "; ".join(f"{kind} {listed(of_kind, 'and')}" for kind, of_kind in names.items() if of_kind)
 
 
@@ -181,3 +168,37 @@ def _share(value: Any) -> str:
     if math.isnan(value):
         return "not known"
     return "> 99.9 %" if value > 0.999 else "< 0.1 %" if value < 0.001 else f"{100 * float(value):.3g} %"
+
+
+def material_page(ds: xr.Dataset, title: str | None = None) -> str:
+    """A page of a comparison (`stickslip.compare`). title : that of the dataset, unless given."""
+    from stickslip.plots import pages
+    from stickslip_materials.plots import plot_materials
+
+    ranking = RankTable(ds)
+    alt = f"Friction over slip speed of {', '.join(ranking.names)}, and the belt speeds above which they are quiet"
+    table = ranking.table()
+    columns = [*(pages.Column(name, is_text=True) for name in table.words), *map(pages.Column, table.numbers)]
+    system = f"The system: {', '.join(f'{name} {value}' for name, value in ranking.conditions())}."
+    notes = [(name or "all", text) for name, text in ranking.notes()]
+    qualities = pages.terms(zip(ranking.names, map(str, ds["fit_quality"].values), strict=True), "names")
+    files = pages.terms([("points", str(ds.attrs["files"]).replace("\n", ", "))], "short")
+    origin = pages.provenance(ds.attrs) + files + pages.paragraph(_AGAIN)
+    small = [
+        ("The fitted curves", pages.paragraph(f"Friction coefficient over slip speed w: {FORMULA}.") + qualities),
+        ("What the numbers mean", pages.terms(_meanings(), "short")),
+        ("Where this comes from", origin + pages.configuration(ds.attrs["configuration"])),
+    ]
+    sections = [
+        pages.PageSection("Which is quiet", pages.table(columns, table.rows) + pages.paragraph(system)),
+        pages.PageSection("Friction, and where vibration ends", pages.embedded(plot_materials(ds, title=""), alt)),
+        *([pages.PageSection("Notes", pages.terms(notes, "short"))] if notes else []),
+    ]
+    sections[-1] = sections[-1]._replace(html=sections[-1].html + pages.details(small))
+    return pages.page(str(ds.attrs["title"]) if title is None else title, ranking.answer(), sections)
+
+
+def _meanings() -> Iterator[tuple[str, str]]:
+    """The columns that decide, as the dataset describes them."""
+    for row in map(MATERIAL_VARIABLES.__getitem__, _MEANT):
+        yield row.name.replace("_", " "), f"{row.long_name} ({row.comment})" if row.comment else row.long_name

@@ -1,21 +1,31 @@
 """Measured static friction over waiting time, fitted by mu_s(t) = mu0 + beta log10(1 + t/t0); lubricants in order."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.theory import static_friction
 from stickslip_materials.fit.likelihood import Likelihood
-from stickslip_materials.fit.quality import LEAST_EXPLAINED
-from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
+from stickslip_materials.fit.uncertainty import (
+    LEAST_EXPLAINED,
+    Floats,
+    Interval,
+    covariance,
+    points_of,
+    r_squared,
+    rms,
+    student,
+)
 
+_LN10 = math.log(10.0)
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
 _UNLIKELY = 0.8  # confidence at which that is left out
+_Value = tuple[float, Interval, int]  # with its degrees of freedom
 _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
 
 
@@ -50,16 +60,24 @@ class AgeingFit:
         return static_friction(time, self.mu0, self.beta, self.t0)
 
     def level(self, at: float) -> Interval:
-        """The 95 % interval of `predict` at one waiting time (s), over every t0 that the points allow."""
-        return self.within(1.0, at)
+        """The 95 % interval of `predict` at one waiting time (s), over every t0 that the points allow; an end may be
+        infinite."""
+        low, high = self._within(lambda t0: np.array([1.0, math.log1p(at / t0) / _LN10]))
+        is_open = self._ends_of_t0[0] == 0 and at < self.t0  # mu0 falls without end where t0 does
+        return -math.inf if is_open else low, high
 
-    def within(self, level: float, at: float | None) -> Interval:
-        """The 95 % interval of level mu0 + beta log10(1 + at/t0); at None: of beta alone. An end may be infinite."""
+    def slope(self) -> Interval:
+        """The 95 % interval of beta, over every t0 that the points allow."""
+        low, high = self._within(lambda t0: np.array([0.0, 1.0]))
+        return low, math.inf if math.isinf(self._ends_of_t0[1]) else high
 
-        def along(t0: float) -> Floats:
-            return np.array([level, 1.0 if at is None else math.log1p(at / t0) / math.log(10.0)])
+    @property
+    def _ends_of_t0(self) -> Interval:
+        return self.likelihood.scale_interval if self.likelihood and self.freedom > 0 else (self.t0, self.t0)
 
-        row: Floats = along(self.t0)
+    def _within(self, along: Callable[[float], Floats]) -> Interval:
+        """The interval of a combination of mu0 and beta, which depends on t0."""
+        row = along(self.t0)
         middle = float(row @ [self.mu0, self.beta])
         if self.likelihood is None:
             reach = student(self.freedom) * math.sqrt(max(float(row @ self.covariance @ row), 0.0))
@@ -67,11 +85,6 @@ class AgeingFit:
         if self.freedom <= 0:
             return -math.inf, math.inf
         low, high = self.likelihood.interval(along)
-        slow, fast = self.likelihood.scale_interval
-        if slow == 0 and at is not None and at < self.t0:
-            low = -math.inf  # mu0 falls without end where t0 does
-        if math.isinf(fast) and at is None:
-            high = math.inf
         return min(low, middle), max(high, middle)
 
 
@@ -107,44 +120,41 @@ def fit_ageing(time: ArrayLike, mu: ArrayLike, t0: float | None = None) -> Agein
             f"time: got {count} distinct waiting time{'s' * (count != 1)}, expected at least {_FEWEST}: "
             "fewer do not allow the growth to be assessed"
         )
-    shortest, longest = float(t[t > 0].min()), float(t.max())
+    shortest, longest, spare = float(t[t > 0].min()), float(t.max()), t.size - 3
+
+    def columns(scale: Floats) -> Floats:
+        growth = np.log1p(t / scale[:, None]) / _LN10
+        return np.stack([np.ones_like(growth), growth], axis=2)
+
     likelihood = Likelihood(
-        y, np.ones_like(y), partial(_columns, t),
-        (shortest / _BEYOND, longest * _BEYOND), np.eye(2), freedom=float(t.size - 3),
-    )  # fmt: skip
+        y, np.ones_like(y), columns, (shortest / _BEYOND, longest * _BEYOND), np.eye(2), 0, float(spare), student(spare)
+    )
     if t0 is not None:
-        return _fit_at(likelihood, t, float(t0), is_given=True)
-    low, high = likelihood.scale_interval if t.size > 3 else (0.0, math.inf)
+        return _fit_at(likelihood, t, float(t0), None)
+    low, high = likelihood.scale_interval if spare > 0 else (0.0, math.inf)
     likeliest = math.exp(likelihood.scale)
     if low > 0:
-        return _fit_at(likelihood, t, low if math.isinf(high) else likeliest)
+        return _fit_at(likelihood, t, low if math.isinf(high) else likeliest, (low, high))
     usual = min(_ASSUMED * shortest, high)
     least, there = (likelihood.solve(math.log(scale))[1] for scale in (likeliest, usual))
-    unlikely = t.size > 3 and there > least * (1.0 + student(t.size - 3, _UNLIKELY) ** 2 / (t.size - 3))
-    return _fit_at(likelihood, t, likeliest if unlikely and likeliest > usual else usual)
+    unlikely = spare > 0 and there > least * (1.0 + student(spare, _UNLIKELY) ** 2 / spare)
+    return _fit_at(likelihood, t, likeliest if unlikely and likeliest > usual else usual, (low, high))
 
 
-def _columns(t: Floats, t0: Floats) -> Floats:
-    """What mu0 and beta multiply, for each t0 (k,): (k, n, 2)."""
-    growth = np.log1p(t / t0[:, None]) / math.log(10.0)
-    return np.stack([np.ones_like(growth), growth], axis=2)
-
-
-def _fit_at(likelihood: Likelihood, t: Floats, t0: float, *, is_given: bool = False) -> AgeingFit:
-    """The straight line over log10(1 + t/t0) and its quality."""
+def _fit_at(likelihood: Likelihood, t: Floats, t0: float, limits: Interval | None) -> AgeingFit:
+    """The straight line over log10(1 + t/t0) and its quality. limits : of t0; None where it was given."""
     y = likelihood.target
     mu0, beta = map(float, likelihood.solve(math.log(t0))[0])
     residuals = y - static_friction(t, mu0, beta, t0)
-    limits = (t0, t0) if is_given else likelihood.scale_interval if t.size > 3 else (0.0, math.inf)
-    is_free = not is_given and limits[0] > 0 and math.isfinite(limits[1])
-    assumed = not is_given and not is_free
-    freedom = t.size - (2 if is_given else 3)
-    growth = np.log1p(t / t0) / math.log(10.0)
-    columns = [np.ones_like(t), growth, *([-beta * t / (t0 + t) / math.log(10.0)] if is_free else [])]  # by ln t0
+    is_free = limits is not None and limits[0] > 0 and math.isfinite(limits[1])
+    assumed = limits is not None and not is_free
+    freedom = t.size - (2 if limits is None else 3)
+    columns = likelihood.columns(np.array([t0]))[0]
+    if is_free:
+        columns = np.column_stack([columns, -beta * t / (t0 + t) / _LN10])  # by ln t0
     variance = float(residuals @ residuals) / freedom if freedom > 0 else math.inf
-    matrix = covariance(np.column_stack(columns)) * variance
-    errors = [float(error) for error in np.sqrt(np.diag(matrix))]
-    errors.append(math.nan if assumed else 0.0)  # of t0, unless it is free
+    matrix = covariance(columns) * variance
+    errors = [*map(float, np.sqrt(np.diag(matrix))), math.nan if assumed else 0.0]  # the last of t0, unless it is free
     errors[2] *= t0 if is_free else 1.0
     fit = AgeingFit(
         mu0=mu0,
@@ -160,9 +170,9 @@ def _fit_at(likelihood: Likelihood, t: Floats, t0: float, *, is_given: bool = Fa
         t0_assumed=assumed,
         good=False,
         quality="",
-        likelihood=None if is_given else likelihood,
+        likelihood=None if limits is None else likelihood,
     )
-    fit = replace(fit, interval={"mu0": fit.within(1.0, 0.0), "beta": fit.within(0.0, None), "t0": limits})
+    fit = replace(fit, interval={"mu0": fit.level(0.0), "beta": fit.slope(), "t0": limits or (t0, t0)})
     reservations = [*_reservations(fit)]
     good = f"Static friction grows by {fit.beta:.3g} per decade of waiting time."
     remark = f" The waiting times do not determine t0: taken as {t0:.3g} s." if assumed else ""
@@ -230,14 +240,14 @@ def rank(fits: Mapping[str, AgeingFit], at: float) -> Ranking:
     return Ranking(float(at), _ordered(levels), _ordered(slopes))
 
 
-def _ordered(measured: Mapping[str, tuple[float, Interval, int]]) -> tuple[Rank, ...]:
-    """Names by value; each as value, interval and degrees of freedom."""
+def _ordered(measured: Mapping[str, _Value]) -> tuple[Rank, ...]:
+    """Names by value."""
     rows = sorted(measured.items(), key=lambda item: item[1][0])
-    apart = [True, *(_differ(before, this) for (_, before), (_, this) in zip(rows, rows[1:], strict=False))]
+    apart = [True, *(_differ(before, this) for (_, before), (_, this) in pairwise(rows))]
     return tuple(Rank(name, value, interval, a) for (name, (value, interval, _)), a in zip(rows, apart, strict=True))
 
 
-def _differ(below: tuple[float, Interval, int], above: tuple[float, Interval, int]) -> bool:
+def _differ(below: _Value, above: _Value) -> bool:
     """Welch's test of two values at 95 % confidence, the error of each being that of the end towards the other."""
     (x, (_, high), nx), (y, (low, _), ny) = below, above
     if not (math.isfinite(high) and math.isfinite(low)) or min(nx, ny) <= 0:

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from stickslip.errors import ConfigError, Place, Problem, QuantityError
 from stickslip.files.layout import NUMBER, is_number
-from stickslip.files.tables import Cell, Table, first_cells, numbers, read_table, sheets_with_tables
+from stickslip.files.tables import TextCell, TextTable, first_cells, numbers, read_table, sheets_with_tables
 from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import column_unit
+from stickslip.vocabulary.display_units import column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
@@ -32,7 +32,7 @@ class HeadedTable:
     columns there may be, as for `heading`.
     """
 
-    def __init__(self, table: Table, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()) -> None:
+    def __init__(self, table: TextTable, kinds: tuple[str, ...] = POINTS, names: tuple[str, ...] = ()) -> None:
         headings = [heading(cell.text, kinds, names) for cell in table.heading]
         first = [cell.text for cell in first_cells(table)] if len(table.lines) > 1 else []
         is_row = len(first) != len(headings) or any(map(is_number, first))
@@ -182,7 +182,7 @@ def titled(column: Parameter) -> str:
 # --- what lines above the heading tell --------------------------------------------------------------------------------
 
 
-def load_above(table: Table) -> tuple[float, int] | None:
+def load_above(table: TextTable) -> tuple[float, int] | None:
     """The load (N) that a remark or a line above the heading gives, `Prüflast;15;N`, and that line; None if none does.
 
     Raises ConfigError where several say different loads, or one says it in a way nobody understands.
@@ -191,7 +191,7 @@ def load_above(table: Table) -> tuple[float, int] | None:
 
 
 def stated(
-    table: Table, kind: str, row: Parameter, lines: Iterable[Sequence[Cell]], only_numbers: bool = False
+    table: TextTable, kind: str, row: Parameter, lines: Iterable[Sequence[TextCell]], only_numbers: bool = False
 ) -> tuple[float, int] | None:
     """A quantity that lines give as `Name;15;N` or `Name: 15 N`, in SI, and the line of the first; None if none does.
 

@@ -84,19 +84,19 @@ class CurveFit:
     residual_rms: float
     r_squared: float
     points: int
-    unidentified: tuple[str, ...]
     assumed: tuple[str, ...]
     at_bound: tuple[str, ...]
     outliers: tuple[int, ...]
     scatter: float
-    determined: bool
     has_intervals: bool
-    good: bool
-    quality: str
     law: str
-    preferred: float
     measured: MeasuredPoints = field(repr=False, compare=False)
     form: Form = field(repr=False, compare=False)
+    unidentified: tuple[str, ...] = ()
+    determined: bool = False
+    good: bool = False
+    quality: str = ""
+    preferred: float = math.nan
     mu_stop: float = math.nan
     line: SlowingLine | None = field(default=None, repr=False, compare=False)
 
@@ -114,6 +114,10 @@ class CurveFit:
         """a1 to a4 by name, and mu_stop if there is one, as `evaluate` and `simulate` take them."""
         names = CURVE if math.isnan(self.mu_stop) else (*CURVE, "mu_stop")
         return {name: float(getattr(self, name)) for name in names}
+
+    def row(self) -> dict[str, Floats]:
+        """a1 to a4 as arrays of one, as those of curves drawn are."""
+        return {name: np.array([getattr(self, name)]) for name in CURVE}
 
     def predict(self, speed: ArrayLike) -> Floats:
         """Friction coefficient at slip speeds (m/s)."""

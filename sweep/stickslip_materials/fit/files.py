@@ -15,11 +15,12 @@ from numpy.typing import ArrayLike
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.models import BREAKAWAY
 from stickslip.vocabulary.parameter import SPEED, Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.fitting import fit_curve, fit_repeats
+from stickslip_materials.fit.fitting import fit_curve
 from stickslip_materials.fit.points import Columns, only, read_materials
+from stickslip_materials.fit.repeats import fit_repeats
 from stickslip_materials.fit.roles import Wanted
 
 NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
@@ -193,10 +194,11 @@ def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
     return _cautious(MaterialFit(name, group[0].path, whole, curve, repeats=tuple(group)))
 
 
-def question_of_fit(breakaway: float, points: Columns) -> str | None:
+def question_of(material: MaterialFit) -> str | None:
     """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
-    from stickslip.config.unit_warnings import DOUBTED_FRICTION, friction_question  # pydantic takes its time
+    from stickslip.config.describe import DOUBTED_FRICTION, friction_question  # pydantic takes its time
 
+    points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
     fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
     if fastest > SPEED["speed" in points.units]:
         return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"

@@ -1,37 +1,41 @@
-"""Measured friction over slip speed, fitted by level + slope w + drop shape(w/decay): Stribeck's curve or others.
-
-Repeats of a material differ by more than the scatter of the points of each, and not only in level: what varies from
-repeat to repeat is the whole curve. So nothing is assumed about how. The curve is fitted to all points, and again
-without each repeat in turn; with n repeats, the covariance of the coefficients is (n-1)/n times the sum of the squares
-of what leaving one out changes (the jackknife over groups: Efron and Stein, Ann. Statist. 9 (1981) 586; as
-cluster-robust CR3: MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38 (2023) 671), and intervals follow the t
-distribution of n-1 degrees of freedom. This holds scatter within and between repeats, whatever their speeds and numbers
-of points. Coefficients above 0 vary by factors, as levels of friction do from specimen to specimen; the slope does not,
-which may be 0.
-"""
+"""Measured friction over slip speed, fitted by level + slope w + drop shape(w/decay), and how well that is known."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
+from stickslip.vocabulary import units
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, CURVE_LAWS, FITTED
-from stickslip_materials.fit.branches import Sweep
-from stickslip_materials.fit.curve import CurveFit, Drawn
-from stickslip_materials.fit.models import STRAIGHT, WEAKENING, Chosen, MeasuredPoints
-from stickslip_materials.fit.quality import Quality
-from stickslip_materials.fit.turns import course
-from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, covariance, points_of, r_squared, rms, student
+from stickslip_materials.fit.curve import CurveFit
+from stickslip_materials.fit.models import FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
+from stickslip_materials.fit.turns import Sweep, course
+from stickslip_materials.fit.uncertainty import (
+    CONFIDENCE,
+    LEAST_EXPLAINED,
+    Flags,
+    Floats,
+    covariance,
+    points_of,
+    r_squared,
+    rms,
+)
 
 BEST = "best"  # of all laws
 _FEWEST = 4  # distinct speeds; as many as coefficients
 _AT_END = 0.01  # share of the decay speed within which it is at the end of the range that was searched
 _CHANCE = 0.003  # of an outlier among points that have none
 _MOST_OUTLIERS = 10  # one point in so many, and one at least, may be left out
+_SHARE = 0.5  # of the mean friction: a coefficient that moves the curve by more, within its interval, is not known
+_RATIO = 8.0  # of the ends of an interval: a3 or a4 is not determined if it is more
+_REGULAR = 0.005  # chance of residuals as regular, where the curve has the right shape
+_BETTER = 6.0  # by which the AICc of another law is lower: twenty times as likely
+_FEW = 4  # points to spare below which a branch that is not seen may well be there
+_STRONGEST = 2.0  # friction at break-away, and its ratio to the largest measured: more is extrapolated
 
 
 def fit_curve(
@@ -78,10 +82,10 @@ def fit_curve(
         raise ValueError(f"sigma[{int(np.argmin(deviation))}]: got 0, expected a standard deviation > 0")
     if law not in (*CURVE_LAWS, BEST):
         raise ValueError(f"law: got {law!r}, expected {', '.join(CURVE_LAWS)} or {BEST}")
-    distinct = np.unique(w)
-    if distinct.size < _FEWEST:
+    distinct = np.unique(w).size
+    if distinct < _FEWEST:
         raise ValueError(
-            f"speed: got {distinct.size} distinct speed{'s' * (distinct.size != 1)}, expected at least {_FEWEST}: "
+            f"speed: got {distinct} distinct speed{'s' * (distinct != 1)}, expected at least {_FEWEST}: "
             "fewer cannot determine the four coefficients of the curve"
         )
     if not y.any():
@@ -106,9 +110,9 @@ def _criterion(points: MeasuredPoints) -> float:
     free = int(np.count_nonzero(chosen.best[:3])) + (chosen.form is not STRAIGHT) + (points.deviation is None)
     if n - free - 1 <= 0:
         return math.inf
-    left = points.left(chosen.best)
-    rounding = 1e-26 * float(np.sum(points.target**2))
-    likelihood = left if points.deviation is not None else n * math.log(max(left, rounding) / n)
+    likelihood = points.left(chosen.best)
+    if points.deviation is None:
+        likelihood = n * math.log(max(likelihood, 1e-26 * float(np.sum(points.target**2))) / n)
     return likelihood + 2.0 * free * n / (n - free - 1.0)
 
 
@@ -118,17 +122,16 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str,
     points = given.without(left_out)
     chosen = points.choose()
     if (slope := points.uneven(chosen)) is not None:
-        points = replace(points, slope=slope)
+        points = points.scattered(slope)
         chosen = points.choose()
     form, known = chosen.form, points.deviation is not None
     freedom = math.inf if known else float(points.freedom(form))
     residuals = points.mu - points.curve(chosen.best) * points.units[0]
-    variance = 1.0 if known else points.left(chosen.best) / freedom if freedom > 0 else math.inf
-    matrix = _covariance(points, chosen, variance)
-    estimates: dict[str, Any] = dict(zip(CURVE, map(float, chosen.best * points.units), strict=True))
+    matrix = _covariance(points, chosen, freedom)
     open_ends = dict.fromkeys(FITTED, (0.0, math.inf))
+    a1, a2, a3, a4 = map(float, chosen.best * points.units)
     fit = CurveFit(
-        **estimates,
+        *(a1, a2, a3, a4),
         standard_error=_errors(matrix),
         interval=open_ends if is_rough else points.intervals(form),
         covariance=matrix,
@@ -138,25 +141,22 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str,
         residual_rms=rms(residuals),
         r_squared=r_squared(points.mu, residuals, (points.weight / points.weight.max()) ** 2),
         points=int(points.speed.size),
-        unidentified=(),
         assumed=form.assumed,
-        at_bound=_at_bound(estimates, chosen, points),
+        at_bound=_at_bound(chosen, points),
         outliers=left_out,
         scatter=math.exp(points.slope),
-        determined=False,
         has_intervals=points.can_draw(form),
-        good=False,
-        quality="",
         law=points.law,
-        preferred=math.nan,
         measured=points,
         form=form,
     )
     if is_rough:
         return fit
-    quality = Quality(fit, chosen, points, given, criterion, unit)
+    quality = _Quality(fit, chosen, points, given, criterion, unit)
     doubts = [*quality.shape()]
     reservations = [*quality.reservations(), *doubts]
+    is_open = form is not STRENGTHENING and fit.interval["a2"][0] <= 0  # a2 is known where it is certain to be a rise
+    praise = f"The points determine {'a1, a3 and a4' if is_open else 'all four coefficients'}."
     return replace(
         fit,
         interval=open_ends if doubts else fit.interval,  # intervals are those of the right curve
@@ -164,12 +164,9 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str,
         determined=quality.determined(),
         has_intervals=fit.has_intervals and not doubts,
         good=not reservations,
-        quality=" ".join(reservations) or quality.praise(),
+        quality=" ".join(reservations) or praise,
         preferred=criterion("stribeck") - criterion(points.law),
     )
-
-
-# --- points apart -----------------------------------------------------------------------------------------------------
 
 
 def outliers(points: MeasuredPoints) -> tuple[int, ...]:
@@ -184,7 +181,7 @@ def outliers(points: MeasuredPoints) -> tuple[int, ...]:
         others = inside.without((position,))
         if np.unique(others.speed).size < _FEWEST:
             break
-        if (slope := others.uneven(others.choose())) is not None and _apart(replace(inside, slope=slope)) != position:
+        if (slope := others.uneven(others.choose())) is not None and _apart(inside.scattered(slope)) != position:
             break
         out.append(int(np.delete(np.arange(points.speed.size), out)[position]))
     return tuple(sorted(out))
@@ -205,8 +202,11 @@ def _apart(points: MeasuredPoints) -> int | None:
 # --- how well it is known, to first order -----------------------------------------------------------------------------
 
 
-def _covariance(points: MeasuredPoints, chosen: Chosen, variance: float) -> Floats:
+def _covariance(points: MeasuredPoints, chosen: Chosen, freedom: float) -> Floats:
     """Of the coefficients; inf on the diagonal where the points determine nothing."""
+    variance = 1.0
+    if math.isfinite(freedom):
+        variance = points.left(chosen.best) / freedom if freedom > 0 else math.inf
     fixed = [name in chosen.form.assumed or (name == CURVE.decay and chosen.best[2] == 0) for name in CURVE]
     unit = covariance(np.where(fixed, 0.0, points.jacobian(chosen.best) / points.units))
     with np.errstate(invalid="ignore"):
@@ -222,120 +222,116 @@ def _errors(matrix: Floats) -> dict[str, float]:
     return dict(zip(FITTED, errors, strict=True))
 
 
-def _at_bound(estimates: Mapping[str, float], chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
+def _at_bound(chosen: Chosen, points: MeasuredPoints) -> tuple[str, ...]:
     """Estimates, friction at break-away among them, at the end of the range that was allowed."""
-    values = {name: estimates[name] for name in CURVE[:3]} | {BREAKAWAY: estimates[CURVE.level] + estimates[CURVE.drop]}
+    a1, a2, a3, a4 = chosen.best
     floor = {*chosen.form.nonnegative, BREAKAWAY} - {*chosen.form.assumed}
+    values = {CURVE.level: a1, CURVE.slope: a2, CURVE.drop: a3, BREAKAWAY: a1 + a3}
     at_end = [name for name, value in values.items() if name in floor and value == 0.0]
     low, high = points.limits
-    if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < chosen.best[3] < high * (1 - _AT_END):
+    if chosen.form is not STRAIGHT and not low * (1 + _AT_END) < a4 < high * (1 - _AT_END):
         at_end.append(CURVE.decay)
     return tuple(at_end)
 
 
-# --- repeats ----------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
-class RepeatedFit(CurveFit):
-    """A curve through the points of several repeats of one material.
+class _Quality:
+    """What speaks against using a fitted curve, and what the points do not determine.
 
-    As `CurveFit`; uncertainties are those between repeats. repeats : their names. without : the curve without each.
+    fit : with the intervals of a curve of the right shape. points : those that were fitted; given : all of them.
+    criterion : AICc of the best curve of a law. unit : in which speeds are written.
     """
 
-    repeats: tuple[str, ...] = ()
-    without: tuple[CurveFit, ...] = field(default=(), repr=False)
+    fit: CurveFit
+    chosen: Chosen
+    points: MeasuredPoints
+    given: MeasuredPoints
+    criterion: Callable[[str], float]
+    unit: str
 
-    def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
-        """Curves as likely as the repeats leave them; see `draw_curves`."""
-        random, n = np.random.default_rng(seed), len(self.without)
-        fits = (self, *self.without)
-        names = [*CURVE, *_mu_stop_of(fits)]
-        values = np.array([[getattr(fit, name) for name in names] for fit in fits])
-        by_factors = (values > 0).all(axis=0) & (np.array(names) != CURVE.slope)
-        best, *others = np.where(by_factors, np.log(np.where(by_factors, values, 1.0)), values)
-        root = (np.array(others) - np.mean(others, axis=0)) * np.sqrt((n - 1) / n)
+    def unidentified(self) -> tuple[str, ...]:
+        """Coefficients that the points do not determine."""
+        unknown = {*self.fit.assumed}
+        for name, unit in (("a1", 1.0), ("a2", float(self.points.speed.max()))):
+            (low, high), value = self.fit.interval[name], getattr(self.fit, name)
+            if not max(high - value, value - low) * unit < _SHARE * float(self.points.mu.mean()):
+                unknown.add(name)
+        for name in ("a3", "a4"):
+            low, high = self.fit.interval[name]
+            least, most = sorted((abs(low), abs(high)))
+            if not (math.isfinite(high) and low * high > 0 and most < _RATIO * least):
+                unknown.add(name)
+        return tuple(name for name in CURVE if name in unknown)
 
-        def batch() -> Floats:
-            spread = np.sqrt(random.chisquare(n - 1, (count, 1)) / (n - 1))
-            drawn = best + random.standard_normal((count, n)) @ root / spread
-            with np.errstate(over="ignore"):
-                drawn = np.where(by_factors, np.exp(drawn), drawn)
-            level, slope, drop, decay = drawn.T[: len(CURVE)]
-            weakens = self.coefficients()[CURVE.drop] >= 0
-            of_kind = ((slope >= 0) | falling) & (drop >= 0) if weakens else drop <= 0
-            possible = (level >= 0) & (level + drop >= 0) & (decay > 0) & np.isfinite(drawn).all(axis=1)
-            return np.asarray(drawn[of_kind & possible])
+    def determined(self) -> bool:
+        """True where the points tell where vibration ends."""
+        form = self.chosen.form
+        if self.points.freedom(form) <= 0 or self._is_far():
+            return False
+        if form is STRAIGHT:
+            return self.points.freedom(WEAKENING) >= _FEW
+        has_end = math.isfinite(self.fit.interval[BREAKAWAY][1])
+        return form is not WEAKENING or (has_end and not self._rests())
 
-        return self._slowing(Drawn.in_batches(batch, count, names), random)
+    def reservations(self) -> Iterator[str]:
+        """Sentences against using the curve; those about its shape apart."""
+        fit, form = self.fit, self.chosen.form
+        slowest, fastest = map(self._speed, fit.speeds)
+        if fit.outliers:
+            places = (f"{self.given.mu[i]:.3g} at {self._speed(float(self.given.speed[i]))}" for i in fit.outliers)
+            yield f"Left out as no scatter of the others: {', '.join(places)}."
+        if self.points.freedom(form) <= 0 or form is STRAIGHT and self.points.freedom(WEAKENING) < _FEW:
+            yield f"{fit.points} points do not test the fit of four coefficients: measure more points."
+        elif form is STRAIGHT:
+            yield f"No declining branch between {slowest} and {fastest}: a3 was taken as 0. Measure at lower speed."
+        elif form is FALLING:
+            yield f"Friction falls from {slowest} to {fastest}: a2 was taken as 0. Measure at higher speed."
+        elif self._is_far() or fit.speeds[0] > fit.a4 or fit.speeds[0] > 0 and self._rests():
+            yield f"mu_start = {fit.mu_start:.3g} is extrapolated from {slowest}. Measure at lower speed."
+        if not self.chosen.seen:
+            return
+        if unknown := [name for name in self.unidentified() if name not in fit.assumed]:
+            yield f"The points do not determine {' and '.join(unknown)}."
+        if bounds := [name for name in ("a1", BREAKAWAY, "a4") if name in fit.at_bound]:  # a2: no rise is seen
+            yield f"At its bound, beyond which the curve is a guess: {' and '.join(bounds)}."
+        if fit.r_squared < LEAST_EXPLAINED:
+            yield f"The curve explains only {100 * fit.r_squared:.0f} % of the variance of the points."
+        if slope := self.points.slope:
+            where = "slowest" if slope < 0 else "fastest"
+            yield f"The points scatter {math.exp(abs(slope)):.2g} times as much at the {where} speeds."
 
+    def _is_far(self) -> bool:
+        """True where mu_start is far above all points, or implausible and none of the points has it."""
+        start, most = self.fit.mu_start, float(self.points.mu.max())
+        return start > _STRONGEST * most or start >= max(_STRONGEST, 1.1 * most)
 
-def fit_repeats(
-    speeds: Sequence[ArrayLike],
-    mus: Sequence[ArrayLike],
-    names: Sequence[str] = (),
-    *,
-    unit: str = "m/s",
-    directions: Sequence[ArrayLike] | None = None,
-) -> RepeatedFit:
-    """One curve through the points of several repeats of one material.
+    def _rests(self) -> bool:
+        """True where the branch is seen by the points at the slowest speed alone."""
+        points = self.points
+        slowest = points.speed == points.speed.min()
+        if np.unique(points.speed[~slowest]).size < 3 or not points.mu[~slowest].any():
+            return True
+        rest = points.without(tuple(np.flatnonzero(slowest).tolist()))
+        return not rest.shows_branch(self.chosen.form, CONFIDENCE)
 
-    Parameters
-    ----------
-    speeds, mus : slip speeds (m/s) and friction coefficients, an array for each repeat, which may differ in length
-    names : of the repeats, for the result
-    unit : in which `quality` tells speeds
-    directions : of the points, as for `fit_curve`; None: by the order of those of each repeat
+    def _speed(self, speed: float) -> str:
+        rounded = float(f"{speed / units.factor(self.unit, 'm s-1'):.3g}")
+        return f"{rounded:g} {self.unit}"
 
-    Returns
-    -------
-    RepeatedFit
-        Its intervals and draws hold the scatter between repeats, on n-1 degrees of freedom.
-
-    Raises
-    ------
-    ValueError
-        For fewer than two repeats, and where the others, without one of them, have fewer than 4 distinct speeds.
-    """
-    w, y = ([np.asarray(values, np.float64) for values in given] for given in (speeds, mus))
-    if len(w) < 2 or len(w) != len(y):
-        raise ValueError(f"repeats: got {len(w)}, expected at least 2, each with speeds and friction coefficients")
-    ways = [course(speed) for speed in w] if directions is None else [np.asarray(way) for way in directions]
-    d = [np.zeros(speed.size) if way is None else way for speed, way in zip(w, ways, strict=True)]
-    whole = fit_curve(np.concatenate(w), np.concatenate(y), unit=unit, direction=np.concatenate(d))
-    without = []
-    for i in range(len(w)):
-        speed, mu, way = (np.concatenate(of[:i] + of[i + 1 :]) for of in (w, y, d))
-        try:
-            without.append(fit_curve(speed, mu, direction=way))
-        except ValueError as error:
-            raise ValueError(f"without {names[i] if names else f'repeat {i + 1}'}: {error}") from None
-    fitted = [*FITTED, *_mu_stop_of((whole, *without))]
-    best, *others = ([getattr(fit, name) for name in fitted] for fit in (whole, *without))
-    scatter = np.array(others) - np.mean(others, axis=0)
-    matrix = (len(w) - 1) / len(w) * scatter.T @ scatter
-    errors = [math.sqrt(variance) for variance in np.diag(matrix)]
-    reach = [student(len(w) - 1) * error for error in errors]
-    count = f"{len(w)} repeats ({', '.join(names)})" if names else f"{len(w)} repeats"
-    values = {each.name: getattr(whole, each.name) for each in fields(CurveFit)} | {
-        "standard_error": dict(zip(fitted, errors, strict=True)),
-        "interval": {**whole.interval, **dict(zip(fitted, map(_within, best, reach, fitted), strict=True))}
-        | dict.fromkeys(whole.assumed, (0.0, math.inf)),
-        "has_intervals": not whole.assumed,  # what was assumed differs from no repeat to another
-        "covariance": matrix[:4, :4], "freedom": float(len(w) - 1),
-        "quality": f"{whole.quality} Intervals are those of {count}, which hold what differs between them.",
-    }  # fmt: skip
-    return RepeatedFit(**values, repeats=tuple(names), without=tuple(without))
-
-
-def _mu_stop_of(fits: Sequence[CurveFit]) -> list[str]:
-    """The name of mu_stop, if all have one."""
-    return ["mu_stop"] if all("mu_stop" in fit.coefficients() for fit in fits) else []
-
-
-def _within(value: float, reach: float, name: str) -> Interval:
-    """An interval, of what varies by factors as well."""
-    if value > 0 and name != CURVE.slope:
-        factor = math.exp(min(reach / value, 700.0))
-        return value / factor, value * factor
-    return max(0.0, value - reach) if value >= 0 else value - reach, value + reach
+    def shape(self) -> Iterator[str]:
+        """Residuals that follow another curve, by themselves or by another law, or that sigma does not explain."""
+        points, law, freedom = self.points, self.points.law, self.points.freedom(self.chosen.form)
+        residuals = points.residuals(self.chosen) if self.chosen.seen else None
+        if residuals is not None:
+            best = min(CURVE_LAWS, key=self.criterion)
+            lower = self.criterion(law) - self.criterion(best)
+            is_better = math.isfinite(lower) and lower > _BETTER
+            follows = residuals.chance_of_runs() < _REGULAR
+            if freedom > 1 and self.chosen.form is not FALLING:
+                follows |= residuals.chance_of(points.steepened(self.chosen.best)) < _REGULAR
+            if follows or is_better:
+                hint = f", such as {best} (AICc lower by {lower:.2g})" if is_better else ""
+                yield f"The points follow a curve of another shape than {law}{hint}."
+        chi_squared = points.left(self.chosen.best)
+        if points.deviation is not None and freedom > 0 and scipy.stats.chi2(freedom).sf(chi_squared) < 1e-3:
+            yield f"The residuals are {math.sqrt(chi_squared / freedom):.2g} times sigma."

@@ -15,7 +15,7 @@ from itertools import product
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip_materials.fit import words as known
 from stickslip_materials.fit.words import PERCENT, POINTS, PURE, plain
 

@@ -28,8 +28,6 @@ _PRIOR, _MOST = 1.5, 5.0  # standard deviation of s: a factor of 4.5 is not unus
 _ROUNDING = 1e-7  # of the target: as near as the best scale is found
 _SLOPES = np.linspace(-3.0, 3.0, 13)  # of draws
 
-Along = Callable[[float], Floats]  # a combination of coefficients, (m,), which may depend on the scale
-
 
 @dataclass(frozen=True, eq=False)
 class Likelihood:
@@ -37,8 +35,8 @@ class Likelihood:
 
     target, weight : (n,), the latter 1/sigma. columns : of k scales, (k, n, m). ends : of the scales looked for.
     bounded : how many of the parts, the first ones, have weights >= 0. freedom : points to spare; inf where the
-    deviations are known. order : (n,) over a range of 1, along which the scatter may differ; None where the weights are
-    known. reach : standard errors to either side of an interval; NaN: those of 95 %.
+    deviations are known. reach : standard errors to either side of an interval. order : (n,) over a range of 1, along
+    which the scatter may differ; None where the weights are known.
     """
 
     target: Floats
@@ -46,10 +44,10 @@ class Likelihood:
     columns: Callable[[Floats], Floats]
     ends: Interval
     parts: Floats
-    bounded: int = 0
-    freedom: float = math.inf
+    bounded: int
+    freedom: float
+    reach: float
     order: Floats | None = None
-    reach: float = math.nan
 
     @cached_property
     def grid(self) -> Floats:
@@ -57,10 +55,8 @@ class Likelihood:
         return np.linspace(math.log(self.ends[0]), math.log(self.ends[1]), _GRID)
 
     def solve(self, u: float, s: float = 0.0, along: Floats | None = None, value: float = 0.0) -> tuple[Floats, float]:
-        """The best coefficients for a scale exp(u), and the weighted sum of squares they leave.
-
-        s : of the scatter. along, value : a combination that is given.
-        """
+        """The best coefficients for a scale exp(u) and a scatter of slope s, and the weighted sum of squares they
+        leave; of those whose combination `along` has this value."""
         weight = self._weight(s)
         columns = (self.columns(np.array([math.exp(u)]))[0] * weight[:, None]) @ self.parts.T
         target, bounded, parts, offset = self.target * weight, self.bounded, self.parts, 0.0
@@ -91,8 +87,7 @@ class Likelihood:
         columns = (self.columns(np.exp(self.grid)) * self._weight(s)[:, None]) @ self.parts.T
         columns /= np.linalg.norm(columns, axis=1)[:, None, :] + 1e-300
         turned = columns.transpose(0, 2, 1)
-        normal = turned @ columns + _RIDGE * np.eye(len(self.parts))
-        shares = np.linalg.solve(normal, (turned @ target)[:, :, None])
+        shares = np.linalg.solve(turned @ columns + _RIDGE * np.eye(len(self.parts)), (turned @ target)[:, :, None])
         left = np.sum(((columns @ shares)[:, :, 0] - target) ** 2, axis=1)
         outside = np.flatnonzero((shares[:, : self.bounded] < 0).any(axis=(1, 2)))
         left[outside] = [self.solve(float(self.grid[i]), s)[1] for i in outside]
@@ -106,9 +101,9 @@ class Likelihood:
     def _lowest(self, s: float) -> float:
         values = self._on_grid(s)
         i = int(np.argmin(values))
-        low, high = float(self.grid[max(i - 1, 0)]), float(self.grid[min(i + 1, _GRID - 1)])
+        bounds = float(self.grid[max(i - 1, 0)]), float(self.grid[min(i + 1, _GRID - 1)])
         search = scipy.optimize.minimize_scalar(
-            lambda u: self.solve(u, s)[1], bounds=(low, high), method="bounded", options={"xatol": 1e-10}
+            lambda u: self.solve(u, s)[1], bounds=bounds, method="bounded", options={"xatol": 1e-10}
         )
         return float(search.x) if search.fun < values[i] else float(self.grid[i])
 
@@ -119,9 +114,12 @@ class Likelihood:
         """What the coefficients and the scale can follow about the best of an even scatter."""
         step = 1e-5
         near, moved = self.columns(np.exp(self.scale + np.array([0.0, step])))
-        moved = moved - near
-        tangent = np.column_stack([near, moved @ np.ones(near.shape[1]) / step])
+        tangent = np.column_stack([near, (moved - near) @ np.ones(near.shape[1]) / step])
         return np.asarray(tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-300))
+
+    @cached_property
+    def _rounding(self) -> float:
+        return _ROUNDING**2 * float(np.sum((self.target * self.weight) ** 2))
 
     def deviance(self, u: float, s: float = 0.0) -> float:
         """-2 ln of the likelihood, restricted where the scatter is not known."""
@@ -131,54 +129,45 @@ class Likelihood:
         """The deviance of a sum of squares."""
         if math.isinf(self.freedom):
             return left
-        rounding = (_ROUNDING**2) * float(np.sum((self.target * self.weight) ** 2))
         lost = 0.0
         if self.order is not None:
             tangent = self._tangent * np.exp(-s * self.order)[:, None]
             values = np.maximum(np.linalg.svd(tangent, compute_uv=False), math.sqrt(_RIDGE))
             lost = 2.0 * float(np.sum(np.log(values)))
-        return self.freedom * math.log(left + rounding) + lost + (s / _PRIOR) ** 2
+        return self.freedom * math.log(left + self._rounding) + lost + (s / _PRIOR) ** 2
 
-    def _search(self, cost: Callable[..., float], value: float | None, u: float, s: float, allowed: float) -> Minuit:
-        """Minuit at the lowest `cost` of a combination (None: none), u and s."""
-        names = ["u", "s"] if value is None else ["value", "u", "s"]
-        start = [u, s] if value is None else [value, u, s]
-        search = Minuit(cost, *start, name=names)
-        search.errordef, search.print_level = max(allowed, 1e-12), 0
+    def _search(self, cost: Callable[..., float], allowed: float, **start: float) -> Minuit:
+        """Minuit at the lowest cost of u, s and perhaps a combination (value)."""
+        search = Minuit(cost, **start)
+        search.errordef = max(allowed, 1e-12)
         search.limits["u"], search.limits["s"] = (self.grid[0], self.grid[-1]), (-_MOST, _MOST)
         search.errors["u"], search.errors["s"] = 0.05, 0.2
-        if value is not None:
-            search.errors["value"] = 0.01 * abs(value) or 1e-3
+        if "value" in start:
+            search.errors["value"] = 0.01 * abs(start["value"]) or 1e-3
         search.fixed["s"] = self.order is None
         return search.migrad(ncall=_CALLS, iterate=2)
 
     @cached_property
     def _is_exact(self) -> bool:
         """True where nothing but rounding is left."""
-        return self.solve(self.scale)[1] <= (_ROUNDING**2) * float(np.sum((self.target * self.weight) ** 2))
+        return self.solve(self.scale)[1] <= self._rounding
 
     @cached_property
     def best(self) -> tuple[float, float, float]:
         """The likeliest u and s, and their deviance."""
+        even = self.scale, 0.0, self.deviance(self.scale)
         if self.order is None or self._is_exact:
-            return self.scale, 0.0, self.deviance(self.scale)
-        search = self._search(self.deviance, None, self.scale, 0.0, 1.0)
-        u, s = search.values
-        low, even = self.deviance(u, s), self.deviance(self.scale)
-        return (float(u), float(s), low) if low < even else (self.scale, 0.0, even)
-
-    @property
-    def slope(self) -> tuple[float, float]:
-        """The likeliest s, and by how much its deviance is below that of an even scatter."""
-        return self.best[1], self.deviance(self.scale) - self.best[2]
+            return even
+        u, s = self._search(self.deviance, 1.0, u=self.scale, s=0.0).values
+        low = self.deviance(u, s)
+        return (float(u), float(s), low) if low < even[2] else even
 
     @property
     def allowed(self) -> float:
         """By how much the deviance of what lies within an interval is higher than the least."""
-        reach = student(self.freedom) if math.isnan(self.reach) else self.reach
         if math.isinf(self.freedom):
-            return reach**2
-        return self.freedom * math.log1p(reach**2 / self.freedom) if self.freedom > 0 else math.inf
+            return self.reach**2
+        return self.freedom * math.log1p(self.reach**2 / self.freedom) if self.freedom > 0 else math.inf
 
     @cached_property
     def scale_interval(self) -> Interval:
@@ -188,31 +177,28 @@ class Likelihood:
             return math.exp(u), math.exp(u)
         values = np.array([self._of(float(left), s) for left in self._on_grid(s)])
         inside = np.flatnonzero(values <= least + self.allowed)
-        is_open = not inside.size or inside[0] == 0, not inside.size or inside[-1] == _GRID - 1
-        if all(is_open) and inside.size:
+        if inside.size and inside[0] == 0 and inside[-1] == _GRID - 1:
             return 0.0, math.inf
-        errors = self._minos(self._search(self.deviance, None, u, s, self.allowed), "u", least)
-        low, high = errors
-        if inside.size:  # another valley
-            low, high = min(low, float(self.grid[inside[0]])), max(high, float(self.grid[inside[-1]]))
-        first = 0.0 if is_open[0] and inside.size or math.isinf(low) else math.exp(low)
-        return first, math.inf if is_open[1] and inside.size or math.isinf(high) else math.exp(high)
+        low, high = self._minos(self._search(self.deviance, self.allowed, u=u, s=s), "u", least)
+        if inside.size:  # another valley; one that reaches the end of the scales is open there
+            low = -math.inf if inside[0] == 0 else min(low, float(self.grid[inside[0]]))
+            high = math.inf if inside[-1] == _GRID - 1 else max(high, float(self.grid[inside[-1]]))
+        return math.exp(low), math.exp(high)
 
     def _minos(self, search: Minuit, name: str, least: float) -> Interval:
         """The ends of an interval; -inf and inf where MINOS finds none."""
         search.errordef = max(self.allowed + least - search.fval, 1e-12)  # of a bound that was left out
         try:
             search.minos(name, ncall=_CALLS)
-        except RuntimeError:
+        except (RuntimeError, np.linalg.LinAlgError):
             return -math.inf, math.inf
         errors, value = search.merrors[name], search.values[name]
         low = value + errors.lower if errors.lower_valid else -math.inf
         return low, value + errors.upper if errors.upper_valid else math.inf
 
-    def interval(self, along: Along) -> Interval:
-        """The interval of a combination of the coefficients; its ends are infinite where they are open.
-
-        What is bounded itself is looked for beyond its bound too: its interval is to be cut there.
+    def interval(self, along: Callable[[float], Floats]) -> Interval:
+        """The interval of a combination (m,) of the coefficients, which may depend on the scale; its ends are infinite
+        where they are open. What is bounded itself is looked for beyond its bound too: its interval is to be cut there.
         """
         u, s, least = self.best
         row = along(math.exp(u))
@@ -221,21 +207,19 @@ class Likelihood:
             return value, value
         own = [i < self.bounded and bool(np.linalg.matrix_rank(np.array([part, row])) == 1)
                for i, part in enumerate(self.parts)]  # fmt: skip
-        order = np.argsort(own, kind="stable")
-        free = replace(self, parts=self.parts[order], bounded=self.bounded - sum(own))
+        free = replace(self, parts=self.parts[np.argsort(own, kind="stable")], bounded=self.bounded - sum(own))
 
         def cost(value: float, u: float, s: float) -> float:
             return self._of(free.solve(u, s, along(math.exp(u)), value)[1], s)
 
-        low, high = self._minos(self._search(cost, value, u, s, self.allowed), "value", least)
+        low, high = self._minos(self._search(cost, self.allowed, value=value, u=u, s=s), "value", least)
         if math.isinf(low) or math.isinf(high):
             first, last = self._envelope(along, s, least + self.allowed)
             low, high = first if math.isinf(low) else low, last if math.isinf(high) else high
         return low, high
 
-    def _envelope(self, along: Along, s: float, allowed: float) -> Interval:
-        """The ends of a combination over the scales tried first, bounds left out: where the scale is flat, and MINOS
-        lost."""
+    def _envelope(self, along: Callable[[float], Floats], s: float, allowed: float) -> Interval:
+        """The ends over the scales tried first, bounds left out: where the scale is flat, and MINOS lost."""
         most = allowed if math.isinf(self.freedom) else math.exp((allowed - self._of(1.0, s)) / self.freedom)
         low, high = math.inf, -math.inf
         for u in self.grid.tolist():
@@ -257,8 +241,7 @@ class Likelihood:
         """
         slopes = _SLOPES if self.order is not None else np.zeros(1)
         free = replace(self, parts=np.eye(self.parts.shape[1]), bounded=0)
-        u = self.best[0]
-        deviance = np.array([self.deviance(u, float(s)) for s in slopes])
+        deviance = np.array([self.deviance(self.best[0], float(s)) for s in slopes])
         least = deviance.min()  # -inf where all points lie on a curve
         odds = np.exp(-0.5 * (deviance - least)) if math.isfinite(least) else 1.0 * (deviance == least)
         counts = random.multinomial(count, odds / odds.sum())
@@ -275,10 +258,9 @@ class Likelihood:
         best = self._lowest(s)
         least = self.solve(best, s)[1]
         variance = 1.0 if known else max(least, 1e-300) / self.freedom
-        left = self._on_grid(s)
-        inside = np.flatnonzero(left <= least + variance * (2.0 * student(self.freedom)) ** 2)
-        near = np.searchsorted(self.grid, best) - 1, np.searchsorted(self.grid, best)
-        first, last = min([*inside - 1, *near, _GRID - 1]), max([*inside + 1, *near])
+        inside = np.flatnonzero(self._on_grid(s) <= least + variance * (2.0 * student(self.freedom)) ** 2)
+        above = np.searchsorted(self.grid, best)
+        first, last = min([*inside - 1, above - 1, _GRID - 1]), max([*inside + 1, above])
         u = np.linspace(self.grid[max(first, 0)], self.grid[min(last, _GRID - 1)], _NODES)
         u = np.unique(np.append(u, best)) if among is None else np.log(np.geomspace(*among, _NODES))
         weight = self._weight(s)

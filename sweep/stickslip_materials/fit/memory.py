@@ -34,9 +34,12 @@ _MOST_STEPS = 0.1  # of the samples
 _DECADES, _LEVELS, _RATIOS = 9, (0.4, 1.5), (0.4, 0.9, 1.3, 2.0)  # where the search begins: of D_c, a and b/a
 _STIFFNESSES = (1.0, 10.0, 100.0)  # and k/N times D_c, where the stiffness is not known
 _FOLLOWED = 3  # of these
+_LINEAR = ("mu_0", "b", "mu_begin")  # fitted themselves, the others by their logarithms
 _ALIKE, _EXPLAINED = 0.5, 0.9  # residuals as correlated with those before, or so little explained: another law
 _BEYOND = 3.0  # times the largest friction of a loop, where the friction that it tends to is not seen
 _WIDE = 8.0  # ratio of the ends of an interval of what is not determined
+
+Steps = Sequence[tuple[int, float]]  # first sample and speed of each
 
 
 @dataclass(frozen=True)
@@ -95,29 +98,19 @@ def fit_rate_state(
         raise ValueError("time: expected an increasing one")
     if stiffness is not None and not (math.isfinite(stiffness) and stiffness > 0.0):
         raise ValueError(f"stiffness: got {stiffness!r}, expected a value > 0 (1/m)")
-    steps = _steps(v)
-    slip, v_0 = float(np.sum(v[:-1] * np.diff(t))), steps[0][1]
+    steps, slip = _steps(v), float(np.sum(v[:-1] * np.diff(t)))
 
     def predict(p: Floats) -> Floats:
-        rate = stiffness or math.exp(p[4])
-        return _motion(t, steps, law, (p[0], math.exp(p[1]), p[2], math.exp(p[3])), rate)
+        return _friction(t, steps, p.tolist(), stiffness or math.exp(p[4]), law == "rate_state_slip")
 
-    def starts() -> list[Floats]:
-        change = max(float(np.ptp(y)), 1e-6)
-        free = _STIFFNESSES if stiffness is None else (1.0,)
-        distances = np.geomspace(slip / 3e4, slip / 3.0, _DECADES)
-        count = 5 if stiffness is None else 4
-        return [
-            np.array([y[0], math.log(level * change), ratio * level * change, math.log(d), math.log(k / d)][:count])
-            for d, level, ratio, k in product(distances, _LEVELS, _RATIOS, free)
-        ]
-
-    p, spread, predicted = _least_squares(predict, starts(), y)
-    ends = {"mu_0": (p[0], spread[0], False), "a": (p[1], spread[1], True), "b": (p[2], spread[2], False),
-            "D_c": (p[3], spread[3], True)}  # fmt: skip
-    if stiffness is None:
-        ends["drive_stiffness"] = p[4], spread[4], True
-    return _fit(law, ends, {"v_0": v_0}, t, y, predicted)
+    change = max(float(np.ptp(y)), 1e-6)
+    names = ["mu_0", "a", "b", "D_c", *(["drive_stiffness"] if stiffness is None else [])]
+    free = _STIFFNESSES if stiffness is None else (1.0,)
+    starts = [
+        np.array([y[0], math.log(level * change), ratio * level * change, math.log(d), math.log(k / d)][: len(names)])
+        for d, level, ratio, k in product(np.geomspace(slip / 3e4, slip / 3.0, _DECADES), _LEVELS, _RATIOS, free)
+    ]
+    return replace(_fitted(predict, names, starts, t, y, {"v_0": steps[0][1]}), law=law)
 
 
 def fit_presliding(displacement: ArrayLike, mu: ArrayLike, load: float) -> MemoryFit:
@@ -142,13 +135,12 @@ def fit_presliding(displacement: ArrayLike, mu: ArrayLike, load: float) -> Memor
     x, y = _record(displacement=displacement, mu=mu)
     if not (math.isfinite(load) and load > 0.0):
         raise ValueError(f"load: got {load!r}, expected a value > 0 (N)")
-    moves = np.diff(x)
-    way, level = float(np.abs(moves).sum()), float(np.abs(y).max())
-    if not way > 0.0 or not level > 0.0:
+    moves, level = np.diff(x), float(np.abs(y).max())
+    if not moves.any() or not level > 0.0:
         raise ValueError("displacement and mu: got a record in which nothing moves")
 
     def predict(p: Floats) -> Floats:
-        stiffness, most = math.exp(p[1]), math.exp(p[2])
+        stiffness, most = math.exp(p[1]) / load, math.exp(p[2])
         stay, pull = np.exp(-stiffness / most * np.abs(moves)), np.sign(moves) * most
         values = [float(p[0])]
         for keep, towards in zip(stay.tolist(), pull.tolist(), strict=True):
@@ -156,18 +148,11 @@ def fit_presliding(displacement: ArrayLike, mu: ArrayLike, load: float) -> Memor
         return np.array(values)
 
     starts = [
-        np.array([y[0], math.log(slope * level / float(np.ptp(x))), math.log(times * level)])
+        np.array([y[0], math.log(load * slope * level / float(np.ptp(x))), math.log(times * level)])
         for slope, times in product((1.0, 3.0, 10.0, 30.0, 100.0), (1.0, 2.0))
     ]
-    p, spread, predicted = _least_squares(predict, starts, y)
-    p[1] += math.log(load)
-    if p[2] > math.log(_BEYOND * level):
-        spread[2] = math.inf
-    ends = {"contact_stiffness": (p[1], spread[1], True), "mu_k": (p[2], spread[2], True)}
-    return _fit(BRISTLES, ends, {}, x, y, predicted)
-
-
-# --- records ----------------------------------------------------------------------------------------------------------
+    names = ("mu_begin", "contact_stiffness", "mu_k")
+    return _fitted(predict, names, starts, x, y, most={"mu_k": _BEYOND * level})
 
 
 def fit_memory_file(
@@ -184,15 +169,16 @@ def fit_memory_file(
     along = [record.read(name) for name in names]
     loads = record.read("load") if "load" in record else np.full(along[0].shape, record.given("load", load))
     mu, weight = record.friction(loads, np.ones(loads.shape, np.bool_)), float(np.median(loads))
-    known = math.isfinite(weight)
-    if not known and (law == BRISTLES or stiffness is not None):
+    if not math.isfinite(weight) and (law == BRISTLES or stiffness is not None):
         raise record.error("got no load", "name it: --load '10 N'")
     if law == BRISTLES:
         fit = fit_presliding(along[0], mu, weight)
     else:
-        spring = stiffness / weight if stiffness and known else None
-        fit = fit_rate_state(along[0], along[1], mu, law=law, stiffness=spring)
+        fit = fit_rate_state(along[0], along[1], mu, law=law, stiffness=stiffness / weight if stiffness else None)
     return replace(fit, columns=record.describe(load))
+
+
+# --- records ----------------------------------------------------------------------------------------------------------
 
 
 def _record(**columns: ArrayLike) -> list[Floats]:
@@ -202,8 +188,8 @@ def _record(**columns: ArrayLike) -> list[Floats]:
     return [points_of(name, values, length, -math.inf) for name, values in columns.items()]
 
 
-def _steps(speed: Floats) -> list[tuple[int, float]]:
-    """First sample and speed of each step. Raises ValueError where there are none, or nothing but steps."""
+def _steps(speed: Floats) -> Steps:
+    """Raises ValueError where there are none, or nothing but steps."""
     if not speed[0] > 0.0 or (speed < 0.0).any():
         raise ValueError("speed: expected steady sliding at first, and no speed below 0")
     begins = [0]
@@ -215,27 +201,21 @@ def _steps(speed: Floats) -> list[tuple[int, float]]:
     return [(a, float(np.mean(speed[a:b]))) for a, b in zip(begins, [*begins[1:], speed.size], strict=True)]
 
 
-def _motion(
-    t: Floats, steps: Sequence[tuple[int, float]], law: str, parameters: tuple[float, ...], rate: float
-) -> Floats:
-    """Friction at each sample; NaN from where it cannot be integrated. rate : k/N, 1/m."""
+def _friction(t: Floats, steps: Steps, p: Sequence[float], rate: float, is_slip: bool) -> Floats:
+    """Friction at each sample; NaN from where it cannot be integrated. p : mu_0, ln a, b, ln D_c. rate : k/N, 1/m."""
     from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 
-    mu_0, a, b, d = parameters
-    v_0, ends = steps[0][1], [*(i for i, _ in steps[1:]), t.size]
+    mu_0, a, b, d, v_0 = p[0], math.exp(p[1]), p[2], math.exp(p[3]), steps[0][1]
+
+    def slopes(_: float, s: Floats, speed: float) -> list[float]:
+        log_w = min((s[0] - mu_0 - b * s[1]) / a, 200.0)  # over v_0; s[1] = ln(v_0 theta/D_c)
+        w = v_0 * math.exp(log_w)
+        return [rate * (speed - w), (-w * (log_w + s[1]) if is_slip else v_0 * math.exp(min(-s[1], 200.0)) - w) / d]
+
     state, values = [mu_0, 0.0], np.full(t.size, np.nan)
-    for (begin, speed), end in zip(steps, ends, strict=True):
-        stop = t[min(end, t.size - 1)]
-
-        def slopes(_: float, s: Floats, speed: float = speed) -> list[float]:
-            log_w = min((s[0] - mu_0 - b * s[1]) / a, 200.0)  # over v_0; s[1] = ln(v_0 theta/D_c)
-            w = v_0 * math.exp(log_w)
-            if law == "rate_state_slip":
-                return [rate * (speed - w), -w * (log_w + s[1]) / d]
-            return [rate * (speed - w), (v_0 * math.exp(min(-s[1], 200.0)) - w) / d]
-
-        times = t[begin : end + 1]
-        solved = solve_ivp(slopes, (t[begin], stop), state, "LSODA", t_eval=times, rtol=1e-7, atol=1e-9)
+    for (begin, speed), end in zip(steps, [*(i for i, _ in steps[1:]), t.size], strict=True):
+        times, span = t[begin : end + 1], (t[begin], t[min(end, t.size - 1)])
+        solved = solve_ivp(slopes, span, state, "LSODA", times, args=(speed,), rtol=1e-7, atol=1e-9)
         if solved.status != 0 or not np.isfinite(solved.y).all():
             return values
         values[begin:end] = solved.y[0][: end - begin]
@@ -246,13 +226,12 @@ def _motion(
 # --- least squares ----------------------------------------------------------------------------------------------------
 
 
-def _least_squares(
-    predict: Callable[[Floats], Floats], starts: Sequence[Floats], y: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """The best values, half the widths of their 95 % intervals, and what they predict.
-
-    The best few of the starts are followed.
-    """
+def _fitted(
+    predict: Callable[[Floats], Floats], names: Sequence[str], starts: Sequence[Floats], along: Floats, y: Floats,
+    known: Mapping[str, float] | None = None, most: Mapping[str, float] | None = None,
+) -> MemoryFit:  # fmt: skip
+    """The fit by the best few of the starts. names : of the parameters of `predict`. most : beyond which a value means
+    that it is not determined."""
     from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
     def residuals(p: Floats) -> Floats:
@@ -264,35 +243,25 @@ def _least_squares(
         first = sorted(starts, key=lambda p: float(np.sum(residuals(p) ** 2)))[:_FOLLOWED]
         best = min((least_squares(residuals, p, x_scale="jac", max_nfev=60) for p in first), key=lambda fit: fit.cost)
     left, freedom = best.fun, y.size - best.x.size
-    alike = _correlation(left)
+    alike = float(np.corrcoef(left[1:], left[:-1])[0, 1]) if left.std() > 0.0 else 0.0  # with those that follow them
     worth = max((1.0 - alike) / (1.0 + alike), 1.0 / y.size) if alike > 0.0 else 1.0  # independent ones, of all
     errors = np.sqrt(np.diag(covariance(best.jac)) * float(left @ left) / freedom / worth)
-    return best.x.copy(), student(max(freedom * worth, 1.0)) * errors, y + left
-
-
-def _correlation(residuals: Floats) -> float:
-    """Of residuals with those that follow them."""
-    return float(np.corrcoef(residuals[1:], residuals[:-1])[0, 1]) if residuals.std() > 0.0 else 0.0
-
-
-def _fit(
-    law: str, ends: Mapping[str, tuple[float, float, bool]], known: Mapping[str, float], along: Floats, y: Floats,
-    predicted: Floats,
-) -> MemoryFit:  # fmt: skip
-    """The fit of values with half their intervals; logarithms, where the flag says so."""
-    values, interval, open_ones = dict(known), {}, []
-    for name, (middle, half, is_log) in ends.items():
-        low, high = middle - half, middle + half
-        if is_log:
-            middle, low, high = (math.exp(max(min(x, 700.0), -700.0)) for x in (middle, low, high))
-        values[name], interval[name] = float(middle), (float(low), float(high))
-        if (is_log and not high < _WIDE * low) or not math.isfinite(half):
+    values, interval, open_ones = dict(known or {}), {}, []
+    for name, middle, half in zip(names, best.x, student(max(freedom * worth, 1.0)) * errors, strict=True):
+        if name == "mu_begin":
+            continue
+        if middle > math.log((most or {}).get(name, math.inf)):
+            half = math.inf
+        ends = [float(middle), float(middle - half), float(middle + half)]
+        if name not in _LINEAR:
+            ends = [math.exp(max(min(x, 700.0), -700.0)) for x in ends]
+        values[name], interval[name] = ends[0], (ends[1], ends[2])
+        if not math.isfinite(half) or name not in _LINEAR and not ends[2] < _WIDE * ends[1]:
             open_ones.append(name)
-    left = y - predicted
     share = r_squared(y, left, np.ones_like(y))
-    is_other = _correlation(left) > _ALIKE or share < _EXPLAINED
+    is_other = alike > _ALIKE or share < _EXPLAINED
     quality = f"The contact explains {100 * share:.3g} % of the variance of the record."
     quality += f" The record does not determine {', '.join(open_ones)}." if open_ones else ""
     quality += " What is left is no scatter: it is another law, another stiffness of the drive, or a drift." * is_other
     good = not open_ones and not is_other
-    return MemoryFit(law, values, interval, along, y, predicted, rms(left), share, good, quality)
+    return MemoryFit(BRISTLES, values, interval, along, y, y + left, rms(left), share, good, quality)

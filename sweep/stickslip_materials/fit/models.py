@@ -1,5 +1,4 @@
-"""Forms of a friction curve a1 + a2 w + a3 shape(w/a4), measured points, the best curve of each form, and what the
-points leave open of it.
+"""Measured points, the best curve a1 + a2 w + a3 shape(w/a4) of each form, and what the points leave open of it.
 
 A form says which coefficients are free, and of what sign.
 """
@@ -8,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +22,7 @@ _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residu
 _CERTAIN = 0.99  # confidence with which a branch must be seen
 _TREND = 0.05  # chance of as many falls among points without a trend
 _UNEVEN = 6.63  # by which the deviance falls where the scatter differs along the speed: chi-squared, 1 %
-LEAST = 2  # points to spare for an interval, where the scatter is not given
+_LEAST = 2  # points to spare for an interval, where the scatter is not given
 _FEW, _WIDER = 3, 0.975  # with so few points to spare a branch that is seen was often seen by luck: 97.5 % cover 95 %
 
 
@@ -63,67 +61,44 @@ class Chosen(NamedTuple):
     best: Floats
 
 
-@dataclass(frozen=True)
 class MeasuredPoints:
     """Speeds (m/s), friction, its standard deviations or None, and the law of the curve.
 
-    slope : of the logarithm of the scatter, over the range of log speeds; 0 for an even one.
-    Curves through them have coefficients in `units`, the largest speed and friction being 1, so that nothing depends on
-    their size; what they leave is weighted.
+    slope : of the logarithm of the scatter, over the range of log speeds; 0 for an even one. Curves through them have
+    coefficients in `units`, the largest speed and friction being 1, so that nothing depends on their size; what they
+    leave is weighted. order : logarithms of the speeds over a range of 1, about their mean.
     """
 
-    speed: Floats
-    mu: Floats
-    deviation: Floats | None
-    law: str
-    slope: float = 0.0
-    _fits: dict[Form, Floats] = field(default_factory=dict, init=False, repr=False, compare=False)
-    _likelihoods: dict[Form, Likelihood] = field(default_factory=dict, repr=False, compare=False)  # of any slope
+    def __init__(self, speed: Floats, mu: Floats, deviation: Floats | None, law: str, slope: float = 0.0) -> None:
+        self.speed, self.mu, self.deviation, self.law, self.slope = speed, mu, deviation, law, slope
+        slowest, fastest, most = float(speed[speed > 0].min()), float(speed.max()), float(mu.max())
+        self.units = np.array([most, most / fastest, most, fastest])
+        self.place, self.target = speed / fastest, mu / most
+        self.limits = 0.1 * slowest / fastest, 50.0  # of a4: faster decay leaves e^-10 at the first point
+        place = np.log(np.maximum(speed, slowest / 3.0))
+        self.order = (place - place.mean()) / (np.ptp(place) or 1.0)
+        self.weight = np.exp(-slope * self.order) if deviation is None else most / deviation
+        self._fits: dict[Form, Floats] = {}
+        self._likelihoods: dict[Form, Likelihood] = {}
 
-    @cached_property
-    def order(self) -> Floats:
-        """The logarithms of the speeds over a range of 1, about their mean."""
-        place = np.log(np.maximum(self.speed, self.speed[self.speed > 0].min() / 3.0))
-        return np.asarray((place - place.mean()) / np.ptp(place))
+    def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
+        """The points, some left out; of an even scatter."""
+        if not positions:
+            return self
+        deviation = None if self.deviation is None else np.delete(self.deviation, positions)
+        return MeasuredPoints(np.delete(self.speed, positions), np.delete(self.mu, positions), deviation, self.law)
 
-    @cached_property
-    def units(self) -> Floats:
-        """Of a1 to a4."""
-        return np.array([self.mu.max(), self.mu.max() / self.speed.max(), self.mu.max(), self.speed.max()])
-
-    @cached_property
-    def place(self) -> Floats:
-        """The speeds in units of the largest."""
-        return np.asarray(self.speed / self.units[3])
-
-    @cached_property
-    def target(self) -> Floats:
-        """The friction in units of the largest."""
-        return np.asarray(self.mu / self.units[0])
-
-    @cached_property
-    def weight(self) -> Floats:
-        """1 over the deviations, in any unit."""
-        known = self.deviation
-        return np.asarray(np.exp(-self.slope * self.order) if known is None else self.mu.max() / known)
-
-    @cached_property
-    def limits(self) -> Interval:
-        """Between which a4 is searched."""
-        return 0.1 * float(self.place[self.place > 0].min()), 50.0  # faster decay leaves e^-10 at the first point
+    def scattered(self, slope: float) -> MeasuredPoints:
+        """The points, of a scatter that differs along the speed."""
+        points = MeasuredPoints(self.speed, self.mu, self.deviation, self.law, slope)
+        points._likelihoods = self._likelihoods  # which search the slope
+        return points
 
     def columns(self, a4: Floats) -> Floats:
         """What a1, a2 and a3 multiply, for each a4 (k,): (k, n, 3)."""
         columns = np.ones((a4.size, self.place.size, 3))
         columns[:, :, 1], columns[:, :, 2] = self.place, SHAPES[self.law](self.place / a4[:, None])
         return columns
-
-    def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
-        """The points, some left out."""
-        if not positions:
-            return self
-        deviation = None if self.deviation is None else np.delete(self.deviation, positions)
-        return MeasuredPoints(np.delete(self.speed, positions), np.delete(self.mu, positions), deviation, self.law)
 
     def freedom(self, form: Form) -> int:
         """Points to spare."""
@@ -134,21 +109,22 @@ class MeasuredPoints:
     def likelihood(self, form: Form) -> Likelihood:
         """Of the curves of a form, whatever the slope: it is searched."""
         if form not in self._likelihoods:
-            known, spare = self.deviation is not None, self.freedom(form)
-            few = not known and LEAST <= spare <= _FEW
-            self._likelihoods[form] = Likelihood(
-                self.target, self.weight if known else np.ones_like(self.target), self.columns, self.limits,
-                np.array(form.parts, np.float64), form.bounded, math.inf if known else float(max(spare, 0)),
-                None if known else self.order, student(math.inf if known else spare, _WIDER if few else CONFIDENCE),
-            )  # fmt: skip
+            parts = np.array(form.parts, np.float64)
+            model = self.target, self.weight, self.columns, self.limits, parts, form.bounded
+            if self.deviation is not None:
+                self._likelihoods[form] = Likelihood(*model, math.inf, student(math.inf))
+            else:
+                spare = self.freedom(form)
+                reach = student(spare, _WIDER if _LEAST <= spare <= _FEW else CONFIDENCE)
+                even = self.target, np.ones_like(self.target), *model[2:]
+                self._likelihoods[form] = Likelihood(*even, float(max(spare, 0)), reach, self.order)
         return self._likelihoods[form]
 
     def fit(self, form: Form) -> Floats:
         """The best a1 to a4."""
         if form not in self._fits:
             if form is STRAIGHT:
-                line, _ = self._straight(falling=False)
-                self._fits[form] = np.array([line[0], line[1], 0.0, 1.0])
+                self._fits[form] = np.array([*self._straight(falling=False)[0], 0.0, 1.0])
             else:
                 weighted = replace(self.likelihood(form), weight=self.weight)
                 self._fits[form] = np.append(weighted.solve(weighted.scale)[0], math.exp(weighted.scale))
@@ -156,18 +132,15 @@ class MeasuredPoints:
 
     def choose(self) -> Chosen:
         """The form that the points ask for: weakening, unless they show none; then strengthening, falling, or none."""
-        if self.freedom(WEAKENING) <= 0 and not self.falls():
+        falls = scipy.stats.kendalltau(self.speed, self.mu, alternative="less").pvalue < _TREND  # by their order alone
+        if self.freedom(WEAKENING) <= 0 and not falls:
             return Chosen(WEAKENING, False, self.fit(WEAKENING))
         for form in (WEAKENING, STRENGTHENING):
             if self.shows_branch(form):
                 return Chosen(form, True, self.fit(form))
-        if self.falls() and (fall := self.fit(FALLING))[2] > 0:
+        if falls and (fall := self.fit(FALLING))[2] > 0:
             return Chosen(FALLING, True, fall)
         return Chosen(STRAIGHT, False, self.fit(STRAIGHT))
-
-    def falls(self) -> bool:
-        """True where friction falls over the whole range of speeds, by the order of the points alone (Kendall)."""
-        return bool(scipy.stats.kendalltau(self.speed, self.mu, alternative="less").pvalue < _TREND)
 
     def shows_branch(self, form: Form, confidence: float = _CERTAIN) -> bool:
         """True where the two coefficients of a branch lower the sum of squares by more than chance does."""
@@ -186,8 +159,9 @@ class MeasuredPoints:
         """The slope of a scatter that differs along the speed beyond doubt; None if it may be even, or is given."""
         if self.deviation is not None or self.freedom(WEAKENING) <= _FEW or self.residuals(chosen) is None:
             return None
-        slope, deviance = self.likelihood(chosen.form.whole).slope
-        return slope if deviance > _UNEVEN else None
+        likelihood = self.likelihood(chosen.form.whole)
+        _, slope, deviance = likelihood.best
+        return slope if likelihood.deviance(likelihood.scale) - deviance > _UNEVEN else None
 
     def curve(self, a: Floats) -> Floats:
         """Friction at the points."""
@@ -200,8 +174,7 @@ class MeasuredPoints:
     def residuals(self, chosen: Chosen) -> Residuals | None:
         """The residuals of a curve, weighted; None where they are rounding, or no points are to spare."""
         apart = self.curve(chosen.best) - self.target
-        span = float(np.ptp(self.mu)) / self.units[0]
-        if self.freedom(chosen.form) < 1 or rms(apart) <= max(_VISIBLE * span, _ROUNDING):
+        if self.freedom(chosen.form) < 1 or rms(apart) <= max(_VISIBLE * float(np.ptp(self.target)), _ROUNDING):
             return None
         free = [name not in chosen.form.assumed for name in CURVE]
         return Residuals(apart * self.weight, self.jacobian(chosen.best)[:, free], self.speed)
@@ -219,6 +192,7 @@ class MeasuredPoints:
         return np.asarray((shape(z ** (1.0 + step)) - shape(z)) * self.weight / step)
 
     def _rate(self, a: Floats) -> float:
+        """The slope of a curve at the slowest point."""
         slowest, step = float(self.place.min()), 1e-6 * a[3]
         weakening = SHAPES[self.law](np.array([slowest, slowest + step]) / a[3])
         return float(a[1] + a[2] * (weakening[1] - weakening[0]) / step)
@@ -233,7 +207,7 @@ class MeasuredPoints:
 
     def can_draw(self, form: Form) -> bool:
         """True where points are to spare, so that their scatter is known."""
-        return self.freedom(form.whole) >= (1 if self.deviation is not None else LEAST)
+        return self.freedom(form.whole) >= (1 if self.deviation is not None else _LEAST)
 
     def intervals(self, form: Form) -> Mapping[str, Interval]:
         """Of a1 to a4 and of mu_start, in SI; an end that the points leave open is inf, or 0."""
@@ -258,11 +232,7 @@ class MeasuredPoints:
 
     def draw(self, form: Form, count: int, random: np.random.Generator) -> Floats:
         """a1 to a4 of curves in SI, (count, 4) or fewer: those within the bounds of the form, but for a2, which may be
-        < 0.
-
-        Of points that show no branch: those with one they may hide, its a4 anywhere between the slowest and the
-        fastest of them.
-        """
+        < 0. Of points that show no branch: those with one they may hide, its a4 between the slowest and the fastest."""
         hidden = (float(self.place[self.place > 0].min()), 1.0) if form is STRAIGHT else None
         values, scale = self.likelihood(form.whole).draw(count, random, hidden)
         start, branch = values[:, 0] + values[:, 2], values[:, 2] <= 0 if form is STRENGTHENING else values[:, 2] >= 0

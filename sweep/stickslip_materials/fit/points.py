@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from stickslip.errors import ConfigError, Problem, QuantityError
 from stickslip.files import layout, tables
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.settings import AGEING_COLUMNS, CURVE_COLUMNS
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip.vocabulary.suggest import listed
 from stickslip_materials.fit.columns import HeadedTable, example, titled
 from stickslip_materials.fit.headings import Heading, heading

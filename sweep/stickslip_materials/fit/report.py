@@ -1,13 +1,12 @@
 """Fits for people and programs: coefficients with their intervals, what to paste, columns."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stickslip.config.yaml import write_yaml
 from stickslip.vocabulary.models import CURVE, FITTED
-from stickslip_materials.fit.ageing import AgeingFit, Ranking
-from stickslip_materials.fit.curve import CurveFit
+from stickslip_materials.fit.ageing import Ranking
 from stickslip_materials.fit.files import MaterialFit
 from stickslip_materials.fit.memory import MemoryFit
 from stickslip_materials.fit.steps import StepPoints
@@ -22,14 +21,15 @@ _WILD = 0.2  # share of its mean by which friction varies where it sticks and sl
 
 def describe(material: MaterialFit) -> str:
     """Numbers with their 95 % intervals, and the quality of the fit."""
-    fit = _fit_of(material)
-    rows = [_row(name, getattr(fit, name), fit.interval[name]) for name in _names(fit)]
-    if isinstance(fit, CurveFit):
-        marks = dict.fromkeys(fit.at_bound, ", at its bound") | dict.fromkeys(fit.assumed, ", assumed")
-        rows = [row + marks.get(name, "") for name, row in zip(_names(fit), rows, strict=True)]
-        rows = [f"  law: {fit.law}", *rows] if fit.law != "stribeck" else rows
+    fit = material.curve or material.ageing
+    assert fit is not None
+    marks, head = {}, []
+    if curve := material.curve:
+        marks = dict.fromkeys(curve.at_bound, ", at its bound") | dict.fromkeys(curve.assumed, ", assumed")
+        head = [f"  law: {curve.law}"] if curve.law != "stribeck" else []
+    rows = [_row(name, value, fit.interval[name]) + marks.get(name, "") for name, value in _values(material).items()]
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
-    return "\n".join([*rows, worth, f"  {fit.quality}"])
+    return "\n".join([*head, *rows, worth, f"  {fit.quality}"])
 
 
 def describe_memory(name: str, fit: MemoryFit) -> str:
@@ -51,17 +51,11 @@ def _row(name: str, value: float, interval: tuple[float, float]) -> str:
     return f"  {name:18}{value:10.5g} {_UNITS.get(name, ''):11} {known}"
 
 
-def _fit_of(material: MaterialFit) -> CurveFit | AgeingFit:
-    fit = material.curve or material.ageing
-    assert fit is not None
-    return fit
-
-
-def _names(fit: CurveFit | AgeingFit) -> tuple[str, ...]:
+def _values(material: MaterialFit) -> Mapping[str, float]:
     """What a fit determines."""
-    if isinstance(fit, AgeingFit):
-        return ("mu0", "beta", "t0")
-    return (*FITTED, "mu_stop") if "mu_stop" in fit.coefficients() else FITTED
+    if curve := material.curve:
+        return {name: getattr(curve, name) for name in (*FITTED, "mu_stop") if not math.isnan(getattr(curve, name))}
+    return {name: getattr(material.ageing, name) for name in ("mu0", "beta", "t0")}
 
 
 def describe_ranking(order: Ranking) -> str:
@@ -104,13 +98,13 @@ def columns_of(material: MaterialFit) -> dict[str, Any]:
 
 def as_plain(material: MaterialFit) -> dict[str, Any]:
     """A fit as plain data, for programs."""
-    fit = _fit_of(material)
+    fit, values = material.curve or material.ageing, _values(material)
+    assert fit is not None
     own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
     shared = ("standard_error", "covariance", "residual_rms", "r_squared", "points", "good", "quality")
     return {
         "name": material.name, "file": str(material.path), "kind": "curve" if material.curve else "ageing",
-        "coefficients": {name: getattr(fit, name) for name in _names(fit)},
-        "interval": {name: list(fit.interval[name]) for name in _names(fit)},
+        "coefficients": values, "interval": {name: list(fit.interval[name]) for name in values},
         "confidence": 0.95, **{name: getattr(fit, name) for name in (*shared, *own)}, **columns_of(material),
     }  # fmt: skip
 

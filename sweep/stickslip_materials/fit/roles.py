@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.errors import ConfigError, QuantityError
 from stickslip.files.layout import is_number
 from stickslip.files.tables import cells
-from stickslip.vocabulary.column_units import column_unit, is_column_unit
+from stickslip.vocabulary.display_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.suggest import listed, nearest
 from stickslip_materials.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.column_units import is_column_unit
+from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed

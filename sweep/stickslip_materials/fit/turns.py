@@ -1,21 +1,34 @@
-"""Sweeps of speed that turn: what was measured while the speed rose or fell, by order or as a column says, and the
-points of the line that friction follows on the way down."""
+"""Sweeps of speed that turn: what was measured while the speed rose or fell, by order or as a column says, and friction
+that differs on the way down.
+
+While the slip speed falls and is below that of the minimum of the curve, friction may follow the straight line from
+there to (0, mu_stop): Eq. (2a) of the article.
+"""
+
+from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
 
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.fit.uncertainty import Floats
+from stickslip_materials.fit.uncertainty import Flags, Floats, Residuals, rms
 from stickslip_materials.fit.words import plain
+
+if TYPE_CHECKING:
+    from stickslip_materials.fit.curve import CurveFit
 
 _BACK = 0.25  # of all points that the speed passes again before it has turned; less is the scatter of a step
 _APART = 1.05  # ratio of speeds that differ by more than the scatter of a step
+_SHOWN, _CHANCE = 0.01, 0.002  # chance of a line where there is none, and of another difference
+_ROUNDS = 4  # of fits, until the same points lie on the line
+_DRAWN = 4000  # curves, of whose mu_stop the interval is quantiles
 _LEG, _MOST = 4, 0.75  # points of a leg, and the share of all points in legs: a sweep, and no points in any order
 _WORDS = {
     1.0: "up upward upwards rising increasing increase accelerating forward forwards hin hinauf hinweg auf aufwarts "
@@ -122,9 +135,8 @@ class SlowingLine:
     def draw(self, curves: Mapping[str, Floats], random: np.random.Generator) -> Floats:
         """A mu_stop for each of these curves, as likely as the points leave it; that of break-away at most."""
         best, spread = self.stop(curves)
-        scatter = random.standard_normal(best.size)
-        if math.isfinite(self.freedom):
-            scatter = random.standard_t(self.freedom, best.size)
+        known = math.isinf(self.freedom)
+        scatter = random.standard_normal(best.size) if known else random.standard_t(self.freedom, best.size)
         drawn = best + math.sqrt(self.variance) * spread * scatter
         most = curves[CURVE.level] + curves[CURVE.drop]
         return np.asarray(np.clip(np.where(np.isfinite(drawn), drawn, most), 0.0, most))
@@ -134,3 +146,117 @@ def reversal(curves: Mapping[str, Floats], peak: float) -> Floats:
     """The speed at which the line of each curve begins; 0 for one that does not fall first."""
     slope, drop, decay = (np.asarray(curves[name]) for name in CURVE[1:])
     return np.atleast_1d(np.minimum(np.nan_to_num(reversal_speed(slope, drop, decay), nan=0.0, posinf=peak), peak))
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Points in the order of the sweep, with the direction of each, and the curve through all or a part of them."""
+
+    speed: Floats
+    mu: Floats
+    sigma: Floats | None
+    direction: Floats
+    fitted: Callable[[Flags, bool], CurveFit]
+
+    def fit(self) -> CurveFit:
+        """One curve, with mu_stop where friction falls to it on the way down.
+
+        The curve is fitted to all points but those of the line, and mu_stop to these, for the best curve and for each
+        of those drawn: so its interval holds what the curve leaves open. A line counts where it leaves less than one
+        curve through all points does (F test, 1 %), and nothing else differs: friction above the minimum, or with the
+        order of the points, as where it drifts or runs in.
+        """
+        whole = self.fitted(np.ones(self.speed.size, bool), False)
+        if whole.law != "stribeck":
+            return whole
+        curve, on_line = self._on_the_way_up(whole)
+        spare = self.speed.size - len(CURVE) - 1
+        if np.count_nonzero(on_line) < 2 or spare < 1:
+            return self._checked(whole, whole)
+        weight, peak = self._weight(curve), float(self.speed.max())
+        line = SlowingLine(self.speed[on_line], self.mu[on_line], weight[on_line], peak, 1.0, math.inf)
+        stop = float(line.stop(curve.row())[0][0])
+        left, of_whole = (self._left(model, weight) for model in (replace(curve, mu_stop=stop), whole))
+        gain = (of_whole - left) if self.sigma is not None else (of_whole - left) / left * spare
+        tail = scipy.stats.chi2(1) if self.sigma is not None else scipy.stats.f(1, spare)
+        if not tail.sf(gain) < _SHOWN or not 0.0 <= stop <= curve.mu_start:
+            return self._checked(whole, whole)
+        if self.sigma is None:
+            line = replace(line, variance=left / spare, freedom=float(spare))
+        turned = replace(curve, mu_stop=stop, line=line, points=self.speed.size)
+        drawn = turned.draw(_DRAWN, falling=True)
+        ends = (0.0, math.inf) if drawn is None else tuple(np.quantile(drawn.coefficients["mu_stop"], (0.025, 0.975)))
+        turned = replace(turned, interval={**curve.interval, "mu_stop": (float(ends[0]), float(ends[1]))},
+                         residual_rms=rms(self.mu - self._predicted(turned)))  # fmt: skip
+        return self._checked(turned, whole)
+
+    def _on_the_way_up(self, whole: CurveFit) -> tuple[CurveFit, Flags]:
+        """The curve through what is not on the line, and the points that are on it."""
+        on_line = np.zeros(self.speed.size, bool)
+        falls, peak = self.direction < 0, float(self.speed.max())
+        try:
+            start = self.fitted(~falls, True)
+        except ValueError:  # too few
+            start = whole
+        for _ in range(_ROUNDS):
+            below = falls & (self.speed < reversal((start if start.declines else whole).row(), peak)[0])
+            if (below == on_line).all():
+                break
+            on_line, start = below, self.fitted(~below, True)
+        return self.fitted(~on_line, False) if on_line.any() else whole, on_line
+
+    def _weight(self, curve: CurveFit) -> Floats:
+        """1 over the standard deviation of each point, in any unit where it is not given."""
+        if self.sigma is not None:
+            return 1.0 / self.sigma
+        place = np.log(np.maximum(self.speed, self.speed[self.speed > 0].min() / 3.0))
+        return np.asarray(np.exp(-math.log(curve.scatter) * (place - place.min()) / np.ptp(place)))
+
+    def _predicted(self, model: CurveFit) -> Floats:
+        """Friction at the points."""
+        on_curve = model.predict(self.speed)
+        if math.isnan(model.mu_stop):
+            return on_curve
+        start = reversal(model.row(), float(self.speed.max()))[0]
+        share = self.speed / start
+        on_line = model.mu_stop + (model.predict(start) - model.mu_stop) * share
+        return np.where((self.direction < 0) & (share < 1.0), on_line, on_curve)
+
+    def _used(self, model: CurveFit) -> Flags:
+        used = np.ones(self.speed.size, bool)
+        used[list(model.outliers)] = False
+        return used
+
+    def _left(self, model: CurveFit, weight: Floats) -> float:
+        return float(np.sum(((self.mu - self._predicted(model)) * weight)[self._used(model)] ** 2))
+
+    def _checked(self, model: CurveFit, whole: CurveFit) -> CurveFit:
+        """The model where nothing else differs; else the curve through all points, which says what does."""
+        falls, used = self.direction < 0, self._used(model)
+        weight = np.ones_like(self.speed) if self.sigma is None else 1.0 / self.sigma  # a shift may look like scatter
+        left = ((self._predicted(model) - self.mu) * weight)[used]
+        if used.sum() <= len(CURVE) + 2 or not rms(left) > 1e-9 * float(self.mu.max()):
+            return model
+        slopes = np.column_stack([self._slope(model, name) * weight for name in model.coefficients()])[used]
+        residuals = Residuals(left, slopes, self.speed[used])
+        start = reversal(model.row(), float(self.speed.max()))[0]
+        lever = 1.0 - np.minimum(self.speed / start, 1.0) if start > 0 else 1.0 - self.speed / self.speed.max()
+        ways = {
+            "above the minimum of the curve" if start > 0 else "at all speeds": falls & (self.speed >= start),
+            "at low speed, but not along a line": falls * lever,
+            "and with their order, as where friction drifts or runs in": np.arange(self.speed.size)
+            - self.speed.size / 2,
+        }
+        ways = {where: (way * weight)[used] for where, way in ways.items() if np.count_nonzero(way[used]) > 1}
+        where = max(ways, key=lambda where: residuals.share_of(ways[where]))
+        if residuals.chance_of(ways[where]) < _CHANCE:
+            quality = f"Friction differs while the speed falls, {where}: one curve goes through all points."
+            return replace(whole, good=False, quality=f"{quality} {whole.quality}")
+        return model
+
+    def _slope(self, model: CurveFit, name: str) -> Floats:
+        """The derivative of friction at the points by a coefficient."""
+        value = getattr(model, name)
+        step = 1e-5 * (abs(value) or model.mu_start)
+        above, below = (self._predicted(replace(model, **{name: value + sign * step})) for sign in (1.0, -1.0))
+        return np.asarray((above - below) / (2.0 * step))

@@ -16,6 +16,7 @@ Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 
 CONFIDENCE = 0.95
+LEAST_EXPLAINED = 0.5  # share of the variance
 _SINGULAR = 1e-12  # share of the largest singular value below which a direction is not determined at all
 _DRAWN, _SEED = 999, 20  # residuals drawn
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.cli.outputs import save_plot, save_result, save_table, show_result
+from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
 
@@ -147,7 +147,7 @@ def _settings(config: Path | None, load: str | None, speed: str | None, bandwidt
 
 def time_window(begin: str | None, end: str | None) -> tuple[float, float] | None:
     """The part of a record that two options ask for, in s."""
-    from stickslip.config.select import seconds
+    from stickslip.config.grid import seconds
 
     if begin is None and end is None:
         return None
@@ -216,7 +216,7 @@ def calibrate(file: Path, config: Path | None) -> dict[str, Any]:
     Prints the parameters ready to paste into a configuration; the pairs and what the fit makes of them go to standard
     error.
     """
-    from stickslip.config.studies import Table
+    from stickslip.config.studies import ReportTable
     from stickslip_rig.calibration import calibrate_file
     from stickslip_rig.settings import load_settings
 
@@ -224,7 +224,7 @@ def calibrate(file: Path, config: Path | None) -> dict[str, Any]:
     screen.echo(fit.text())
     columns = {"RPN": fit.rpn, "fitted": fit.level, "left out": fit.left_out, "default": fit.default}
     rows = [(name, *(f"{value:.2f}" for value in row)) for name, *row in zip(fit.names, *columns.values(), strict=True)]
-    screen.notice(Table("", ("pair",), tuple(columns), rows).text())
+    screen.notice(ReportTable("", ("pair",), tuple(columns), rows).text())
     screen.notice(fit.prediction())
     for pair in fit.omitted:
         screen.notice(f"left out  {pair}")

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, QUIET, fail, reports_errors
-from stickslip.cli.groups import SectionedGroup
+from stickslip.cli import SectionedGroup, params, screen
 from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
 from stickslip.cli.run import BLOCKS, run_request, shard_of
+from stickslip.cli.screen import JSON, QUIET, fail, reports_errors
 from stickslip_rig.commands import features
 
 if TYPE_CHECKING:
@@ -133,6 +132,7 @@ rig = SectionedGroup(
         "Commands": {
             "run": "stickslip_rig.commands.run",
             "features": "stickslip_rig.commands.features",
+            "friction": "stickslip_rig.commands.friction",
             "calibrate": "stickslip_rig.commands.features",
         }
     },

@@ -9,7 +9,8 @@ from stickslip.vocabulary.models.model import Model, Values
 from stickslip.vocabulary.parameter import Parameter, table
 
 if TYPE_CHECKING:
-    from stickslip.vocabulary.scales import Floats, Scales
+    from stickslip.vocabulary.cells import Floats
+    from stickslip.vocabulary.scales import Scales
 
 
 @dataclass(frozen=True, eq=False)

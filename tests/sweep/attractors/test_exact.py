@@ -12,8 +12,7 @@ from stickslip.studies.attractors import AttractorStudy
 from stickslip.studies.exact import area_in_box, largest, velocities_at_rest_point
 from stickslip.studies.starts import Attractors, Motions, critical_disturbances, sampled_shares, steady_state
 from stickslip.theory import unstable_amplitude
-from stickslip.vocabulary.cell_values import as_cells
-from stickslip.vocabulary.cells import Cells, taken
+from stickslip.vocabulary.cells import Cells, as_cells, taken
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
 
 

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
+from stickslip.config.resolve import config_names, config_path
 from stickslip.errors import ConfigError
 
 FLOW = """\

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import stickslip
 from helpers.fuzzing import GOOD, SCALARS, TREES
-from stickslip.config.reader import is_config, load_config, parse_config
+from stickslip.config.reader import load_config, parse_config
+from stickslip.config.studies import is_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError, FitWarning, UnitWarning
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES

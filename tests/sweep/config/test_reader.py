@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from helpers.configs import GOOD, message, with_line
 from stickslip.config import sections
-from stickslip.config.examples import config_names, config_path
 from stickslip.config.reader import load_config, parse_config
+from stickslip.config.resolve import config_names, config_path
 from stickslip.config.sections import System
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.studies import BESIDE, STUDIES

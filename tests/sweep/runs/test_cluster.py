@@ -147,7 +147,7 @@ def test_workers_of_another_version_are_refused_by_name(cluster, config, output,
 def test_a_scheduler_that_is_not_there_is_told_before_anything_is_changed(config, output, monkeypatch, address):
     monkeypatch.setattr(clusters, "PATIENCE", 0.5)
     monkeypatch.chdir(output.parent)
-    done = CliRunner().invoke(main, ["run", str(config), "-o", str(output), "--dask", address])
+    done = CliRunner().invoke(main, ["run", str(config), "-o", str(output), "--set", f"execution.dask={address}"])
     assert done.exit_code == 2, done.output
     assert address in done.stderr and "Traceback" not in done.stderr
     assert not output.with_name("map µ.nc.parts").exists()
@@ -160,7 +160,7 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
     store = output.with_name("map µ.nc.parts")
     for hit in (lambda run: os.killpg(run.pid, signal.SIGINT), lambda run: shared.scheduler.kill()):
         count = len(finished(store))
-        run = started(shared.folder, "run", config, "-o", output, "--no-plot", "--dask", shared.address)
+        run = started(shared.folder, "run", config, "-o", output, "--set", f"execution.dask={shared.address}")
         until(lambda: len(finished(store)) > count + 4)  # noqa: B023
         hit(run)
         code, _, errors = ended(run)
@@ -170,7 +170,7 @@ def test_ctrl_c_and_a_killed_scheduler_leave_a_run_that_goes_on(shared, config, 
     shared.forget()
     there = finished(store)
     assert 8 < len(there) < COUNT
-    code, out, errors = ended(started(shared.folder, "run", config, "-o", output, "--no-plot", "--dask", "local"))
+    code, out, errors = ended(started(shared.folder, "run", config, "-o", output, "--set", "execution.dask=local"))
     assert code == 0, errors
     assert "cells were found finished" in errors and re.search(r"on \d Dask workers? \(this machine\)", out)
     assert sorted(shared.computed()) == sorted(set(range(COUNT)) - there)

@@ -93,7 +93,7 @@ def test_memory_does_not_grow_with_the_map(tmp_path):
     """Four times the cells, the same peak, within a few megabytes of noise: no array is as long as the map."""
     code = (
         "import resource, sys; from stickslip.cli import main\n"
-        "main(['run', sys.argv[1], '-o', sys.argv[2], '--no-plot'], standalone_mode=False)\n"
+        "main(['run', sys.argv[1], '-o', sys.argv[2]], standalone_mode=False)\n"
         "print('PEAK', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
     peaks = []

@@ -7,22 +7,25 @@ A new one is a file and a row in `MODELS`. The `law` that users name chooses the
 from collections.abc import Container
 from typing import Any
 
-from stickslip.vocabulary.models.lugre import BRISTLES_ON_ANY, LUGRE, ON_POSITIVE, law_of_contact
-from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider
-from stickslip.vocabulary.models.own_law import (
+from stickslip.vocabulary.models.memory import BRISTLES_ON_ANY, LUGRE, ON_POSITIVE, RATE_STATE, STIFFNESS
+from stickslip.vocabulary.models.model import (
+    KNOWN_OWN,
     OWN_NAME,
     PREFIX,
+    ROUNDING,
     TABLE,
+    Curve,
+    Model,
     OnBristles,
+    OwnKernels,
     OwnLaw,
+    Rule,
     coefficients_of,
     kernel_of,
     law_remedy,
-    note,
     own_law,
     own_names,
 )
-from stickslip.vocabulary.models.rate_state import RATE_STATE
 from stickslip.vocabulary.models.stribeck import BREAKAWAY, CURVE, FITTED, FORMULA, OF_ANY_SHAPE, STRIBECK
 
 MODELS: tuple[Model, ...] = (STRIBECK, RATE_STATE, LUGRE)
@@ -34,25 +37,29 @@ _OF_LAW = {law: model for model in MODELS for law in model.laws}
 
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
-    "ROUNDING", "STRIBECK", "TABLE", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels", "OwnLaw", "Rule",
-    "Slider", "add_law", "coefficients_of", "kernel_of", "law_of_contact", "law_remedy", "laws_with", "model_of",
-    "model_with", "own_law", "own_names",
+    "ROUNDING", "STIFFNESS", "STRIBECK", "TABLE", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels",
+    "OwnLaw", "Rule", "add_law", "coefficients_of", "kernel_of", "law_of_contact", "law_remedy", "laws_with",
+    "model_of", "model_with", "own_law", "own_names",
 ]  # fmt: skip
 
 
-def add_law(law: OwnLaw) -> None:
-    """Let a law of one's own be one of the models of a friction curve."""
-    rules = {STRIBECK: OF_ANY_SHAPE, LUGRE: ON_POSITIVE if law.positive else BRISTLES_ON_ANY}
-    for model, name in ((STRIBECK, str(law)), (LUGRE, f"{PREFIX}{law}")):
-        model.laws[name] = LAW_MESSAGES[name] = law.text
-        model.rules[name] = rules[model]
-        _OF_LAW[name] = model
-    note(law)
+def add_law(own: OwnLaw) -> None:
+    """Let a law of one's own be one of the models of a friction curve, in place of one that had its name."""
+    rules = ON_POSITIVE if own.positive else BRISTLES_ON_ANY
+    for model, name, ruled in ((STRIBECK, str(own), OF_ANY_SHAPE), (LUGRE, f"{PREFIX}{own}", rules)):
+        model.laws[name] = LAW_MESSAGES[name] = own.text
+        model.rules[name], _OF_LAW[name] = ruled, model
+    KNOWN_OWN[str(own)] = own
 
 
-def model_of(law: str) -> Model:
+def model_of(name: str) -> Model:
     """The model that a law belongs to."""
-    return _OF_LAW[law]
+    return _OF_LAW[name]
+
+
+def law_of_contact(name: str, quantities: Any) -> str:
+    """The law of cells with these quantities: that of bristles on its curve where they have a stiffness."""
+    return f"{PREFIX}{name}" if STIFFNESS in quantities and name in STRIBECK.laws else name
 
 
 def laws_with(name: str) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ The command line reads names alone, so what computes imports NumPy when it is ca
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,9 +19,11 @@ if TYPE_CHECKING:
     from stickslip.vocabulary.scales import Floats, Scales
 
     Row = Callable[[str], Floats]  # a row of the kernels, by its name in their `layout`
+    from numpy.typing import ArrayLike
+
+    from stickslip.vocabulary.scales import Floats
 
 Values = Mapping[str, Any]  # of quantities in SI: numbers, or arrays that broadcast
-Slider = tuple[float, float, float]  # the ends of a quantity, and what it shows where it is absent
 
 ROUNDING = 1e-12  # relative; 0.1 + 0.2 is above 0.3
 
@@ -137,7 +140,7 @@ class Model:
         """The parameters of the model in kernel units, by names of rows of the kernels' cells."""
         return {}
 
-    def conversions(self, law: str) -> Mapping[str, Callable[[Row, Scales], Floats]]:
+    def conversions(self, name: str) -> Mapping[str, Callable[[Row, Scales], Floats]]:
         """`to_si` of a law."""
         return self.to_si
 
@@ -179,9 +182,88 @@ class Model:
         """The scale with which a change of a quantity that may be 0 is compared."""
         return {"displacement": by.length}.get(name, by.mass / by.mass)
 
-    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider | None]:
-        """Ends that make sense for the quantities of a cell, as it is given; None for what cannot be moved.
 
-        rounded : to few digits.
-        """
-        return {}
+PREFIX = "lugre_"  # of the same law behind bristles
+TABLE = "table"  # name of the kernels of all laws of one's own
+OWN_NAME = "^[a-z][a-z0-9_]{0,39}$"
+
+
+class OwnLaw(str):
+    """The name of a law, which goes wherever a law is named.
+
+    text : what it is, in words. stations : its numbers, as the kernels have them, (STATION_ROWS, STATIONS).
+    coefficients : those of its curve that need not be given. reach : w/a4 up to which it is known. positive : whether
+    the shape is above 0 at every slip speed.
+    """
+
+    __slots__ = ("coefficients", "stations", "text")
+
+    text: str
+    stations: Floats
+    coefficients: Mapping[str, float]
+    reach: float
+    positive: bool
+
+    def weakening(self, z: ArrayLike) -> tuple[Floats, Floats]:
+        """The shape at z = w/a4, and its slope."""
+        import numpy as np
+        from numpy.polynomial.polynomial import polyder, polyval
+
+        _, knot, _, _, *powers = self.stations
+        piece = np.searchsorted(knot[1:], z, side="right")
+        of_piece, t = np.array(powers)[:, piece], np.subtract(z, knot[piece])
+        return polyval(t, of_piece, tensor=False), polyval(t, polyder(of_piece), tensor=False)
+
+
+class OnBristles(str):
+    """The name of a law of one's own behind bristles, with that law."""
+
+    __slots__ = ("own",)
+
+    own: OwnLaw
+
+    def __new__(cls, own: OwnLaw) -> OnBristles:
+        """The name that the law has there."""
+        self = super().__new__(cls, f"{PREFIX}{own}")
+        self.own = own
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return OnBristles, (self.own,)
+
+
+KNOWN_OWN: dict[str, OwnLaw] = {}  # by name, in this process (`add_law`)
+
+
+def own_law(name: str) -> OwnLaw | None:
+    """The law of one's own of this name, behind bristles or not; None where it is one of the program, or of nobody."""
+    return KNOWN_OWN.get(name.removeprefix(PREFIX))
+
+
+def kernel_of(name: str) -> str:
+    """The name of the kernels of a law."""
+    if own_law(name) is None:
+        return name
+    return f"{PREFIX}{TABLE}" if name.startswith(PREFIX) else TABLE
+
+
+def own_names() -> tuple[str, ...]:
+    """Names of those that people gave a name."""
+    return tuple(name for name in KNOWN_OWN if not name.startswith(TABLE))
+
+
+def law_remedy(given: object) -> str | None:
+    """What to do about something given as a law that is none; None where nothing is known."""
+    if callable(given):
+        return "register_law(name, shape, slope) makes a law of a shape and its slope, and returns its name"
+    if not isinstance(given, str):
+        return None if given is None else "Table(w, mu) makes a law of measured speeds and friction coefficients"
+    if not re.match(OWN_NAME, given):
+        return None
+    return f"if {given} was registered in another process, call register_law here as well, before anything else"
+
+
+def coefficients_of(name: str) -> Mapping[str, Any]:
+    """The coefficients of a curve that a law brings itself."""
+    own = own_law(name)
+    return {} if own is None else own.coefficients

@@ -7,12 +7,12 @@ break-away and at the minimum of the curve, and the speed there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, log
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Slider, Values
+from stickslip.vocabulary.models.model import ROUNDING, Curve, Model, OwnKernels, Rule, Values
 from stickslip.vocabulary.parameter import FALL, FRICTION, NAN, Parameter, Variable, table
 
 if TYPE_CHECKING:
@@ -278,23 +278,6 @@ class CurveModel(Model):
         if name == "displacement":
             return np.asarray(friction * by.load / by.stiffness)
         return np.asarray(cells["ageing_time"] if name == "contact_time" else friction)
-
-    def sliders(self, cell: Mapping[str, float], rounded: Callable[[float], float]) -> dict[str, Slider | None]:
-        """Ends from the friction at break-away."""
-        start = cell["mu_start"] if "mu_start" in cell else cell.get("a1", 0.0) + cell.get("a3", 0.0)
-        doubling = start / max(abs(cell["belt_speed"]), 1e-3)  # so much doubles friction at the belt speed
-        shift = rounded(2.0 * start * cell["normal_load"] / cell["stiffness"])
-        friction = 0.0, rounded(2.0 * start), 0.0
-        return {
-            "a1": friction, "a3": friction, "mu_start": friction,
-            "a2": (0.0, rounded(3.0 * abs(cell.get("a2", 0.0)) or doubling), 0.0),
-            "delta": (1.0, 4.0, 1.0),
-            "mu_reversal": (0.0, start, 0.0),
-            "mu_stop": (0.0, start, rounded(0.8 * start)),
-            "mu_static": (start, rounded(2.0 * start), rounded(1.1 * start)),
-            "ageing_rate": (0.0, rounded(0.1 * start), 0.0),
-            "displacement": (-shift, shift, 0.0),
-        }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

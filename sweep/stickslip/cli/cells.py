@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.exits import JSON, reports_errors
-from stickslip.cli.outputs import save_plot, save_result
+from stickslip.cli.outputs import save_plot, save_result, show_result
+from stickslip.cli.screen import JSON, fail, refuses_bad_input, reports_errors
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import quantity
-from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, flag_label
+from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, UNDECIDED, flag_label
 from stickslip.vocabulary.results import VARIABLES
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def simulate(
     time, --plot draws it.
     """
     from stickslip.api import cells
-    from stickslip.config.select import cell_of, config_at, seconds
+    from stickslip.config.grid import cell_of, config_at, seconds
     from stickslip.dataset.display import with_units
 
     loaded = config_at(params.recipe_in(config), at)
@@ -132,3 +132,58 @@ def cell_title(title: str, at: Iterable[str]) -> str:
             value = f"{value} {units.spelled(QUANTITIES[name].units)}".rstrip()
         named.append(f"{spoken(name)} = {value}")
     return "\n".join([*wrap(title, _WIDTH), *wrap(", ".join(named), _WIDTH)])
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5
+  stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5 \\
+      --parameter belt_speed --parameter stiffness \\
+      --set margins.costs.stiffness=2 --set margins.within=20
+  stickslip advise configs/quickstart.yaml --at stiffness=50 --at belt_speed=0.5 \\
+      --parameter mu_start --parameter v_reversal      # friction as the lever"""
+)
+@params.CONFIG
+@params.AT
+@click.option("--parameter", "parameters", multiple=True, metavar="NAME", help="What may change; may be repeated.")
+@click.option("--speed-range", metavar="RANGE", help='Belt speeds to be quiet throughout, as in "5..60 mm/s".')
+@click.option("--into", multiple=True, metavar="REGIME", help="Regime wanted; may be repeated.")
+@params.OUTPUT
+@reports_errors
+def advise(
+    config: Location, at: tuple[str, ...], parameters: tuple[str, ...], speed_range: str | None,
+    into: tuple[str, ...], output: Location | None,
+) -> None:  # fmt: skip
+    """Say which changes take a cell over a border.
+
+    CONFIG is a YAML file, or a result, which holds its configuration; the axes need a value each (--at). From a
+    vibrating regime (stick_slip, sustained) borders to quiet ones (damped, creep, stuck) are looked for unless --into
+    names others, from a quiet one those to vibrating ones. Every proposal is simulated 1 % past its border, and one
+    that does not hold there is no cure. Costs of changes (1), and how far to look (10 times), are those of a section
+    `margins` or of --set. In Python: `margins(...).stickslip.report()`.
+    """
+    from stickslip.api.studies import margins
+    from stickslip.config.grid import config_at
+    from stickslip.config.studies import section_of_call
+    from stickslip.studies.changes import OPPOSITE, Margins
+    from stickslip.vocabulary.units import ends_of
+
+    with refuses_bad_input(""):
+        ends = None if speed_range is None else ends_of("--speed-range", speed_range)
+        speeds = section_of_call(Margins, speed_range=ends).speeds
+    if speeds and any(setting.partition("=")[0].strip() == "belt_speed" for setting in at):
+        fail("--speed-range: got one and --at belt_speed, expected one of them")
+    recipe = params.recipe_in(config)
+    loaded = config_at(recipe, at if ends is None else (*at, f"belt_speed={ends[0]}"))
+    own = getattr(recipe, "study", None)
+    own = own if isinstance(own, Margins) else section_of_call(Margins)
+    with refuses_bad_input(config), screen.progress_bar(doing=" searched") as move:
+        ds = margins(
+            loaded, parameters or None, own.costs, own.within, into=into or (OPPOSITE,), speed_range=ends,
+            progress=move,
+        )  # fmt: skip
+    if (home := int(ds["regime"])) in UNDECIDED:
+        fail(f"{config}: this cell is {flag_label(REGIMES[home])}: nothing can be said of it\nhint: raise max_steps")
+    show_result(ds)
+    save_result(ds, output)

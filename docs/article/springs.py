@@ -1,0 +1,84 @@
+"""Beyond the article, its last sentence: friction while the specimen speeds up and slows down, over the rigidity of a
+rig, by records of a simulated one; and Eq. (3) over random pairs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from article.recipe import STICK_SLIP, Findings, Floats, Made, labelled
+from stickslip.api.cells import evaluate
+from stickslip.api.studies import border
+from stickslip.config.resolve import config_path
+from stickslip.theory import reversal_speed, stribeck
+from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.models.stribeck import coefficients
+from stickslip_rig import api as rig
+from stickslip_rig.friction_plot import plot_over_stiffness
+
+_CONFIG = "rig/stiffness"
+_OF_A_CELL = ("mass", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")
+_DRAWN, _PAIRS, _SEED = 13_000, 10_000, 1
+_DECIDED = ("stick_slip", "damped", "creep", "sustained")
+_DAMPED = 0.05  # damping ratio
+
+
+def figure_springs() -> Made:
+    """The tendency over the stiffness, measured on records and by the curve."""
+    config = rig.load_rig(config_path(_CONFIG))
+    tests = rig.RigTests(config)
+    records = {test.name: test.record for test in tests.tests(range(tests.grid.size)) if test.record is not None}
+    ds = rig.friction_table(records)
+    cells = {name: float(values[0]) for name, values in tests.grid[:].items() if name != "stiffness"}
+    known = {name: value for name, value in cells.items() if name in _OF_A_CELL}
+    ends = border(known, "stiffness", (1e3, 1e6))["border"].values.ravel()
+    theory = evaluate({**known, "stiffness": ds["stiffness"].values})
+    curve = [cells[name] for name in ("a1", "a2", "a3", "a4")]
+    expected = curve[0] + curve[2] - 2.0 * stribeck(theory["slip_speed_max"].values, *curve) + cells["mu_stop"]
+    visible = np.isfinite(ds["tendency"].values)
+    findings: Findings = {
+        "springs": float(visible.size), "told": float(visible.sum()), "end": float(ends[-1]) / 1e3,
+        "softest": float(ds["tendency"].values[visible][0]), "stiffest": float(ds["tendency"].values[visible][-1]),
+        "error": float(np.abs(ds["tendency"].values - expected)[visible].max()),
+        "half": float((ds["tendency_high"] - ds["tendency"]).values[visible].max()),
+    }  # fmt: skip
+    findings |= _random_pairs()
+    return Made(plot_over_stiffness(ds), labelled(ds, "Springs from soft to stiff", [], findings), findings)
+
+
+def _random_pairs() -> Findings:
+    """How often the sign of Eq. (3) tells the regime of random pairs on random rigs, and where it does not."""
+    cells = _drawn()
+    curve = [cells[name] for name in ("a1", "a2", "a3", "a4")]
+    ds = evaluate(cells)
+    known = np.isfinite(ds["tendency"].values) & ds["regime"].isin([REGIMES.index(name) for name in _DECIDED]).values
+    chosen = np.flatnonzero(known)[:_PAIRS]
+    place = stribeck(cells["belt_speed"], *curve) * cells["normal_load"] / cells["stiffness"]  # of steady sliding
+    slid = evaluate({**cells, "displacement": 0.999 * place, "velocity": 0.0})["regime"].values[chosen] != STICK_SLIP
+    alarm, sticks = ds["tendency"].values[chosen] > 0.0, ds["regime"].values[chosen] == STICK_SLIP
+    past = (ds["slip_speed_max"].values > reversal_speed(*curve[1:]))[chosen]
+    ratio = (cells["damping"] / (2.0 * np.sqrt(cells["mass"] * cells["stiffness"])))[chosen]
+    right, bare, damped = alarm == sticks, ratio == 0.0, ratio > _DAMPED
+    shares = {
+        "right": right, "missed": (~alarm)[sticks], "false": alarm[~sticks], "past_of_false": past[alarm & ~sticks],
+        "right_below_bare": right[~past & bare], "right_below_damped": right[~past & damped],
+        "right_past": right[past], "coexist": slid[sticks],
+    }  # fmt: skip
+    return {"pairs": float(chosen.size)} | {name: float(part.mean()) for name, part in shares.items()}
+
+
+def _drawn() -> dict[str, Floats]:
+    """Cells over decades, half of them without a damper, with curves that a1 >= 0 allows."""
+    random = np.random.default_rng(_SEED)
+
+    def over(low: float, high: float) -> Floats:
+        return np.asarray(low * (high / low) ** random.random(_DRAWN))
+
+    cells = {"mass": over(0.01, 1.0), "stiffness": over(1e2, 1e6), "normal_load": over(1.0, 100.0),
+             "belt_speed": over(1e-3, 0.5), "a4": over(1e-3, 0.1)}  # fmt: skip
+    start, share, where = over(0.1, 1.0), random.uniform(0.4, 0.9, _DRAWN), random.uniform(3.0, 8.0, _DRAWN)
+    curve = coefficients(start, share * start, where * cells["a4"], cells["a4"])
+    stop = start * (share + (1.0 - share) * random.uniform(-1.5, 1.0, _DRAWN))
+    ratio = np.where(random.random(_DRAWN) < 0.5, 0.0, over(1e-3, 0.3))
+    cells |= dict(zip(("a1", "a2", "a3"), curve, strict=True), mu_stop=np.maximum(stop, 0.0))
+    cells["damping"] = 2.0 * ratio * np.sqrt(cells["mass"] * cells["stiffness"])
+    return {name: values[cells["a1"] >= 0.0] for name, values in cells.items()}

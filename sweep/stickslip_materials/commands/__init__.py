@@ -1,1 +1,0 @@
-"""The commands of measured friction: `fit`, `points`, `compare`."""

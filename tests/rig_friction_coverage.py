@@ -1,0 +1,191 @@
+"""How often the intervals of `rig friction` hold the truth: records of simulated rigs over decades (docs/rig.md).
+
+    python tests/rig_friction_coverage.py --records 2000 --seed 1
+
+Springs of 0.1 to 100 N/mm, masses of 10 g to 1 kg, loads of 2 to 50 N, friction at break-away of 0.1 to 1 that drops by
+10 to 60 %, a4 of 0.1 to 1 of the greatest slip speed (5 mm/s to 2 m/s), the drive 0.02 to 0.3 of it. In 70 % friction
+falls along the line of Eq. (2a) while slip slows down, else there is one curve. Slips have 15 to 500 samples; sensors
+have none or a bandwidth of 0.05 to 0.45 of the sampling rate, and no noise or up to 3 % (force) and 5 % (acceleration).
+The truth is one slip, solved by SciPy. Of the record time, force, acceleration and drive velocity are kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from stickslip import rig
+from stickslip.theory import stribeck
+from stickslip.vocabulary.models.stribeck import coefficients
+
+NAMES = ("mu_start", "mu_reversal", "v_reversal", "mu_stop", "tendency")
+LEAST, MOST, ENOUGH = 0.92, 0.98, 300  # coverage of 95 % intervals that is right, in rows of so many told
+_SLIPS, _MOST_SAMPLES = 24, 200_000
+_KEPT = ("spring_force", "acceleration", "drive_velocity")
+
+
+@dataclass
+class Trial:
+    """One record. samples : of a slip. band : periods of the bandwidth in a slip. noise : share of the drop or of the
+    largest acceleration. plain : whether friction is one curve. held : by coefficient that is told. half : of the
+    intervals, over the drop."""
+
+    samples: float
+    band: float
+    noise: float
+    plain: bool
+    held: dict[str, bool]
+    half: dict[str, float]
+
+
+def draw(random: np.random.Generator, most: int = _MOST_SAMPLES) -> tuple[dict[str, float], dict[str, float]]:
+    """A rig that sticks and slips, whose record has at most so many samples, and the truth of its slips."""
+
+    def over(low: float, high: float) -> float:
+        return float(low * (high / low) ** random.random())
+
+    while True:
+        p = {"stiffness": over(1e2, 1e5), "mass": over(0.01, 1.0), "normal_load": over(2.0, 50.0)}
+        p["mu_start"] = over(0.1, 1.0)
+        drop = p["mu_start"] * random.uniform(0.1, 0.6)
+        root = np.sqrt(p["stiffness"] * p["mass"])
+        fast = drop * p["normal_load"] / root
+        p |= {"belt_speed": fast * over(0.02, 0.3), "a4": fast * over(0.1, 1.0), "mu_reversal": p["mu_start"] - drop}
+        p |= {"v_reversal": p["a4"] * random.uniform(3.0, 8.0), "damping": random.uniform(0.0, 0.04) * root}
+        p["mu_stop"] = np.nan
+        if random.random() < 0.7:
+            p["mu_stop"] = p["mu_reversal"] + drop * random.uniform(-0.6, 0.9)
+        curve = (p["mu_start"], p["mu_reversal"], p["v_reversal"], p["a4"])
+        if not 5e-3 < fast < 2.0 or coefficients(*curve)[0] < 0.0 or p["mu_stop"] < 0.02:
+            continue
+        if (truth := slip(p)) is None:
+            continue
+        p["rate"] = over(15.0, 500.0) / truth["lasting"]
+        p["bandwidth"] = np.nan if random.random() < 0.3 else p["rate"] * over(0.05, 0.45)
+        p["force_noise"] = 0.0 if random.random() < 0.15 else drop * p["normal_load"] * over(1e-4, 3e-2)
+        peak = drop * p["normal_load"] / p["mass"]
+        p["acceleration_noise"] = 0.0 if random.random() < 0.15 else peak * over(1e-3, 5e-2)
+        p["seed"] = int(random.integers(2**31))
+        if truth["period"] * _SLIPS * p["rate"] <= most and not p["bandwidth"] * truth["lasting"] < 1.5:
+            return p, truth
+
+
+def slip(p: dict[str, float]) -> dict[str, float] | None:
+    """The coefficients of one slip, and how long it, its cycle and the first loading last; None where there is none."""
+    k, m, load, c, u = (p[name] for name in ("stiffness", "mass", "normal_load", "damping", "belt_speed"))
+    a4 = p["a4"]
+    a1, a2, a3 = map(float, coefficients(p["mu_start"], p["mu_reversal"], p["v_reversal"], a4))
+
+    def curve(w: float) -> float:
+        return float(stribeck(w, a1, a2, a3, a4))
+
+    def solved(mu: Callable[[float], float], span: tuple[float, float], state: tuple[float, float], end: int):
+        def rates(_: float, y: np.ndarray) -> list[float]:
+            return [(y[1] + c * (u - y[0]) - mu(y[0]) * load) / m, k * (u - y[0])]
+
+        def ends(t: float, y: np.ndarray) -> float:
+            return rates(t, y)[0] if end == 1 else float(y[0])
+
+        ends.terminal, ends.direction = True, -1
+        return solve_ivp(rates, span, state, events=ends, rtol=1e-8, atol=1e-11)
+
+    natural, first = 2.0 * np.pi * np.sqrt(m / k), p["mu_start"] * load - c * u
+    little = 1e-3 * natural
+    up = solved(curve, (little, 30.0 * natural), (0.5 * k * u / m * little**2, first + k * u * little), 1)
+    if not up.t_events[0].size or up.y[0, -1] < 2.0 * u:
+        return None
+    (top, force), turn = up.y[:, -1], min(up.y[0, -1], p["v_reversal"])
+    plain = np.isnan(p["mu_stop"])
+    stop = p["mu_start"] if plain else p["mu_stop"]
+
+    def fall(w: float) -> float:
+        return curve(w) if plain or w > turn else stop + (curve(turn) - stop) * w / turn
+
+    down = solved(fall, (up.t[-1], up.t[-1] + 5.0 * natural), (top, force), 0)
+    if not down.t_events[0].size or not -p["mu_start"] * load < down.y[1, -1] < 0.97 * first:
+        return None
+    lasting, stick = down.t[-1], (first - down.y[1, -1]) / (k * u)
+    if stick < 0.3 * lasting or (np.diff(down.y[0]) > 0).any():
+        return None
+    truth = {"mu_start": p["mu_start"], "mu_reversal": curve(top), "v_reversal": float(top), "mu_stop": stop}
+    truth["tendency"] = truth["mu_start"] - 2.0 * truth["mu_reversal"] + stop
+    visible = up.t[np.argmax(up.y[0] > 0.02 * top)]
+    return truth | {"lasting": lasting - visible, "period": lasting + stick, "loading": first / (k * u)}
+
+
+def record_of(p: dict[str, float], truth: dict[str, float]):
+    """The record of a rig as sensors make it, two strokes of a dozen slips each."""
+    given = {name: value for name, value in p.items() if not np.isnan(value)}
+    system = ("mass", "stiffness", "damping", "normal_load", "belt_speed")
+    sensor = ("rate", "bandwidth", "force_noise", "acceleration_noise", "seed")
+    friction = ("mu_start", "mu_reversal", "v_reversal", "a4", "mu_stop")
+    stroke = p["belt_speed"] * (truth["period"] * _SLIPS / 2 + 2.0 * truth["loading"])
+    config = rig.make_rig({
+        **{section: {name: given[name] for name in names if name in given}
+           for section, names in {"system": system, "sensor": sensor, "friction": friction}.items()},
+        "drive": {"stroke": stroke, "strokes": 2, "ramp": 0.3 * truth["loading"]},
+    })  # fmt: skip
+    return next(rig.RigTests(config).tests([0])).record[[*_KEPT]]
+
+
+def trial(number: int, seed: int, most: int = _MOST_SAMPLES) -> Trial:
+    """One rig, its record, and what `rig friction` tells of it."""
+    p, truth = draw(np.random.default_rng([seed, number]), most)
+    ds = rig.friction(record_of(p, truth))
+    drop = truth["mu_start"] - truth["mu_reversal"]
+    band = 0.5 * p["rate"] if np.isnan(p["bandwidth"]) else p["bandwidth"]
+    noise = max(p["force_noise"] / p["normal_load"], p["acceleration_noise"] * p["mass"] / p["normal_load"]) / drop
+    told = [name for name in NAMES if np.isfinite(ds[name])]
+    held = {name: bool(ds[f"{name}_low"] <= truth[name] <= ds[f"{name}_high"]) for name in told}
+    scale = {name: truth["v_reversal"] if name == "v_reversal" else drop for name in NAMES}
+    half = {name: float(ds[f"{name}_high"] - ds[f"{name}_low"]) / 2.0 / scale[name] for name in told}
+    return Trial(p["rate"] * truth["lasting"], band * truth["lasting"], noise, bool(np.isnan(p["mu_stop"])), held, half)
+
+
+def rows(trials: list[Trial]) -> Iterator[tuple[str, list[Trial]]]:
+    """The rows of the table."""
+    yield "all", trials
+    yield "slips of less than 30 samples", [t for t in trials if t.samples < 30]
+    yield "30 to 100 samples", [t for t in trials if 30 <= t.samples < 100]
+    yield "more", [t for t in trials if t.samples >= 100]
+    yield "less than 4 periods of the bandwidth in a slip", [t for t in trials if t.band < 4]
+    yield "4 to 10", [t for t in trials if 4 <= t.band < 10]
+    yield "more ", [t for t in trials if t.band >= 10]
+    yield "noise below 0.3 %", [t for t in trials if t.noise < 0.003]
+    yield "0.3 to 1 %", [t for t in trials if 0.003 <= t.noise < 0.01]
+    yield "above", [t for t in trials if t.noise >= 0.01]
+    yield "one curve", [t for t in trials if t.plain]
+    yield "hysteresis", [t for t in trials if not t.plain]
+
+
+def main() -> int:
+    """Print the table; 1 if a coefficient of all records is held too rarely or too often."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--records", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    with ProcessPoolExecutor() as pool:
+        trials = list(pool.map(partial(trial, seed=given.seed), range(given.records), chunksize=20))
+    print(f"| records | number | {' | '.join(NAMES)} |\n| {'--- | ' * (len(NAMES) + 2)}".rstrip())
+    for title, part in rows(trials):
+        cells = []
+        for name in NAMES:
+            held = [t.held[name] for t in part if name in t.held]
+            half = np.median([t.half[name] for t in part if name in t.half] or [np.nan])
+            told = f"{100 * len(held) / max(len(part), 1):.0f} %, ± {100 * half:.2g} %"
+            cells.append(f"{100 * np.mean(held):.1f} ({told})" if held else "")
+        print(f"| {title.strip()} | {len(part)} | {' | '.join(cells)} |")
+    of_all = {name: [t.held[name] for t in trials if name in t.held] for name in NAMES}
+    wrong = [name for name, held in of_all.items() if len(held) >= ENOUGH and not LEAST <= np.mean(held) <= MOST]
+    print(*(f"{name}: not within {LEAST:.0%} to {MOST:.0%}" for name in wrong), sep="\n")
+    return int(bool(wrong))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
