@@ -65,8 +65,8 @@ def proposals(
     shared = section.shared | {name: float(value) for name, value in at.items()}
     given = {*shared, *(axis.name for axis in over)}
     if differ := [name for name in conditions_of(config) if name not in given]:
-        values = " ".join(f"--at {name}=VALUE" for name in differ)
-        raise ArgumentError("over", f"not all observations have one {listed(differ)}: add it here, or give {values}")
+        settings = " ".join(f"--at {name}=VALUE" for name in differ)
+        raise ArgumentError("over", f"not all observations have one {listed(differ)}: add it here, or give {settings}")
     grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
     chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)
     names = [str(name) for name in explained["quantity"].values]

@@ -4,10 +4,9 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy  # type: ignore[import-untyped]
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats  # type: ignore[import-untyped]
+from scipy import linalg, stats  # type: ignore[import-untyped]
 
 from stickslip.config.studies import ReportTable
 from stickslip.config.uncertain import Uncertain
@@ -277,9 +276,6 @@ def _row(ds: xr.Dataset, name: str) -> list[str]:
 # --- directions -------------------------------------------------------------------------------------------------------
 
 
-Floats = NDArray[np.float64]
-
-
 def directions(prior: Mapping[str, Floats], posterior: Mapping[str, Floats]) -> tuple[Floats, Floats]:
     """Combinations of quantities that observations fix, from draws of prior and posterior, the best first.
 
@@ -296,7 +292,7 @@ def directions(prior: Mapping[str, Floats], posterior: Mapping[str, Floats]) -> 
     )
     scale = before.std(1)
     p, q = (np.atleast_2d(np.cov(draws / scale[:, None])) for draws in (before, after))
-    ratio, vectors = scipy.linalg.eigh(q, p)
+    ratio, vectors = linalg.eigh(q, p)
     rows, largest = np.arange(len(scale)), np.abs(vectors.T).argmax(1)
     parts = vectors.T / vectors.T[rows, largest][:, None]
     weights = parts / scale

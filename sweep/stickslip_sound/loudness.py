@@ -140,8 +140,10 @@ def levels(
     """
     solver = SolverKeywords(**{"rtol": RTOL, **solver})
     cells, law, text, title = _cells(cells_or_config, solver)
-    options = Options.of(SolverKeywords(**{**solver, "law": law}))
-    zero = np.zeros(1) if reference is None else levels(reference, **{**solver, "law": law})[LEVEL.name].values
+    solver = SolverKeywords(**{**solver, "law": law})
+    options, zero = Options.of(solver), np.zeros(1)
+    if reference is not None:
+        zero = levels(reference, **solver)[LEVEL.name].values
     if not (zero.size == 1 and np.isfinite(zero).all()):
         raise ValueError("reference: has no level to compare with, expected one cell whose cycle is heard")
     for signals in (False, True):
