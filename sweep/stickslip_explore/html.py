@@ -51,10 +51,7 @@ def place_words(shown: MapPicture, at: At) -> str:
 
 
 def numbers_html(motions: Mapping[str, Motion], units: Mapping[str, Unit] | None = None) -> str:
-    """Regime and key numbers of motions side by side, by names of `LINES`.
-
-    units : by variable, those in which the map tells it; others have what suits their largest value.
-    """
+    """Regime and key numbers of motions side by side, by names of `LINES`, in the units that a map has by variable."""
     columns = [
         {"line": line, "label": motion.label, "style": motion.regime,
          "regime": flag_label(motion.regime).replace("_", "-"),
