@@ -29,8 +29,7 @@ from stickslip.config.resolve import config_path
 from stickslip.engine import stop_flag
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip_explain.section import Explain
-from stickslip_explain.smc import tempered
-from stickslip_explain.study import ExplainStudy
+from stickslip_explain.study import ExplainStudy, tempered
 
 LAW, SIZE, WALKERS, RUNS, LONGER = "stribeck", 500, 500, 24, 25
 BURN_IN = 0.5  # of a chain

@@ -8,7 +8,7 @@ from stickslip.studies.draws import STATISTICS
 from stickslip.vocabulary import flags, results, units
 from stickslip.vocabulary.results import Variable
 from stickslip_rig.quantities import EXACT, FEATURES
-from stickslip_sound.variables import LEVEL_VARIABLES
+from stickslip_sound.loudness import LEVEL_VARIABLES
 
 HEAD = """# Variables of results
 

@@ -19,8 +19,8 @@ from stickslip.runs.threads import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.suggest import listed
-from stickslip_explain.goal.section import Goal
-from stickslip_explain.proposals import DRAWS, POINTS, axis_of, check_scatter, conditions_of, proposals
+from stickslip_explain.goal import Goal
+from stickslip_explain.proposals import DRAWS, POINTS, axis_of, checked_scatter, conditions_of, proposals, scatter_of
 
 __all__ = ["explain", "goal", "next_measurement"]
 
@@ -40,20 +40,17 @@ def explain(
     Parameters
     ----------
     observed : sequence of Mapping, or path
-        Observations, each with the conditions it was made at (numbers in SI, or texts with units) and with what was
-        seen: ``regime`` (or a list of those it may have been), results of `evaluate` with their scatter
-        (``period="54 +- 2 ms"``), or a list of repeats. Or a file of observations, which says all else itself.
+        Observations, each with the conditions it was made at (numbers in SI, or texts with units) and what was seen:
+        ``regime`` (or a list), results of `evaluate` with their scatter (``period="54 +- 2 ms"``), or lists of repeats.
+        Or a file of observations, which says all else itself.
     prior : Mapping
-        By quantity what was known before: a number or text where it is fixed, else a distribution as in the section
-        `uncertain` of a configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation`
-        or `fit` as there.
+        By quantity what was known before: a number or text, else a distribution as in the section `uncertain` of a
+        configuration, ``{"lognormal": {"median": "5 N/mm", "factor": 1.5}}``; and `correlation` or `fit` as there.
     laws : str or sequence of str, optional
         Laws of friction, alternatives of the same probability; "stribeck" unless given.
     predict : Mapping, optional
         Axes, as in a configuration, over which the probability of each regime is predicted.
-    output : str or path, optional
-        File to write, .nc or .zarr, from which a run resumes.
-    progress : bool, "auto" or callable
+    output, progress
         As for `run`.
     **settings
         mislabelled (0.01, the probability that a regime was noted wrongly), particles (500 draws a population),
@@ -76,16 +73,14 @@ def explain(
     ContradictionError
         If nothing explains the observations; it names the one that contradicts, and holds the result, `dataset`.
     """
-    if isinstance(observed, str | os.PathLike):
-        if prior is not None or laws is not None or predict is not None or settings:
-            raise TypeError("explain: a file of observations says prior, laws, predict and settings itself")
+    if not isinstance(observed, str | os.PathLike):
+        known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
+        axes = {} if predict is None else {"predict": {"axes": predict}}
+        ds = run({"observed": observed, "prior": known, **settings, **axes}, output, progress=progress)
+    elif prior is None and laws is None and predict is None and not settings:
         ds = run(observed, output, progress=progress)
     else:
-        known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
-        document = {"observed": observed, "prior": known, **settings} | (
-            {} if predict is None else {"predict": {"axes": predict}}
-        )
-        ds = run(document, output, progress=progress)
+        raise TypeError("explain: a file of observations says prior, laws, predict and settings itself")
     if text := ds.attrs.get("explained_contradiction"):
         raise ContradictionError(f"nothing explains this: {text}", ds)
     return ds
@@ -114,10 +109,8 @@ def next_measurement(
         Values, in SI or as texts with units, of what differs between observations and is not among the axes.
     scatter : Mapping, optional
         Results that will be measured, with their relative standard deviation; those observed before unless given.
-    points : int
-        Of each axis.
-    draws : int
-        Of the explanation, which are weighed against each other.
+    points, draws : int
+        Of each axis; of the explanation, which are weighed against each other.
     progress
         As for `run`.
 
@@ -143,11 +136,10 @@ def next_measurement(
     if foreign := [name for name in at or {} if name not in known]:
         raise ArgumentError("at", f"got {foreign[0]}, expected what observations name: {listed(known) or 'nothing'}")
     conditions = {name: in_si(PARAMETERS[name], str(value), "at", name) for name, value in (at or {}).items()}
-    if scatter is not None:
-        check_scatter(scatter)
     axes = [axis_of(config, name, ends, points) for name, ends in names.items()]
+    measured = scatter_of(config) if scatter is None else checked_scatter(scatter)
     with watched(progress, "draws") as moved:
-        return proposals(ds, config, axes, conditions, scatter, draws, moved)
+        return proposals(ds, config, axes, conditions, measured, draws, moved)
 
 
 def goal(
@@ -192,10 +184,10 @@ def goal(
     Returns
     -------
     Dataset
-        Over the panels and the plane quiet_probability, with its standard error and undecided_probability; the borders
-        as `contours` has them, border_NAME over `node`, with verdict_left and verdict_right and `panel` over `line`;
-        over the panels verdict, quiet_share, here_NAME (what the panel has), and where the verdict changes next:
-        alone_NAME by this parameter alone, together_NAME in both.
+        Over the panels and the plane quiet_probability with its error; the borders as `contours` has them, border_NAME
+        over `node`, with verdict_left, verdict_right and `panel` over `line`; over the panels verdict, quiet_share,
+        here_NAME (what the panel has), and where the verdict changes next: alone_NAME by this parameter alone,
+        together_NAME in both.
 
     Raises
     ------

@@ -36,26 +36,21 @@ def explain(config: Path, output: Location | None, plot: Path | None, report: Pa
     are not known, the evidence of each law, and what the observations fix and what not; `stickslip run` computes the
     same. Where nothing explains the observations, the command says which of them contradicts.
     """
+    from stickslip.config.yaml import read_yaml
     from stickslip.runs.session import Request
 
     loaded = params.configuration(config)
     if loaded.study is None or loaded.study.key != "explain":
         fail(f"{config}: no observation, expected explain: {{observed: [...]}}")
     configured = params.configured_targets(loaded)
-    output, target, page = output or configured[0], plot or configured[1], report or configured[2]
-    request = Request(loaded, output)
-    answer = run_request(request, Outputs(target, page))
+    request = Request(loaded, output or configured[0])
+    answer = run_request(request, Outputs(plot or configured[1], report or configured[2]))
     if "contradiction" in answer:
-        remark_incomplete(f"{_place(config, answer['observation'])}: nothing explains this: {answer['contradiction']}")
+        path = ("explain", "observed", answer["observation"])
+        place = read_yaml(config).values.get(path) if config.exists() else None
+        where = place.text(str(config)) if place else str(config)
+        remark_incomplete(f"{where}: nothing explains this: {answer['contradiction']}")
     return answer
-
-
-def _place(config: Path, number: int) -> str:
-    """The place of an observation, with its line if the file has one."""
-    from stickslip.config.yaml import read_yaml
-
-    place = read_yaml(config).values.get(("explain", "observed", number)) if config.exists() else None
-    return place.text(str(config)) if place else str(config)
 
 
 # --- the next measurement ---------------------------------------------------------------------------------------------
@@ -88,9 +83,8 @@ def next_command(
     """Say which measurement would tell most.
 
     FILE is what `stickslip explain` wrote. Over one or two parameters (`--over belt_speed normal_load`), others that
-    differ between observations at one value (`--at normal_load="10 N"`), the expected
-    information of one more observation is computed, its regime and its results being what the draws say, and the best
-    three places are named, with what each would narrow.
+    differ between observations at one value (`--at normal_load="10 N"`), the expected information of one more
+    observation is computed, and the best three places are named, with what each would narrow.
     """
     from stickslip.vocabulary.units import ends_of
     from stickslip_explain.api import next_measurement

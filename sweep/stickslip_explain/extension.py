@@ -13,13 +13,13 @@ EXTENSION = Extension(
     calls={name: f"stickslip_explain.api:{name}" for name in ("explain", "goal", "next_measurement")},
     studies={
         "goal": StudyEntry(
-            "stickslip_explain.goal.study:GoalStudy", "Find the region in which a part is quiet over a range.", True
+            "stickslip_explain.goal_study:GoalStudy", "Find the region in which a part is quiet over a range.", True
         ),
         "explain": StudyEntry("stickslip_explain.study:ExplainStudy", with_uncertain=True),
     },
     resolvers={
-        "observed": "stickslip_explain.document:with_observations",
-        "prior": "stickslip_explain.document:with_observations",
-        "uncertain.explained": "stickslip_explain.draws:with_draws",
+        "observed": "stickslip_explain.section:with_observations",
+        "prior": "stickslip_explain.section:with_observations",
+        "uncertain.explained": "stickslip_explain.section:with_draws",
     },
 )

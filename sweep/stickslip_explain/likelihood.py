@@ -39,8 +39,8 @@ _FAR = 4.0  # standard deviations, or what is as rare of Student's t: a result f
 
 
 class Terms(NamedTuple):
-    """By point and observation: log-likelihoods; what they lose if cells without a verdict are others; and whether a
-    point contradicts an observation, in its regime or by far in a result."""
+    """By point and observation: log-likelihoods; what they lose if cells without a verdict are others; contradictions,
+    in a regime or by far in a result."""
 
     log_likelihood: Floats
     unsure: Floats
@@ -51,9 +51,8 @@ class Terms(NamedTuple):
 class Experiment:
     """Observations of an oscillator, some of whose quantities are not known.
 
-    base : the one cell of the configuration, without what is unknown or differs between observations.
-    law, fixed : of friction, and the parameters that its name stands for. mislabelled : e. simulated : those of the
-    observations that are no cells, by their numbers.
+    base : the one cell of the configuration, without what is unknown or differs. law, fixed : of friction, and what its
+    name stands for. mislabelled : e. simulated : the observations that are no cells, by their numbers.
     """
 
     observed: Sequence[Observation]
@@ -65,20 +64,13 @@ class Experiment:
     simulated: Mapping[int, Simulated] = field(default_factory=dict)
 
     @cached_property
-    def _measuring(self) -> Options:
-        metrics = dict.fromkeys(name for observation in self.observed for name in observation.metrics)
-        return self.options.keeping(tuple(name for name in metrics if name != POINT))
-
-    @cached_property
     def _cells(self) -> list[int]:
         """The numbers of the observations of cells."""
         return [i for i in range(len(self.observed)) if i not in self.simulated]
 
     def cells(self, drawn: Parameters) -> tuple[Parameters, NDArray[np.bool_]]:
-        """The cells of points at each observation of one, one observation after the other; and which are possible.
-
-        drawn : the quantities of points that are not known, (n,) each.
-        """
+        """The cells of points (quantities that are not known, (n,) each), one observation of cells after the other; and
+        which are possible."""
         size = next(iter(drawn.values())).size
         parts = []
         for i in self._cells:
@@ -107,8 +99,10 @@ class Experiment:
         """By number of an observation of a cell, the results of points, and which are possible."""
         size, count = next(iter(drawn.values())).size, len(self._cells)
         cells, possible = self.cells(drawn)
-        columns = computed_where(cells, possible, self._measuring, stop, moved)
-        if any(POINT in observation.metrics for observation in self.observed):
+        metrics = dict.fromkeys(name for observation in self.observed for name in observation.metrics)
+        measuring = self.options.keeping(tuple(name for name in metrics if name != POINT))
+        columns = computed_where(cells, possible, measuring, stop, moved)
+        if POINT in metrics:
             columns[POINT] = np.where(possible, friction_at_belt_speed(cells, self.options), np.nan)
         results = {name: values.reshape(count, size) for name, values in columns.items()}
         each = zip(self._cells, possible.reshape(count, size), strict=True)

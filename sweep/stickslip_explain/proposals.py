@@ -8,7 +8,7 @@ possible. With n draws no more than log2 n bits can be seen.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,26 +53,11 @@ VARIABLES = table(
 )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class DrawResults:
-    """What draws show at places: regimes (places, draws) as places of `DECIDED`, -1 for no verdict; logarithms of
-    results (places, draws, results), NaN where there is none."""
-
-    regimes: NDArray[np.intp]
-    logs: Floats
-
-
 def proposals(
     explained: xr.Dataset, config: Config, over: Sequence[Range], at: Mapping[str, float],
-    scatter: Mapping[str, float] | None = None, draws: int = DRAWS, moved: Callable[[int, int], None] | None = None,
+    measured: Mapping[str, float], draws: int = DRAWS, moved: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:  # fmt: skip
-    """The expected information over axes, and the best observations.
-
-    config : of the result `explained`. over : the axes. at : values of other conditions, in SI. scatter : results to be
-    measured with the standard deviation of their logarithms; those that were measured, as they scattered, unless given.
-    moved : called with draws done, in all.
-    Raises ArgumentError.
-    """
+    """The expected information over axes, and the best observations; see `next_measurement`. Raises ArgumentError."""
     section = config.study
     assert isinstance(section, Explain)
     if not 1 <= len(over) <= 2:
@@ -80,24 +65,20 @@ def proposals(
     shared = section.shared | {name: float(value) for name, value in at.items()}
     given = {*shared, *(axis.name for axis in over)}
     if differ := [name for name in conditions_of(config) if name not in given]:
-        axes = (
-            f"--over {' '.join([*(axis.name for axis in over), *differ])}, or " if len(over) + len(differ) < 3 else ""
-        )
-        text = f"{listed(differ, 'and')} {'differs' if len(differ) == 1 else 'differ'} between observations: give "
-        raise ArgumentError("over", text + axes + " ".join(f"--at {name}=VALUE" for name in differ))
+        settings = " ".join(f"--at {name}=VALUE" for name in differ)
+        raise ArgumentError("over", f"not all observations have one {listed(differ)}: add it here, or give {settings}")
     grid = grid_of_predictions(config.model_copy(update={"axes": tuple(over)}))
-    measured = dict(_scatter(section) if scatter is None else scatter)
     chosen = np.linspace(0, explained.sizes["draw"] - 1, min(draws, explained.sizes["draw"])).astype(int)
     names = [str(name) for name in explained["quantity"].values]
     drawn = {name: explained[f"posterior_{name}"].values[chosen] for name in names}
     laws = explained["posterior_law"].values[chosen].astype(int)
     names_of_laws = section.laws or (config.friction.law,)
     each = [(names_of_laws[law], {name: values[i] for name, values in drawn.items()}) for i, law in enumerate(laws)]
-    shown = _shown(grid, shared, each, tuple(measured), options_of(config), moved)
+    regimes, logs = _shown(grid, shared, each, tuple(measured), options_of(config), moved)
     rng = np.random.default_rng(int(section.seed))
-    outcome = _Outcomes(shown, np.array([*measured.values()]), float(section.mislabelled), rng)
+    outcome = _Outcomes(regimes, logs, np.array([*measured.values()]), float(section.mislabelled), rng)
     information = np.array([outcome.information(i) for i in range(grid.size)])
-    chances = np.stack([(shown.regimes == code).mean(1) for code in range(len(DECIDED))], axis=1)
+    chances = np.stack([(regimes == code).mean(1) for code in range(len(DECIDED))], axis=1)
     best = _best(information.reshape(grid.shape))
     values = {"information": information, "chance": chances}
     coordinates = grid_coordinates(grid) | {
@@ -117,19 +98,29 @@ def proposals(
     ds = ds.assign(study_dataset("explain", VARIABLES, {n: v[None] for n, v in own.items()}, (), (), {}, {}).data_vars)
     places = np.unravel_index(best, grid.shape)
     for axis, place in zip(over, places, strict=True):
-        row = ds[axis.name]
-        ds[f"proposed_{axis.name}"] = xr.Variable("proposal", row.values[place], dict(row.attrs), NO_FILL)
+        ds[f"proposed_{axis.name}"] = ("proposal", ds[axis.name].values[place], dict(ds[axis.name].attrs), NO_FILL)
     scatters = ", ".join(f"{name}={value:.2g}" for name, value in measured.items())
     return ds.assign_attrs(proposal_scatter=scatters, proposal_draws=chosen.size)
 
 
-def _scatter(section: Explain) -> dict[str, float]:
+def scatter_of(config: Config) -> dict[str, float]:
     """Results that were measured, with the standard deviation of one logarithm; else the period."""
+    assert isinstance(config.study, Explain)
     spreads: dict[str, list[float]] = {}
-    for name, measured in (row for observation in section.observed for row in observation.metrics.items()):
+    for name, measured in (row for observation in config.study.observed for row in observation.metrics.items()):
         spreads.setdefault(name, []).append(measured.log_std * np.sqrt(len(measured.repeats or [0])))
     spreads.pop(POINT, None)
     return {name: float(np.median(values)) for name, values in spreads.items()} or {"period": _SCATTER}
+
+
+def checked_scatter(scatter: Mapping[str, float]) -> Mapping[str, float]:
+    """Results that will be measured, as they are given. Raises ArgumentError for what is no result, or no scatter."""
+    for name, value in scatter.items():
+        if name not in METRICS or name == POINT:
+            raise ArgumentError("scatter", f"got {name}, expected a result: {listed([*METRICS][:-1])}")
+        if not 0 < value < 10:
+            raise ArgumentError("scatter", f"got {value:g} for {name}, expected a relative standard deviation above 0")
+    return scatter
 
 
 def conditions_of(config: Config) -> list[str]:
@@ -139,10 +130,7 @@ def conditions_of(config: Config) -> list[str]:
 
 
 def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
-    """The axis of a parameter; without ends that of the configuration, else `_BEYOND` times beyond what was observed.
-
-    Raises ArgumentError.
-    """
+    """The axis of a parameter; without ends that of the configuration, else beyond what was observed."""
     section, row = config.study, PARAMETERS.get(name)
     assert isinstance(section, Explain) and config.uncertain is not None
     if row is None or name in config.uncertain.names:
@@ -168,20 +156,12 @@ def axis_of(config: Config, name: str, ends: Any, points: int) -> Range:
     return Range.model_construct(name=name, spacing=spacing, start=low, stop=high, num=points)
 
 
-def check_scatter(scatter: Mapping[str, float]) -> None:
-    """Raise ArgumentError for what is no result, or no scatter."""
-    for name, value in scatter.items():
-        if name not in METRICS or name == POINT:
-            raise ArgumentError("scatter", f"got {name}, expected a result: {listed([*METRICS][:-1])}")
-        if not 0 < value < 10:
-            raise ArgumentError("scatter", f"got {value:g} for {name}, expected a relative standard deviation above 0")
-
-
 def _shown(
     grid: Cells, shared: Mapping[str, float], draws: Sequence[tuple[str, Mapping[str, float]]],
     metrics: tuple[str, ...], options: Options, moved: Callable[[int, int], None] | None,
-) -> DrawResults:  # fmt: skip
-    """What each draw, a law and quantities, shows at each place. shared : conditions that hold at all of them."""
+) -> tuple[NDArray[np.intp], Floats]:  # fmt: skip
+    """What draws, laws and quantities, show at places: regimes (places, draws) as places of `DECIDED`, -1 for no
+    verdict; logarithms of results (places, draws, results), NaN where there is none. shared : conditions of all."""
     size, count, stop = grid.size, len(draws), stop_flag()
     regimes, logs = np.empty((size, count), np.intp), np.full((size, count, len(metrics)), np.nan)
     codes = np.full(len(REGIMES), -1)
@@ -195,15 +175,17 @@ def _shown(
             logs[:, draw, i] = np.log(np.where(results[name] > 0, results[name], np.nan))
         if moved:
             moved(draw + 1, count)
-    return DrawResults(regimes, logs)
+    return regimes, logs
 
 
 class _Outcomes:
     """What might be seen at places, simulated from each draw once, and what it says of all draws."""
 
-    def __init__(self, shown: DrawResults, scatter: Floats, mislabelled: float, rng: np.random.Generator) -> None:
-        count = shown.regimes.shape[1]
-        self._shown, self._scatter = shown, scatter
+    def __init__(
+        self, regimes: NDArray[np.intp], logs: Floats, scatter: Floats, mislabelled: float, rng: np.random.Generator
+    ) -> None:
+        count = regimes.shape[1]
+        self._regimes, self._logs, self._scatter = regimes, logs, scatter
         self._right, self._wrong = log_shares(1, mislabelled)
         self._errors = scatter * rng.standard_normal((count, scatter.size))
         self._mistaken = rng.random(count) < mislabelled
@@ -212,7 +194,7 @@ class _Outcomes:
 
     def _log_likelihood(self, place: int) -> Floats:
         """Of what draw j shows at a place (second index), given draw i (first)."""
-        regime, logs = self._shown.regimes[place], self._shown.logs[place]
+        regime, logs = self._regimes[place], self._logs[place]
         label = np.where(regime < 0, self._any, (regime + self._mistaken * self._others) % len(DECIDED))
         known = np.where(regime[:, None] == label, self._right, self._wrong)
         log_likelihood = np.where((regime < 0)[:, None], -np.log(len(DECIDED)), known)
@@ -230,16 +212,16 @@ class _Outcomes:
         return max(float(np.mean(np.diag(log_likelihood) - mean) / np.log(2.0)), 0.0)
 
     def after(self, place: int, numbers: Floats) -> tuple[float, Floats]:
-        """After an observation at a place: the expected share of places whose most likely regime is wrong, and
-        standard deviations of quantities, numbers (quantities, draws), over those before."""
+        """Expected after an observation at a place: the share of places whose most likely regime is wrong, and standard
+        deviations of quantities, numbers (quantities, draws), over those before."""
         log_likelihood = self._log_likelihood(place)
         weights = np.exp(log_likelihood - log_likelihood.max(0))
         weights /= weights.sum(0)
         mean = numbers @ weights
         spread = np.sqrt(np.maximum((numbers**2 @ weights - mean**2).mean(1), 0.0)) / numbers.std(1)
         wrong = []
-        for first in range(0, len(self._shown.regimes), _TOGETHER):
-            regimes = self._shown.regimes[first : first + _TOGETHER]
+        for first in range(0, len(self._regimes), _TOGETHER):
+            regimes = self._regimes[first : first + _TOGETHER]
             wrong.append(_wrong(np.array([(regimes == code) @ weights for code in range(len(DECIDED))])).ravel())
         return float(np.concatenate(wrong).mean()), np.asarray(spread)
 

@@ -1,20 +1,29 @@
-"""The section `explain`: what was observed, which laws of friction may explain it, and how its draws are made."""
+"""What a file says of explanations: the section `explain`, a file of observations alone, draws of an explanation."""
 
 import math
 import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import reduce
+from operator import getitem
+from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, create_model
 
+from stickslip.config.problems import ProblemCollector
+from stickslip.config.resolve import varied_paths
 from stickslip.config.sections import Read, Section, StudySection, each_with_unit, list_of, one_of, refused, with_rows
-from stickslip.errors import QuantityError
+from stickslip.config.yaml import Document, parse_yaml
+from stickslip.errors import Path, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.models import WRITTEN_LAWS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
 from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.suggest import listed
 
 EXPLAIN: dict[str, Parameter] = table(
     Parameter("mislabelled", "1", "probability that the regime of an observation was noted wrongly", "explain",
@@ -52,8 +61,8 @@ _FORMS = "a value above 0 with its standard deviation, such as '{} +- {}', or a 
 class Measured(Section):
     """A measured result, in SI: a value with its standard deviation, or repeats.
 
-    discrepancy : relative standard deviation of what is systematic, besides the scatter of repeats. trials : of what is
-    no result of a cell, the repeats that a simulation is the mean of, which scatter as well.
+    discrepancy : relative standard deviation of what is systematic, besides that of repeats. trials : of what is no
+    result of a cell, the repeats that a simulation is the mean of, which scatter as well.
     """
 
     value: float | None = None
@@ -211,3 +220,137 @@ class Explain(with_rows(StudySection, EXPLAIN)):  # type: ignore[misc]
         """The conditions that all observations have in common, at which regimes are predicted."""
         first, *others = (observation.conditions for observation in self.observed)
         return {name: value for name, value in first.items() if all(other.get(name) == value for other in others)}
+
+
+# --- a file of observations alone -------------------------------------------------------------------------------------
+
+
+# What its words stand for, so that priors are read, checked and drawn as all uncertain quantities are:
+#
+#     observed: [...]              explain: {observed: [...]}
+#     prior: {mass: 100 g}         system: {mass: 100 g}
+#     prior: {a1: {uniform: ...}}  uncertain: {quantities: {a1: {uniform: ...}}}
+#     prior: {laws: [...]}         explain: {laws: [...]}, and friction: {law: ...} of the first
+#     predict: {axes: ...}         axes: ...
+
+_OF_PRIOR = ("correlation", "fit")  # keys of `prior` beside quantities and laws, words of `uncertain`
+_WORDS = ("observed", "prior", "predict", *EXPLAIN)  # at the top of the file
+_SECTIONS = {("explain",): ("observed",)} | {(name,): ("prior",) for name in ("uncertain", "system", "friction")}
+
+
+def with_observations(document: Document) -> Document:
+    """The configuration that a file of observations stands for; any other as it is. Raises ConfigError."""
+    data = document.data
+    if not isinstance(data, dict) or not {"observed", "prior"} & data.keys():
+        return document
+    _check_words(document)
+    whole: dict[str, Any] = {key: value for key, value in data.items() if key not in _WORDS}
+    moved = _SECTIONS | dict(_moves(data))
+    for new, old in list(moved.items())[len(_SECTIONS) :]:
+        inside: Any = whole
+        for key in new[:-1]:
+            inside = inside.setdefault(key, {})
+        inside[new[-1]] = reduce(getitem, old, data)
+    laws = whole["explain"].get("laws")
+    first = laws[0] if isinstance(laws, list) and laws else laws
+    if isinstance(first, str):
+        whole.setdefault("friction", {}).setdefault("law", law_of(first)[0])
+    before: tuple[dict[Path, Any], ...] = (document.keys, document.values, document.texts)
+    keys, values, texts = (
+        places | {(*new, *path[len(old) :]): place for new, old in moved.items()
+                  for path, place in places.items() if path[: len(old)] == old}
+        for places in before
+    )  # fmt: skip
+    return replace(document, data=whole, keys=keys, values=values, texts=texts, moved=moved)
+
+
+def _check_words(document: Document) -> None:
+    """Raise ConfigError for what is wrong with the words themselves."""
+    data, problems = document.data, ProblemCollector(document)
+    if not isinstance(data.get("observed"), list) or not data["observed"]:
+        example = "observed: [{belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip}]"
+        problems.add(("observed",), "no observation, expected a list of what was seen", example, at_key=True)
+    if "prior" not in data:
+        problems.add(("prior",), "missing, expected what is known before: values and distributions of quantities")
+    prior = problems.mapping(data.get("prior"), ("prior",), "quantities")
+    problems.known_keys(prior, ("prior",), (*QUANTITIES, *_OF_PRIOR, "laws"))
+    problems.keys_of(data.get("predict"), ("predict",), ("axes", "draws"))
+    for key in {"uncertain", "axes", "explain"} & data.keys():
+        problems.add((key,), "got it besides observed and prior, expected one of them", at_key=True)
+    problems.raise_any()
+
+
+def _moves(data: dict[str, Any]) -> Iterator[tuple[Path, Path]]:
+    """Where things stand in a configuration, and where in a file of observations."""
+    for key in ("observed", *EXPLAIN):
+        if key in data:
+            yield ("explain", key), (key,)
+    for name, value in data["prior"].items():
+        if name == "laws":
+            yield ("explain", name), ("prior", name)
+        elif name in _OF_PRIOR:
+            yield ("uncertain", name), ("prior", name)
+        elif isinstance(value, dict):
+            yield ("uncertain", "quantities", name), ("prior", name)
+        else:
+            yield (QUANTITIES[name].section, name), ("prior", name)
+    for name in data.get("predict", {}):
+        yield (("axes",) if name == "axes" else ("explain", name)), ("predict", name)
+
+
+# --- draws of an explanation in place of distributions ----------------------------------------------------------------
+
+
+_MOST, _DIGITS = 512, 9  # rows, evenly chosen: more would say more than the explanation knows; digits of values
+_KEY = "explained"
+_PATH = ("uncertain", _KEY)
+
+
+def with_draws(document: Document) -> Document:
+    """The document, with what the explanation that its section `uncertain` names has drawn.
+
+    Its friction is that of the law of this configuration, or else of the most probable one; quantities that it gives
+    itself are left to it. Where draws stand beside the name (a resolved configuration), nothing is read.
+    """
+    data = document.data if isinstance(document.data, dict) else {}
+    uncertain, friction = data.get("uncertain"), data.get("friction") or {}
+    if not isinstance(uncertain, dict) or not isinstance(uncertain.get(_KEY), str) or not isinstance(friction, dict):
+        return document
+    quantities = uncertain.get("quantities") or {}
+    if not isinstance(quantities, dict) or any("drawn" in row for row in quantities.values() if isinstance(row, dict)):
+        return document
+    file = FilePath(document.name).parent / uncertain[_KEY]
+    law, known, rows = _draws(document, file if file.exists() else FilePath(uncertain[_KEY]), friction.get("law"))
+    axes = data.get("axes")
+    given = {str(path[-1]) for path in varied_paths(axes if isinstance(axes, dict) else {})} | {*quantities, *friction}
+    given |= {name for part in data.values() if isinstance(part, dict) for name in part}
+    drawn = {name: {"drawn": values} for name, values in rows.items() if name not in given}
+    if not drawn:
+        raise document.refused(_PATH, f"nothing is left to draw: {listed(rows, 'and')} are given here")
+    friction = {name: value for name, value in known.items() if name not in given} | friction | {"law": law}
+    section = {**uncertain, "quantities": {**quantities, **drawn}}
+    return replace(document, data={**data, "friction": friction, "uncertain": section})
+
+
+def _draws(document: Document, file: FilePath, law: Any) -> tuple[str, dict[str, Any], dict[str, list[float]]]:
+    """The law of friction, what the explanation took as known of it, and the values of each quantity."""
+    from stickslip.files.reading import open  # xarray takes its time
+
+    with open(file) as ds:
+        if "posterior_law" not in ds or "configuration" not in ds.attrs:
+            raise document.refused(_PATH, f"{file} holds no draws, expected what `stickslip explain` wrote")
+        names = [str(name) for name in ds["law"].values]
+        likely = sorted(range(len(names)), key=lambda i: -float(ds["law_probability"][i]))
+        alike = [i for i in likely if law in (None, law_of(names[i])[0])]
+        if not alike:
+            raise document.refused(_PATH, f"{file} explains by {listed(names)}, and the law here is {law}")
+        chosen = np.flatnonzero(ds["posterior_law"].values == alike[0])
+        if chosen.size < 2:
+            raise document.refused(_PATH, f"{file} has no draws of {names[alike[0]]}, which explains too little")
+        chosen = chosen[np.linspace(0, chosen.size - 1, min(_MOST, chosen.size)).astype(int)]
+        values = {str(name): ds[f"posterior_{name}"].values[chosen] for name in ds["quantity"].values}
+        own: Mapping[str, Any] = parse_yaml(str(ds.attrs["configuration"])).data
+    law, fixed = law_of(names[alike[0]])
+    known = {name: value for name, value in own.get("friction", {}).items() if name in QUANTITIES}
+    rows = {name: [float(f"{value:.{_DIGITS}g}") for value in column] for name, column in values.items()}
+    return law, known | fixed, rows

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats  # type: ignore[import-untyped]
+from scipy import linalg, stats  # type: ignore[import-untyped]
 
 from stickslip.config.studies import ReportTable
 from stickslip.config.uncertain import Uncertain
@@ -26,7 +26,6 @@ from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip_explain.directions import directions
 from stickslip_explain.section import Explain
 
 Floats = NDArray[np.float64]
@@ -105,12 +104,12 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
     rng = np.random.default_rng(int(context.request.seed))
     posterior = context.prior.values(draws["score"])
     prior = context.prior.values(rng.standard_normal((_PRIOR_DRAWS, len(context.prior.names))))
-    fixed = directions(prior, posterior)
+    ratios, weights = directions(prior, posterior)
     values = _evidence(columns) | {
         "law_probability": laws.value, "law_probability_error": laws.error, "posterior_law": law,
         "variance_ratio": deviates.var(0), "correlation": np.atleast_2d(np.corrcoef(deviates.T)),
         "r_hat": _r_hat(np.asarray(columns["score"] @ root.T, np.float64), laws.value),
-        "direction_ratio": fixed.ratio, "direction_weight": fixed.weights,
+        "direction_ratio": ratios, "direction_weight": weights,
         "log_predictive": _leave_one_out(draws["log_likelihood"]), "contradicted": draws["contradicts"].mean(0),
     }  # fmt: skip
     rows = dict(VARIABLES)
@@ -166,10 +165,8 @@ def _evidence(columns: Results) -> Results:
     with np.errstate(divide="ignore", invalid="ignore"):
         each = columns["log_evidence"]
         best = np.maximum(each.max(1, keepdims=True), -1e300)
-        scaled = np.exp(each - best)
-        lost = np.mean(np.exp(-columns["unsure"]), axis=2)
-        mean = scaled.mean(1)
-        count = each.shape[1]
+        scaled, count = np.exp(each - best), each.shape[1]
+        lost, mean = np.mean(np.exp(-columns["unsure"]), axis=2), scaled.mean(1)
         error = scaled.std(1, ddof=1) / mean / np.sqrt(count) if count > 1 else np.full(len(each), np.nan)
         return {
             "log_evidence": np.log(mean) + best[:, 0], "log_evidence_error": error,
@@ -191,9 +188,8 @@ def _drawn(share: Floats, columns: Results) -> tuple[NDArray[np.intp], Results]:
 def _r_hat(deviates: Floats, probability: Floats) -> Floats:
     """R-hat of quantities over the populations (laws, repetitions, n, quantities), the largest of likely laws."""
     between = deviates.mean(2).var(1, ddof=1) if deviates.shape[1] > 1 else np.full(deviates.shape[::3], np.nan)
-    return np.asarray(
-        np.sqrt(1.0 + between / deviates.var(2).mean(1))[probability >= _ALIKE * probability.max()].max(0)
-    )
+    each = np.sqrt(1.0 + between / deviates.var(2).mean(1))
+    return np.asarray(each[probability >= _ALIKE * probability.max()].max(0))
 
 
 def _leave_one_out(log_likelihood: Floats) -> Floats:
@@ -206,7 +202,8 @@ def _contradiction(context: Context, draws: Results) -> dict[str, Any]:
     """The attributes that name the observation that contradicts all else; none where something explains them all."""
     observed, contradicts = context.request.observed, draws["contradicts"]
     if not np.isfinite(draws["log_likelihood"]).all():
-        return _contradicting(0, "no draw of the prior is a possible oscillator")
+        text = "no draw of the prior is a possible oscillator"
+        return {"explained_contradicting": 0, "explained_contradiction": text}
     wrong = int(np.quantile(contradicts.sum(1), _RARE))
     regimes = sum(observation.regime is not None for observation in observed)
     farthest = stats.chi2.isf(_BEYOND, len(context.prior.names))
@@ -218,10 +215,7 @@ def _contradiction(context: Context, draws: Results) -> dict[str, Any]:
     guilty = np.where(contradicts.mean(0) >= _RARE, surprise, -np.inf) if wrong else surprise
     number = int(np.argmax(guilty))
     against = "the others" if len(observed) > 1 and wrong else "the prior"
-    return _contradicting(number, f"observation {number + 1} ({observed[number].words}) contradicts {against}")
-
-
-def _contradicting(number: int, text: str) -> dict[str, Any]:
+    text = f"observation {number + 1} ({observed[number].words}) contradicts {against}"
     return {"explained_contradicting": number, "explained_contradiction": text}
 
 
@@ -277,3 +271,29 @@ def _row(ds: xr.Dataset, name: str) -> list[str]:
     values = (*ds[PRIOR + name].values[[0, 2]], *ds[INTERVAL + name].values)
     texts = [unit.text(float(value), 4) for value in values]
     return [name, *texts, f"{float(of_quantity['variance_ratio']):.2f}", f"{float(of_quantity['r_hat']):.2f}"]
+
+
+# --- directions -------------------------------------------------------------------------------------------------------
+
+
+def directions(prior: Mapping[str, Floats], posterior: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Combinations of quantities that observations fix, from draws of prior and posterior, the best first.
+
+    Of two covariance matrices, prior P and posterior Q of the same numbers, the directions v with Q v = r P v are those
+    along which the data have narrowed what was known by sqrt(r), independent of each other under both; r is the same
+    whatever units the numbers have. Products of powers (stiffness/mass) show in logarithms, which are taken of all
+    quantities that are positive. Returns r (n,), and weights (n, quantities): exponents or coefficients, the largest
+    part of each direction being 1.
+    """
+    positive = {name for name in prior if (prior[name] > 0).all() and (posterior[name] > 0).all()}
+    before, after = (
+        np.array([np.log(values) if name in positive else values for name, values in draws.items()])
+        for draws in (prior, posterior)
+    )
+    scale = before.std(1)
+    p, q = (np.atleast_2d(np.cov(draws / scale[:, None])) for draws in (before, after))
+    ratio, vectors = linalg.eigh(q, p)
+    rows, largest = np.arange(len(scale)), np.abs(vectors.T).argmax(1)
+    parts = vectors.T / vectors.T[rows, largest][:, None]
+    weights = parts / scale
+    return np.maximum(ratio, 0.0), weights / weights[rows, largest][:, None]

@@ -31,9 +31,7 @@ Examples:
 )  # fmt: skip
 @reports_errors
 def explore(config: Location, port: int, no_browser: bool, static: Path | None) -> None:
-    """Explore a map in the browser.
-
-    Click a cell to see its motion, move a slider to have the map computed anew.
+    """Explore a map in the browser: click a cell to see its motion, move a slider to compute the map anew.
 
     CONFIG is a YAML file, or a map (.nc, .zarr). The page is served on this machine only, to whoever has its address,
     until Ctrl-C.
@@ -43,7 +41,7 @@ def explore(config: Location, port: int, no_browser: bool, static: Path | None) 
     except ImportError:
         fail("the page is drawn by Bokeh, which is not installed\nhint: pip install 'stickslip[explore]'")
     from stickslip import engine
-    from stickslip_explore.source import open_source
+    from stickslip_explore.view import open_source
 
     source = open_source(config, params.settings())
     for signals in (False, True):

@@ -1,4 +1,4 @@
-"""The widgets beside the map (sides, variable, sliders) and below it (pins, sound, what reproduces it)."""
+"""The widgets beside the map (sides, variable, sliders) and below it (sound, what reproduces it)."""
 
 import base64
 from collections.abc import Callable
@@ -6,16 +6,14 @@ from functools import partial
 from math import isnan
 from typing import Any
 
-from bokeh.models import Button, Checkbox, Column, ColumnDataSource, Row, Select, Slider, UIElement
+from bokeh import models
 
 from stickslip import extensions
 from stickslip.vocabulary.display_units import spoken
 from stickslip.vocabulary.parameter import NAN
 from stickslip_explore.html import part
-from stickslip_explore.motions import CellMotions
-from stickslip_explore.page import WIDGETS, Page, calling, place_format, words
-from stickslip_explore.source import Source
-from stickslip_explore.view import SliderRange, View, is_listed, labels_of, sides, sliders_of
+from stickslip_explore.page import WIDGETS, Page, calling, words
+from stickslip_explore.view import SliderRange, Source, View, is_listed, labels_of, sides, sliders_of
 
 _STEPS = 400  # of a slider
 _ROUNDING = 1e-6  # of a step: what the browser makes of zero, adding up steps
@@ -34,7 +32,7 @@ class Controls:
     """The widgets beside the map, which are made anew where its sides change.
 
     Calls `changed` with a quantity and its value in SI (NaN: absent), `picked` with a listed axis and the text of a
-    position, `sided` with both sides, `varied` with a variable, `reset` with nothing.
+    position, `sided` with both sides, `varied` with a variable, `reset`.
     """
 
     def __init__(
@@ -42,9 +40,9 @@ class Controls:
         sided: Callable[[str, str], None], varied: Callable[[str], None], reset: Callable[[], None],
     ) -> None:  # fmt: skip
         self._source, self._changed, self._picked, self._sided = source, changed, picked, sided
-        self.column = Column(name="controls", sizing_mode="stretch_width", spacing=2)
+        self.column = models.Column(name="controls", sizing_mode="stretch_width", spacing=2)
         self.variable = _select("colours show", [("regime", "regime of motion")], "regime", "variable", varied)
-        self._reset = Button(label="Reset to the file", name="reset", **_WIDE)
+        self._reset = models.Button(label="Reset to the file", name="reset", **_WIDE)
         self._reset.on_click(reset)
 
     def show(self, view: View) -> None:
@@ -60,14 +58,14 @@ class Controls:
         ]  # fmt: skip
         ranges = list(sliders_of(source, view.plane))
         common = [self._slider(limits, view) for limits in ranges if not limits.rare]
-        rare = Column(children=[self._slider(limits, view) for limits in ranges if limits.rare], visible=False,
+        rare = models.Column(children=[self._slider(limits, view) for limits in ranges if limits.rare], visible=False,
                       sizing_mode="stretch_width", spacing=2)  # fmt: skip
-        more = Checkbox(label="ageing and start", name="more", stylesheets=[WIDGETS])
+        more = models.Checkbox(label="ageing and start", name="more", stylesheets=[WIDGETS])
         more.on_change("active", lambda _a, _o, new: setattr(rare, "visible", new))
-        beside = Row(children=[x, y], sizing_mode="stretch_width", spacing=6)
+        beside = models.Row(children=[x, y], sizing_mode="stretch_width", spacing=6)
         self.column.children = [self.variable, beside, *pickers, *common, more, rare, self._reset]
 
-    def _slider(self, limits: SliderRange, view: View) -> UIElement:
+    def _slider(self, limits: SliderRange, view: View) -> models.UIElement:
         """The slider of a quantity, with a box that switches it on where it may be absent."""
         name, label = limits.name, spoken(limits.name)
         value = view.values.get(name, limits.start)
@@ -75,7 +73,7 @@ class Controls:
         if not limits.may_be_absent:
             slider.on_change("value", lambda _a, _o, new: self._changed(name, _si(limits, new)))
             return slider
-        switch = Checkbox(active=not isnan(value), name=f"on_{name}", width=22, stylesheets=[WIDGETS])
+        switch = models.Checkbox(active=not isnan(value), name=f"on_{name}", width=22, stylesheets=[WIDGETS])
 
         def show_switch() -> None:
             slider.disabled, slider.title = not switch.active, label if switch.active else f"{label} (off)"
@@ -87,16 +85,18 @@ class Controls:
         show_switch()
         switch.on_change("active", switched)
         slider.on_change("value", lambda a, o, n: switched(a, o, n) if switch.active else None)
-        return Row(children=[switch, slider], sizing_mode="stretch_width", spacing=0)
+        return models.Row(children=[switch, slider], sizing_mode="stretch_width", spacing=0)
 
 
-def _slider(limits: SliderRange, label: str, value: float) -> Slider:
+def _slider(limits: SliderRange, label: str, value: float) -> models.Slider:
     low, high, at = map(limits.place, (limits.low, limits.high, value))
     step = (high - low) / _STEPS
-    return Slider(
-        start=low, end=high, value=min(max(at, low), high), step=step, title=label, name=f"slider_{limits.name}",
-        format=place_format(limits.is_log, limits.unit.name, _ROUNDING * step), **_WIDE,
-    )  # fmt: skip
+    words = models.CustomJSTickFormatter(
+        code="return stickslip.place_label(tick, log, unit, least)",
+        args={"log": limits.is_log, "unit": limits.unit.name, "least": _ROUNDING * step},  # what is less is zero
+    )
+    return models.Slider(start=low, end=high, value=min(max(at, low), high), step=step, title=label,
+                  name=f"slider_{limits.name}", format=words, **_WIDE)  # fmt: skip
 
 
 def _si(limits: SliderRange, place: float) -> float:
@@ -106,10 +106,8 @@ def _si(limits: SliderRange, place: float) -> float:
     return limits.value(float(place))
 
 
-def _select(
-    title: str, options: list[tuple[str, str]], value: str, name: str, chosen: Callable[[str], None]
-) -> Select:  # fmt: skip
-    select = Select(title=title, options=options, value=value, name=name, **_WIDE)
+def _select(title: str, options: Any, value: str, name: str, chosen: Callable[[str], None]) -> models.Select:
+    select = models.Select(title=title, options=options, value=value, name=name, **_WIDE)
     select.on_change("value", lambda _attribute, _old, new: chosen(new))
     return select
 
@@ -118,31 +116,21 @@ def _select(
 
 
 class Actions:
-    """The widgets, and the places for words, below the map.
+    """The widgets, and the places for words, below the map. Calls `hear`."""
 
-    Calls `pin` with "A" or "B", `unpin`, `hear` with "cell", "A" or "B".
-    """
-
-    def __init__(
-        self, page: Page, *, pin: Callable[[str], None], unpin: Callable[[], None], hear: Callable[[str], None]
-    ) -> None:  # fmt: skip
+    def __init__(self, page: Page, hear: Callable[[], None]) -> None:
         self._page = page
-        self._wave = ColumnDataSource({"wav": []}, name="sound")
+        self._wave = models.ColumnDataSource({"wav": []}, name="sound")
         self._wave.js_on_change("data", calling("play", wave=self._wave))
-        self._pace = Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
+        self._pace = models.Select(options=list(_PACES), value="1", name="pace", width=200, stylesheets=[WIDGETS])
         self._heard = words("heard")
         self._heard.visible = False
-        pins = [_button(f"Pin as {name}", f"pin_{name}", partial(pin, name)) for name in ("A", "B")]
-        sounds = [
-            _button(f"▶ {label}", f"hear_{name}", partial(hear, name))
-            for label, name in (("Hear the cell", "cell"), ("A", "A"), ("B", "B"))
-        ]
-        hearing = _row(*sounds, self._pace)
+        button = models.Button(label="▶ Hear the cell", name="hear", stylesheets=[WIDGETS])
+        button.on_click(hear)
         copies = _row(self._copying("Copy the command", "command"), self._copying("Copy the YAML", "yaml"))
-        rows = [_row(*pins, _button("Unpin", "unpin", unpin)), hearing, self._heard, copies, page.reproduce]
-        if "sound" not in extensions.brought("calls"):
-            rows = [row for row in rows if row not in (hearing, self._heard)]
-        self.column = Column(children=rows, name="below", sizing_mode="stretch_width")
+        sounds = [_row(button, self._pace), self._heard] if "sound" in extensions.brought("calls") else []
+        rows = [*sounds, copies, page.reproduce]
+        self.column = models.Column(children=rows, name="below", sizing_mode="stretch_width")
         self.column.tags = [self._wave]  # what no widget shows is a part of the document all the same
 
     @property
@@ -154,25 +142,14 @@ class Actions:
         """Have the browser play a sound, and say what to know of it."""
         self._wave.data = {"wav": [base64.b64encode(heard.wav()).decode("ascii")]}
         self._heard.visible = True
-        self._heard.text = part("sound", name, heard.described(), heard.remarks())
+        self._heard.text = part("sound", name, heard.described())
 
-    def _copying(self, label: str, which: str) -> Button:
-        button = Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
+    def _copying(self, label: str, which: str) -> models.Button:
+        button = models.Button(label=label, name=f"copy_{which}", stylesheets=[WIDGETS])
         button.js_on_click(calling("copy", texts=self._page.texts, which=which, button=button, label=label))
         return button
 
 
-def sound_of(motions: CellMotions, pace: float) -> Any:
-    """The sound of a cell, from its start, by `stickslip.sound`. Raises NotReachedError."""
-    return extensions.call("sound", "stickslip").of(motions.cell, _SECONDS, law=motions.law, slow=pace)
-
-
-def _button(label: str, name: str, call: Callable[[], None]) -> Button:
-    button = Button(label=label, name=name, stylesheets=[WIDGETS])
-    button.on_click(call)
-    return button
-
-
-def _row(*widgets: Any) -> Row:
+def _row(*widgets: Any) -> models.Row:
     """Widgets side by side, in as many lines as they take."""
-    return Row(children=list(widgets), styles={"flex-wrap": "wrap"}, spacing=4, sizing_mode="stretch_width")
+    return models.Row(children=list(widgets), styles={"flex-wrap": "wrap"}, spacing=4, sizing_mode="stretch_width")

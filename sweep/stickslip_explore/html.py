@@ -2,36 +2,30 @@
 
 import shlex
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from math import isfinite, isnan, nan
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
-from stickslip.errors import ConfigError
-from stickslip.plots.palette import BLUE, FLAG_COLOURS, GREEN, ORANGE, PURPLE
+from stickslip.plots.palette import BLUE, FLAG_COLOURS, ORANGE
 from stickslip.vocabulary.display_units import Unit, number, quantity, spoken, unit_for
 from stickslip.vocabulary.flags import REGIME_MESSAGES, STATUS_MESSAGES, flag_label
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import VARIABLES
 from stickslip_explore.maps import MapPicture
-from stickslip_explore.motions import CellMotions, Motion, regime_of
-from stickslip_explore.source import Source
-from stickslip_explore.view import At, View, cell_of_view, settings
+from stickslip_explore.motions import CellMotions, Motion
+from stickslip_explore.view import At, Source, View, settings
 
 LINES: dict[str, tuple[str, str, float]] = {  # by motion: colour, dash, width
     "stick": (BLUE, "solid", 1.6),
     "sliding": (ORANGE, "dashed", 1.6),
-    "A": (GREEN, "solid", 1.3),
-    "B": (PURPLE, "dashdot", 1.3),
 }
 _NUMBERS = (
     "frequency", "period", "stick_fraction", "breakaway_time", "velocity_amplitude", "displacement_amplitude",
     "cycle_force_max", "cycle_force_min", "spring_force_max", "slip_speed_max", "acceleration_max", "energy_per_cycle",
     "settling_time", "restick_margin", *(row.name for model in MODELS for row in model.results), "damping_ratio",
 )  # fmt: skip
-_DIGITS = 6  # of what a command says
 _RARE = ("delta", "ageing_rate", "ageing_time", "contact_time", "displacement", "velocity", "mu_static", "mu_stop")
 _PARTS = Environment(loader=PackageLoader("stickslip_explore", ""), autoescape=True, trim_blocks=True).get_template(
     "parts.html"
@@ -57,10 +51,7 @@ def place_words(shown: MapPicture, at: At) -> str:
 
 
 def numbers_html(motions: Mapping[str, Motion], units: Mapping[str, Unit] | None = None) -> str:
-    """Regime and key numbers of motions side by side, by names of `LINES`.
-
-    units : by variable, those in which the map tells it; others have what suits their largest value.
-    """
+    """Regime and key numbers of motions side by side, by names of `LINES`, in the units that a map has by variable."""
     columns = [
         {"line": line, "label": motion.label, "style": motion.regime,
          "regime": flag_label(motion.regime).replace("_", "-"),
@@ -86,24 +77,12 @@ def cell_html(motions: CellMotions, where: str, sides: Collection[str] = (), rem
         if name not in sides and isfinite(value) and (name not in _RARE or value != PARAMETERS[name].default)
     )
     speed = None if motions.cycle is None else quantity(motions.cycle.velocity_amplitude, "m s-1")
-    return part("cell", where, parameters, speed, any(motion.late for motion in motions.motions), remark)
+    return part("cell", where, parameters, speed, any(motion.late for motion in motions.motions.values()), remark)
 
 
 def simulate_command(source: Source, view: View, at: At, motions: CellMotions) -> str:
-    """The line for the shell that computes the motion of a cell from stick.
-
-    Its values have few digits, unless that makes it a cell of another regime.
-    """
-
-    def few(values: At) -> dict[str, Any]:
-        return {name: v if isinstance(v, int) else float(f"{v:.{_DIGITS}g}") for name, v in values.items()}
-
-    try:
-        cell = cell_of_view(source, replace(view, values=few(view.values)), few(at))
-        digits = _DIGITS if regime_of(cell, source.options) == motions.stick.regime else None
-    except ConfigError:  # what is rounded may be beyond a bound
-        digits = None
-    given = [word for setting in settings(source, view, at, digits) for word in ("--at", setting)]
+    """The line for the shell that computes the motion of a cell from stick, to the last bit."""
+    given = [word for setting in settings(source, view, at) for word in ("--at", setting)]
     times, away = motions.stick.time, motions.stick.results["breakaway_time"]
     duration = times[-1] if times.size else 1.0
     if isfinite(away) and isnan(motions.cell["velocity"]):

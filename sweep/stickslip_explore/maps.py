@@ -1,7 +1,7 @@
-"""The picture of a view: cells computed or read, as colours, numbers, words and exact borders."""
+"""The picture of a view: cells computed or read, as colours, numbers and words."""
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import prod
 
 import numpy as np
@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt  # type: ignore[import-untyped]
 
 from stickslip.config.grid import options_of
-from stickslip.config.model import Config, Range
-from stickslip.config.studies import Study, section_of_call
+from stickslip.config.model import Config
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
 from stickslip.dataset.display import MapAxis, unit_of
@@ -20,16 +19,11 @@ from stickslip.engine import StopFlag, blocks, in_order, warm_up
 from stickslip.errors import StoppedError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.work import MapStudy
-from stickslip.studies.border import Border, BorderStudy
-from stickslip.studies.contours import Contours, ContourStudy
-from stickslip.studies.lines import opened
 from stickslip.vocabulary.display_units import Unit, number, unit_for
 from stickslip.vocabulary.flags import FLAGS
-from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.results import VARIABLES
 from stickslip.vocabulary.units import spelled
-from stickslip_explore.source import Source
-from stickslip_explore.view import FULL, Sides, View
+from stickslip_explore.view import FULL, Sides, Source, View
 
 Floats = NDArray[np.float64]
 SHADES = 256  # colours of a picture
@@ -45,8 +39,8 @@ _PLACES, _SHAPE, _WIDE = 40, 3.0, 0.09  # places along a side where names may st
 class MapSide:
     """One side of a map in the coordinates of the page: values in a unit, their logarithm, or positions 0, 1, 2 ...
 
-    ends : edges of the first and the last pixel. centres : of the pixels. values : there, in SI, or positions. labels :
-    of listed points.
+    ends : edges of the first and the last pixel. centres, values : of the pixels, there and in SI. labels : of listed
+    points.
     """
 
     name: str
@@ -58,16 +52,12 @@ class MapSide:
     values: Floats
     labels: tuple[str, ...] = ()
 
-    def places(self, values: Floats) -> Floats:
-        """Coordinates on the page of values in SI."""
+    def place(self, value: ArrayLike) -> Floats:
+        """The coordinates on the page of values in SI, or of positions."""
         if self.kind == "listed":
-            return np.asarray(values, np.float64)
-        scaled = np.asarray(values, np.float64) / self.unit.size
-        return np.log10(scaled) if self.kind == "log" else scaled
-
-    def place(self, value: float | int) -> float:
-        """The coordinate on the page of a value in SI, or of a position."""
-        return float(self.places(np.array([value], np.float64))[0])
+            return np.asarray(value, np.float64)
+        scaled = np.asarray(value, np.float64) / self.unit.size
+        return np.asarray(np.log10(scaled) if self.kind == "log" else scaled)
 
     def nearest(self, place: float) -> int:
         """The pixel at a coordinate of the page."""
@@ -99,7 +89,7 @@ class MapPicture:
 
     shades : (rows, columns), numbers of colours in `palette`, which has `SHADES`. legend : names and colours of flags.
     ticks : of the scale of a number, places from 0 to 1 with their words. note : what a pixel shows, where it is not
-    one cell. cells : the dataset behind it. regions : names of flags, and where they are written: x and y.
+    one cell. regions : names of flags, and where they are written: x and y.
     """
 
     y: MapSide
@@ -112,7 +102,6 @@ class MapPicture:
     ticks: tuple[tuple[float, str], ...]
     note: str
     columns: tuple[PixelColumn, ...]
-    cells: xr.Dataset
     regions: tuple[tuple[str, float, float], ...] = ()
 
     @property
@@ -173,15 +162,13 @@ def picture(ds: xr.Dataset, view: View, most: Sides = FULL) -> MapPicture:
     y, x = side(ds, y_dim, view.y, pixel[0]), side(ds, x_dim, view.x, pixel[1])
     return MapPicture(
         y, x, variable, title, shades, palette, _legend(painted), _ticks(painted, unit),
-        coarse.pixel_note(pixel, is_flag), columns, ds, regions(variable, shades, y, x) if is_flag else (),
+        coarse.pixel_note(pixel, is_flag), columns, regions(variable, shades, y, x) if is_flag else (),
     )  # fmt: skip
 
 
 def regions(variable: str, codes: NDArray[np.uint8], y: MapSide, x: MapSide) -> tuple[tuple[str, float, float], ...]:
-    """Places for the names of flags, so that colours are not needed to tell them apart: in the middle of each.
-
-    The middle is what is farthest from all else, letters being wider than high; what is too narrow for a name has none.
-    """
+    """Places for the names of flags, so that colours are not needed to tell them apart: what is farthest from all else,
+    letters being wider than high; what is too narrow for a name has none."""
     rows, columns = (np.arange(_PLACES) * n // _PLACES for n in codes.shape)
     few = codes[np.ix_(rows, columns)]
     named = []
@@ -208,7 +195,7 @@ def side(ds: xr.Dataset, dim: Hashable, name: str, step: int) -> MapSide:
     words = str(ds[dim].attrs.get("long_name", name))
     title = f"{words} ({unit.name})" if unit.name else words
     scale = MapSide(name, title, "log" if axis.is_log else "linear", unit, (0.0, 1.0), values, values)
-    ends, centres = scale.places(np.array([edges[0], edges[-1]])), scale.places(values)
+    ends, centres = scale.place(np.array([edges[0], edges[-1]])), scale.place(values)
     return MapSide(name, title, scale.kind, unit, (float(ends[0]), float(ends[1])), centres, values)
 
 
@@ -270,10 +257,7 @@ def _column(array: xr.DataArray, pixel: Pixel) -> PixelColumn:
 
 
 def unit_shown(array: xr.DataArray, values: ArrayLike) -> Unit:
-    """The unit for an array of a dataset: that of its display, where people or their configuration asked for one.
-
-    values : what decides else.
-    """
+    """The unit for an array of a dataset: that which people asked for, else what suits the values."""
     si, shown = str(array.attrs.get("units", "1")), unit_of(array)
     if shown.name not in (spelled(si), "Hz", "s", "ms", "µs"):
         return Unit(shown.name, shown.size)
@@ -288,57 +272,3 @@ def _usual(values: Floats) -> Sequence[float]:
 
 def _label(array: xr.DataArray) -> str:
     return str(array.attrs.get("long_name", array.name))
-
-
-Line = tuple[NDArray[np.float64], NDArray[np.float64]]
-# To a hundredth of a pixel. What is undecided after so many steps is so close to a border that it does not show:
-# a quarter of a pixel at most in the maps tried, where all the steps of maps take six times as long.
-_BORDER_POINTS, _STEPS = 128, 10_000
-_LIMITS = {"scan": 64, "tolerance": 1e-5}
-
-
-def border_lines(config: Config, shown: MapPicture, stop: StopFlag) -> list[Line] | None:
-    """The exact borders in the map of a configuration: x and y of each line; None if the flag was raised.
-
-    In a plane of two numbers lines with loops; between listed points the crossings of each, as strokes across it.
-    """
-    options = options_of(config)
-    options = replace(options, early_stop=True, max_steps=min(options.max_steps, _STEPS))
-    limits = _LIMITS | {"tolerance": max(_LIMITS["tolerance"], model_of(options.law).border_tolerance)}
-    ranges = [axis for axis in config.axes if isinstance(axis, Range)]
-    if not ranges:
-        return []
-    study: Study
-    if len(ranges) == 2:
-        of_axes = {axis.name: None for axis in ranges}
-        cells, (y, x) = opened(config, of_axes, _BORDER_POINTS, options)
-        study = ContourStudy(cells, y, x, section_of_call(Contours, **limits), options)
-    else:
-        section = section_of_call(Border, along=ranges[0].name, **limits)
-        cells, (side,) = opened(config, section.ranges(config), section.scan, options)
-        study = BorderStudy(cells, side, section, options)
-    try:
-        results = study.compute(range(prod(study.shape)), stop)
-    except StoppedError:
-        return None
-    if len(ranges) == 1:
-        return _strokes(study.dataset([results], {}), shown, ranges[0].name == shown.x.name)
-    ends = np.cumsum(results["node_count"])[:-1]
-    columns = (shown.x.places(results["x"]), shown.y.places(results["y"]))
-    return [(x, y) for x, y in zip(*(np.split(column, ends) for column in columns), strict=True) if x.size]
-
-
-def _strokes(ds: xr.Dataset, shown: MapPicture, along_x: bool) -> list[Line]:
-    """The crossings of lines side by side, each as a stroke as wide as its pixel."""
-    (across,) = (dim for dim in ds["border"].dims if dim != "crossing")
-    if MapAxis(ds, across).is_numeric:
-        ds = ds.sortby(across)  # as pictures are
-    crossings = ds["border"].transpose(across, "crossing").values
-    beside, along = (shown.y, shown.x) if along_x else (shown.x, shown.y)
-    half = 0.5 * (beside.ends[1] - beside.ends[0]) / len(beside.centres)
-    strokes: list[Line] = []
-    for middle, row in zip(beside.centres, crossings, strict=True):
-        for value in row[np.isfinite(row)]:
-            ends, level = np.array([middle - half, middle + half]), along.places(np.full(2, value))
-            strokes.append((level, ends) if along_x else (ends, level))
-    return strokes

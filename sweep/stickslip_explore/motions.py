@@ -59,10 +59,10 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class CellMotions:
-    """Both motions of a cell, the second None where the belt is at rest; and what is behind them.
+    """Both motions of a cell (parameters in SI), the second None where the belt is at rest; and what is behind them.
 
-    cell : its parameters in SI. law : of friction. steady : displacement of steady sliding, NaN where the belt is at
-    rest. curve : slip speeds and friction coefficients. cycle : the unstable cycle, where one is known.
+    steady : displacement of steady sliding, NaN where the belt is at rest. curve : slip speeds and friction
+    coefficients. cycle : the unstable cycle, where one is known.
     """
 
     cell: Mapping[str, float]
@@ -74,15 +74,9 @@ class CellMotions:
     cycle: Loop | None
 
     @property
-    def motions(self) -> tuple[Motion, ...]:
-        """Those there are."""
-        return (self.stick,) if self.sliding is None else (self.stick, self.sliding)
-
-
-def motions_by_line(current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> dict[str, Motion]:
-    """The motions that are drawn, by the names of their lines: both of a cell, and those from stick of pinned ones."""
-    own = {} if current is None else dict(zip(("stick", "sliding"), current.motions, strict=False))
-    return own | {name: replace(motions.stick, label=name) for name, motions in pinned.items()}
+    def motions(self) -> dict[str, Motion]:
+        """Those there are, by the names of their lines."""
+        return {"stick": self.stick} | ({} if self.sliding is None else {"sliding": self.sliding})
 
 
 def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
@@ -101,11 +95,6 @@ def motions_of(cell: Mapping[str, float], options: Options) -> CellMotions:
     curve = _curve(arrays, [stick] if slid is None else [stick, slid], options)
     parameters = {name: float(values[0]) for name, values in arrays.items()}
     return CellMotions(parameters, options.law, stick, slid, float(steady[0]), curve, cycle)
-
-
-def regime_of(cell: Mapping[str, float], options: Options) -> str:
-    """The name of the regime of a cell."""
-    return REGIMES[int(_results(as_cells(cell, options.law), replace(options, early_stop=True, threads=1))["regime"])]
 
 
 def _results(cell: Parameters, options: Options) -> dict[str, float]:
@@ -170,9 +159,8 @@ def _with_slips(
     away : from the state of `cell` to the first break-away (s).
     """
     slip = results["restick_time"] - results["breakaway_time"]
-    dense = {
-        name: values[0] for name, values in flows(_carried(cell, away), np.array([slip]), _OF_SLIP, options).items()
-    }
+    whole = flows(_carried(cell, away), np.array([slip]), _OF_SLIP, options)
+    dense = {name: values[0] for name, values in whole.items()}
     sticks = drawn["mode"] == MODES.index("stick")
     slips = [start for start in (0.0, results["period"]) if start < times[-1]]
     at = np.concatenate([times[sticks], *(np.linspace(start, start + slip, _OF_SLIP) for start in slips)])
@@ -185,9 +173,8 @@ def _with_slips(
 def _why(results: Mapping[str, float], reached: float) -> str:
     """The reason why the integration ended early, as far as the verdict on the cell tells."""
     status = STATUSES[int(results["status"])]
-    return (
-        f"the motion is known to {reached:.4g} s after its start, {status.replace('_', ' ')}: {STATUS_MESSAGES[status]}"
-    )
+    why = f"{status.replace('_', ' ')}: {STATUS_MESSAGES[status]}"
+    return f"the motion is known to {reached:.4g} s after its start, {why}"
 
 
 def _window(results: Mapping[str, float], natural: float, sticking: bool, beside: float) -> tuple[float, float]:
@@ -208,9 +195,8 @@ def _window(results: Mapping[str, float], natural: float, sticking: bool, beside
     elif regime == "stuck":
         return 0.0, _SHORT * natural
     else:
-        shown = (
-            min(max(10.0 * period, _SHORT * natural), _LONGEST * natural) if isfinite(period) else _RINGING * natural
-        )
+        whole = min(max(10.0 * period, _SHORT * natural), _LONGEST * natural)
+        shown = whole if isfinite(period) else _RINGING * natural
     away = away if sticking else 0.0
     return max(0.0, away - _LEAD * shown), away + shown
 

@@ -124,7 +124,7 @@ const stickslip = (() => {
       if (away < least) { least = away; nearest = cell }
     }
     for (const [name, source] of Object.entries(page.sources)) source.data = nearest.data[name]
-    page.marks.data = {x: [nearest.x], y: [nearest.y], name: [""], colour: ["white"]}
+    page.mark.data = {x: [nearest.x], y: [nearest.y]}
     for (const [plot, [below, left]] of Object.entries(nearest.titles)) {
       page.plots[plot].below[0].axis_label = below
       page.plots[plot].left[0].axis_label = left
@@ -142,10 +142,9 @@ const stickslip = (() => {
 
   function turn(page) {
     paint(page)
-    const {columns, meta, lines} = sheet_of(page), {x, y} = page.marks.data
+    const {columns, meta} = sheet_of(page), {x, y} = page.mark.data
     page.columns.data = columns
     page.columns.tags = [meta]
-    page.lines.data = lines
     if (x.length > 0) draw_nearest(page, {x: x[0], y: y[0]})
   }
 

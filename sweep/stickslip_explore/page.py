@@ -13,19 +13,18 @@ from bokeh.events import MouseLeave, MouseMove
 from bokeh.models.axes import Axis
 from bokeh.plotting import figure
 
-from stickslip.plots.palette import BLACK, GREEN, GREY, PURPLE, VERMILLION
+from stickslip.plots.palette import BLACK, GREY, VERMILLION
 from stickslip.vocabulary.display_units import Unit, spoken, unit_for
 from stickslip_explore.html import LINES, STYLE, legend_html, numbers_html, part
-from stickslip_explore.maps import SHADES, Line, MapPicture, MapSide
-from stickslip_explore.motions import CellMotions, Motion, motions_by_line
-from stickslip_explore.source import Source
+from stickslip_explore.maps import SHADES, MapPicture, MapSide
+from stickslip_explore.motions import CellMotions, Motion
+from stickslip_explore.view import Source
 
 TOOLS = "box_zoom,pan,wheel_zoom,reset,save"
 WIDGETS = ":host { font-size: 13px; --font-size: 13px; } .bk-slider-title, label { color: #1b1b1b; }"
 _MOST_LABELS = 16
 _LONGEST = 40  # letters of all labels along x, beyond which they are written at a slant
 _TICKS = 5  # along x: there is room for no more in a narrow window
-_MARKS = {"cell": "white", "A": GREEN, "B": PURPLE}
 _FIGURES = {"displacement": ("t", "x"), "velocity": ("t", "v"), "phase": ("x", "v"), "friction": ("w", "mu")}
 _COLUMNS = {"x": "displacement", "v": "velocity", "w": "relative_speed", "mu": "friction_coefficient"}  # of samples
 _BESIDE = {"cycle": "xv", "curve": ("w", "mu"), "steady": "xv", "blank": "xy"}  # columns of what surrounds the motions
@@ -35,13 +34,6 @@ _NAMES = {"cycle": "unstable_cycle", "curve": "friction_curve", "steady": "stead
 def calling(function: str, **given: Any) -> models.CustomJS:
     """A callback that runs in the browser: a function of `page.js`, given these models by name, and the event."""
     return models.CustomJS(args=given, code=f"stickslip.{function}({{{', '.join(given)}}}, cb_obj)")
-
-
-def place_format(log: bool, unit: str, least: float) -> models.CustomJSTickFormatter:
-    """Places on a slider as values in their unit. least : what is closer to zero is zero."""
-    return models.CustomJSTickFormatter(
-        code="return stickslip.place_label(tick, log, unit, least)", args={"log": log, "unit": unit, "least": least}
-    )
 
 
 def _figure(name: str, **more: Any) -> figure:
@@ -67,7 +59,7 @@ def _source(name: str, *columns: str) -> models.ColumnDataSource:
 
 
 class MapFigure:
-    """The map: shades, exact borders, cells that were chosen; the numbers of all pixels, for the pointer."""
+    """The map: shades, the cell that was chosen; the numbers of all pixels, for the pointer."""
 
     def __init__(self) -> None:
         self.plot = plot = _figure(
@@ -75,22 +67,16 @@ class MapFigure:
         )
         plot.grid.visible = False
         self.cells = _source("map_cells", "image", "x", "y", "dw", "dh")
-        self.lines = _source("map_borders", "xs", "ys")
-        self.marks = _source("map_marks", "x", "y", "name", "colour")
+        self.mark = _source("map_mark", "x", "y")
         self.regions = _source("map_regions", "x", "y", "name")
         self.columns = _source("map_columns")
         self.mapper = models.LinearColorMapper(palette=["#ffffff"] * SHADES, low=-0.5, high=SHADES - 0.5)
         plot.image("image", x="x", y="y", dw="dw", dh="dh", source=self.cells, color_mapper=self.mapper)
-        for colour, width in (("black", 3.4), ("white", 1.7)):
-            plot.multi_line("xs", "ys", source=self.lines, line_color=colour, line_width=width, line_join="round")
         plot.text("x", "y", "name", source=self.regions, text_align="center", text_baseline="middle",
                   text_font_size="12px", text_color="black", background_fill_color="white",
                   background_fill_alpha=0.55, padding=2, border_radius=3)  # fmt: skip
-        plot.scatter("x", "y", source=self.marks, size=13, marker="circle", fill_color="colour", line_color="black",
+        plot.scatter("x", "y", source=self.mark, size=13, marker="circle", fill_color="white", line_color="black",
                      line_width=1.8)  # fmt: skip
-        plot.text("x", "y", "name", source=self.marks, x_offset=9, y_offset=-7, text_color="black",
-                  text_font_size="13px", text_font_style="bold", background_fill_color="white",
-                  background_fill_alpha=0.75)  # fmt: skip
         plot.js_on_event(MouseMove, calling("read_out", columns=self.columns))
         plot.js_on_event(MouseLeave, calling("hide_readout"))
         self._sides: tuple[Any, ...] = ()
@@ -114,25 +100,6 @@ class MapFigure:
         }  # fmt: skip
         self.regions.data = regions_of(shown)
         self.columns.data, self.columns.tags = columns_of(shown), [meta_of(shown)]
-
-    def draw_borders(self, lines: Sequence[Line]) -> None:
-        """Draw exact borders over it."""
-        self.lines.data = lines_of(lines)
-
-    def mark(self, places: Mapping[str, tuple[float, float]]) -> None:
-        """Mark cells by the names of `_MARKS`."""
-        names = [name for name in _MARKS if name in places]
-        self.marks.data = {
-            "x": [places[name][0] for name in names],
-            "y": [places[name][1] for name in names],
-            "name": ["" if name == "cell" else name for name in names],
-            "colour": [_MARKS[name] for name in names],
-        }
-
-
-def lines_of(lines: Sequence[Line]) -> dict[str, Any]:
-    """Lines as columns of a source."""
-    return {"xs": [x for x, _ in lines], "ys": [y for _, y in lines]}
 
 
 def regions_of(shown: MapPicture) -> dict[str, Any]:
@@ -211,25 +178,20 @@ class CellFigures:
             self.belt.append(models.Span(dimension="width", line_color=VERMILLION, line_dash="dashed", visible=False))
             plots[name].add_layout(self.belt[-1])
 
-    def show(self, current: CellMotions | None, pinned: Mapping[str, CellMotions]) -> None:
-        """Draw the motions of the cell that was clicked, and over them those from stick of the pinned ones."""
-        self.draw(cell_data(current, motions_by_line(current, pinned)), current is not None)
-
-    def draw(self, drawn: Mapping[str, Any], has_belt: bool = True) -> None:
-        """Draw what `cell_data` made."""
+    def draw(self, current: CellMotions | None) -> None:
+        """Draw the motions of a cell, and what surrounds them."""
+        drawn = cell_data(current, {} if current is None else current.motions)
         for name, plot in self.plots.items():
             plot.xaxis.axis_label, plot.yaxis.axis_label = drawn["titles"][name]
         for name, data in drawn["data"].items():
             self.sources[name].data = data
         for line in self.belt:
-            line.location, line.visible = drawn["belt"], has_belt
+            line.location, line.visible = drawn["belt"], current is not None
 
 
 def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dict[str, Any]:
-    """Data of the figures of a cell: `data` of all sources, `titles` of the axes by figure, the place of the `belt`.
-
-    motions : by the names of `LINES`. current : the cell whose surroundings are drawn with them.
-    """
+    """Of the figures of a cell and of motions by the names of `LINES`: `data` of all sources, `titles` of the axes by
+    figure, the place of the `belt`."""
     units = _units([motion for motion in motions.values() if motion.samples])
 
     def scaled(**columns: Any) -> dict[str, Any]:
@@ -244,7 +206,7 @@ def cell_data(current: CellMotions | None, motions: Mapping[str, Motion]) -> dic
         data["blank"] = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
     if current is not None:
         (w, mu), belt = current.curve, current.cell["belt_speed"]
-        slips = [motion.samples["relative_speed"] for motion in current.motions if motion.samples]
+        slips = [motion.samples["relative_speed"] for motion in current.motions.values() if motion.samples]
         if belt < 0 or any((slip < 0).any() for slip in slips):
             w, mu = np.concatenate([-w[::-1], [np.nan], w]), np.concatenate([-mu[::-1], [np.nan], mu])
         data["curve"] = scaled(w=w, mu=mu)
@@ -298,26 +260,17 @@ class Page:
         self.map.show(shown)
         self.legend.text = legend_html(shown)
 
-    def show_cell(
-        self, current: CellMotions | None, pinned: Mapping[str, CellMotions], text: str, units: Mapping[str, Unit]
-    ) -> None:
-        """Draw the motions of the clicked cell and of the pinned ones, and say their numbers, in units by variable."""
-        self.cell.show(current, pinned)
+    def show_cell(self, current: CellMotions | None, text: str, units: Mapping[str, Unit]) -> None:
+        """Draw the motions of the clicked cell, and say their numbers, in units by variable."""
+        self.cell.draw(current)
         self.cell_words.text = text
-        self.numbers.text = numbers_html(motions_by_line(current, pinned), units)
-
-    @property
-    def yaml(self) -> str:
-        """The YAML that is shown."""
-        return str(self.texts.tags[0]["yaml"])
+        self.numbers.text = numbers_html({} if current is None else current.motions, units)
 
     def show_texts(self, **texts: str) -> None:
         """Show the command or the YAML that reproduces what is seen."""
         shown = self.texts.tags[0] | texts
         self.texts.tags = [shown]
-        self.reproduce.text = (part("command", shown["command"]) if shown["command"] else "") + part(
-            "yaml", shown["yaml"]
-        )
+        self.reproduce.text = part("reproduce", shown["command"], shown["yaml"])
 
     def fill(self, document: Document, roots: Sequence[models.UIElement], notes: Sequence[str]) -> None:
         """Give a document these roots, and what the template around them (`page.html`) has to know."""

@@ -1,10 +1,9 @@
 """A page that needs no server: everything it can answer is computed beforehand, and in the one file."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import product
-from math import hypot, prod
+from math import prod
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -23,10 +22,9 @@ from stickslip.plots import pages
 from stickslip.vocabulary.display_units import spoken
 from stickslip_explore import maps, page
 from stickslip_explore.html import cell_html, legend_html, numbers_html, part, place_words, simulate_command
-from stickslip_explore.maps import MapPicture, border_lines
-from stickslip_explore.motions import Motion, motions_by_line, motions_of
-from stickslip_explore.source import Source
-from stickslip_explore.view import Sides, View, cell_of_view, config_of, first_view, is_listed, labels_of
+from stickslip_explore.maps import MapPicture
+from stickslip_explore.motions import Motion, motions_of
+from stickslip_explore.view import Sides, Source, View, cell_of_view, config_of, first_view, is_listed, labels_of
 
 MOST: Sides = (160, 200)  # pixels; the file is to be sent
 CELLS: Sides = (10, 14)  # whose motions are in it
@@ -42,9 +40,8 @@ def write_page(source: Source, target: Path) -> Path:
     """Write the page into a file that ends in .html, or into a folder, under the name of what is explored; its path."""
     if target.suffix.lower() not in (".html", ".htm"):
         target = target / f"{Path(source.name.rstrip('/')).stem}.html"
-    text = page_html(source)
     target.parent.mkdir(parents=True, exist_ok=True)
-    return pages.write_page(target, text)
+    return pages.write_page(target, page_html(source))
 
 
 def page_html(source: Source) -> str:
@@ -55,8 +52,6 @@ def page_html(source: Source) -> str:
     pictures, data = sheets[0]
     first = pictures["regime"]
     whole.show_map(first)
-    whole.map.lines.data = data["lines"]
-    _show_cell(whole, min(data["cells"], key=lambda cell: _from_middle(first, cell)))
     about = part("about", __version__, len(sheets), " x ".join(map(str, first.shades.shape)), len(data["cells"]),
                  source.name)  # fmt: skip
     below = page.words("below", about + part("yaml", config_of(source, points[0][1], MOST).to_yaml()))
@@ -67,19 +62,6 @@ def page_html(source: Source) -> str:
         file_html(document, INLINE, document.title, template=document.template,
                   template_variables=document.template_variables)
     )  # fmt: skip
-
-
-def _from_middle(shown: MapPicture, cell: Mapping[str, Any]) -> float:
-    """How far a cell lies from the middle of a map, in sides of it."""
-    ends = ((cell["x"], shown.x.ends), (cell["y"], shown.y.ends))
-    return hypot(*((at - (low + high) / 2) / (high - low) for at, (low, high) in ends))
-
-
-def _show_cell(whole: page.Page, cell: Mapping[str, Any]) -> None:
-    """Show a cell as the page does itself once one clicks (`draw_nearest` of `page.js`)."""
-    whole.cell.draw(cell)
-    whole.map.marks.data = {"x": [cell["x"]], "y": [cell["y"]], "name": [""], "colour": ["white"]}
-    whole.cell_words.text, whole.numbers.text = cell["words"], cell["numbers"]
 
 
 def left_out(source: Source) -> list[str]:
@@ -126,11 +108,10 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, MapPicture
     With many maps each has fewer pixels and fewer motions.
     """
     most, cells = (_share(sides, room / count) for sides, room in ((MOST, 2.0), (CELLS, 1.3)))
-    config = config_of(source, view, most)
     if source.computed is not None and {*view.plane, *view.values} <= set(source.axes):
         dataset: Any = maps.read(source, view)
     else:
-        dataset = maps.computed(config, stop_flag())
+        dataset = maps.computed(config_of(source, view, most), stop_flag())
     pictures = {name: maps.picture(dataset, replace(view, variable=name), most) for name, _ in maps.variables(dataset)}
     first = pictures["regime"]
     return pictures, {
@@ -140,7 +121,6 @@ def _sheet(source: Source, view: View, count: int) -> tuple[dict[str, MapPicture
             for name, shown in pictures.items()
         },
         "columns": page.columns_of(first), "meta": page.meta_of(first),
-        "lines": page.lines_of(border_lines(config, first, stop_flag()) or []),
         "cells": [_cell(source, view, first, i, j) for i, j in _places(first, cells)],
     }  # fmt: skip
 
@@ -164,14 +144,13 @@ def _cell(source: Source, view: View, shown: MapPicture, i: int, j: int) -> dict
     """The words and curves of the cell of a pixel, for `page.js`."""
     at = {shown.y.name: shown.y.at(i), shown.x.name: shown.x.at(j)}
     motions = motions_of(cell_of_view(source, view, at), source.options)
-    by_line = motions_by_line(motions, {})
-    drawn = page.cell_data(motions, {line: _thinned(motion) for line, motion in by_line.items()})
+    drawn = page.cell_data(motions, {line: _thinned(motion) for line, motion in motions.motions.items()})
     light = {name: {key: np.asarray(v, np.float32) for key, v in drawn["data"][name].items()} for name in _SOURCES}
     command = part("command", simulate_command(source, view, at, motions))
     return drawn | {
         "x": float(shown.x.centres[j]), "y": float(shown.y.centres[i]), "data": light,
         "words": cell_html(motions, place_words(shown, at), at, _NEAREST),
-        "numbers": numbers_html(by_line, shown.units) + command,
+        "numbers": numbers_html(motions.motions, shown.units) + command,
     }  # fmt: skip
 
 
@@ -185,10 +164,8 @@ def _thinned(motion: Motion) -> Motion:
 
 
 def essential(lines: NDArray[np.float64], deviation: float, most: int) -> NDArray[np.intp]:
-    """Positions of the samples that lines over the first row, straight between them, need (Ramer, Douglas and Peucker).
-
-    lines : (rows, samples). deviation : allowed, over the range of each row. The worst ones come first, up to `most`.
-    """
+    """Positions of `most` samples that lines (rows, samples) over the first row need to deviate by less than a share of
+    the range of each row (Ramer, Douglas and Peucker)."""
     spans = np.ptp(lines, axis=1)
     scaled = lines / np.where(spans > 0, spans, 1.0)[:, np.newaxis]
     places, waiting = [0, lines.shape[1] - 1], [_worst(scaled, 0, lines.shape[1] - 1)]
@@ -225,8 +202,8 @@ def _controls(
     given = {
         "sheets": ColumnDataSource({}, name="sheets", tags=sheets),
         "variable": variable, "point": point, "mapper": whole.map.mapper, "cells": whole.map.cells,
-        "regions": whole.map.regions, "legend": whole.legend, "lines": whole.map.lines, "columns": whole.map.columns,
-        "marks": whole.map.marks, "belt": whole.cell.belt, "plots": whole.cell.plots,
+        "regions": whole.map.regions, "legend": whole.legend, "columns": whole.map.columns,
+        "mark": whole.map.mark, "belt": whole.cell.belt, "plots": whole.cell.plots,
         "sources": {name: whole.cell.sources[name] for name in _SOURCES},
         "cell_words": whole.cell_words, "numbers": whole.numbers,
     }  # fmt: skip

@@ -1,27 +1,36 @@
-"""The view: two sides of a map, everything else at a value or on a slider; its configuration, its cells."""
+"""What is explored, a configuration or a map that was computed from one; and what is seen of it: two sides,
+everything else at a value or on a slider."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import reduce
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, reduce
 from math import inf, isnan, log10, sqrt
 from operator import getitem
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from stickslip.config.grid import point_text
+from stickslip.config.grid import options_of, point_text, quantity_of, recipe_of
 from stickslip.config.model import Axis, Config, Group, Range
+from stickslip.config.reader import load_config
+from stickslip.config.sections import OUTPUT_SUFFIXES, Output
+from stickslip.config.studies import study_class
+from stickslip.config.yaml import Setting
+from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem
+from stickslip.files import reading
+from stickslip.files.locations import location
 from stickslip.studies.lines import broken_rules
 from stickslip.vocabulary.cells import as_cells, parameters_of, scales_of
-from stickslip.vocabulary.display_units import Unit, unit_for
+from stickslip.vocabulary.display_units import Unit, quantity, unit_for, units_shown
 from stickslip.vocabulary.models import Model, laws_with, model_of
 from stickslip.vocabulary.parameter import FRICTION
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip_explore.source import Source
 
-Sides = tuple[int, int]  # most points along y and x
 Ends = tuple[float, float, float]  # of a slider, and what it shows where the quantity is absent
+Sides = tuple[int, int]  # most points along y and x
 At = Mapping[str, float | int]  # a value of each side, or a position where its points are listed
 COARSE: Sides = (30, 40)
 FULL: Sides = (300, 400)  # as many as a map on the screen has pixels, about
@@ -30,6 +39,89 @@ _ALSO = ("belt_speed", "stiffness", "damping", "mass", "normal_load")  # as side
 _FACTOR = 10.0  # how far a slider reaches either way where ratios count
 _DIGITS = 4
 _RARE = ("displacement", "velocity", "contact_time", "ageing_rate", "ageing_time", "delta")
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A configuration of a map, and the map if it was computed.
+
+    name : of the file, as it was given. notes : what is left out of it, for people. computed : the dataset of a result.
+    assumed : values of what the file says no value of.
+    """
+
+    name: str
+    config: Config
+    notes: tuple[str, ...] = ()
+    computed: xr.Dataset | None = None
+    assumed: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def written_in(self) -> Mapping[str, str]:
+        """By quantity, the unit in which it was written, of a result that its file shows it in."""
+        of_file = {} if self.computed is None else units_shown(self.computed)
+        return self.config.written_in | {quantity_of(name): unit for name, unit in of_file.items()}
+
+    @cached_property
+    def axes(self) -> Mapping[str, Axis]:
+        """The axes of the configuration by name."""
+        return {axis.name: axis for axis in self.config.axes}
+
+    @cached_property
+    def fixed(self) -> dict[str, float]:
+        """The quantities that do not vary, in SI; NaN for words."""
+        fixed = self.config.fixed()
+        return {name: fixed[name] for name in QUANTITIES if name in fixed}
+
+    @cached_property
+    def typical(self) -> dict[str, float]:
+        """Values of all quantities, in SI: what does not vary, and the middles of the axes, of lists without words."""
+        numbers = {row.name: row.points()[~np.isnan(row.points())] for axis in self.config.axes for row in axis.members}
+        return self.fixed | {name: float(v[v.size // 2]) if v.size else np.nan for name, v in numbers.items()}
+
+    @cached_property
+    def options(self) -> Options:
+        """Options of the integration: until the regime is decided."""
+        return replace(options_of(self.config), early_stop=True)
+
+
+def open_source(path: str | Path, settings: Sequence[Setting] = ()) -> Source:
+    """The source in a file, YAML or a result, with settings of a command line. Raises ConfigError, StoreError."""
+    name, where = str(path), location(path)
+    if where.suffix.lower() not in OUTPUT_SUFFIXES:
+        return _of_config(name, load_config(path, settings))
+    ds = reading.look_into(where)
+    if "direction" in ds.dims:
+        raise ConfigError.of(name, "a ramp, up and down, and no map", f"`stickslip plot {name}` draws it")
+    recipe = recipe_of(ds, name, settings)
+    if not isinstance(recipe, Config):
+        raise ConfigError.of(name, "cells that were computed one by one, and no map", "a map has axes: `stickslip run`")
+    source = _of_config(name, recipe)
+    if recipe.uncertain is not None or settings:  # its cells are draws, or those of another configuration
+        return source
+    return replace(source, computed=ds)
+
+
+def _of_config(file: str, config: Config) -> Source:
+    """The map behind a configuration; studies of it are left out."""
+    if not config.has_cells:
+        raise ConfigError.of(file, "got a test rig, whose cells have no regime", f"stickslip rig {file}")
+    notes, medians = [], dict[str, float]()
+    if (uncertain := config.uncertain) is not None:
+        drawn = uncertain.values(np.zeros((1, len(uncertain.names))))
+        medians = {name: float(drawn[name][0]) for name in uncertain.names}
+        if config.study is not None and (seen := study_class(config.study.key).conditions(config.study)):
+            along = {member.name for axis in config.axes for member in axis.members}  # which hold where both are given
+            config = config.at(**{name: value for name, value in seen.items() if name not in along})
+            medians = {name: value for name, value in medians.items() if name not in along}
+        config = config.at(**medians)
+        words = (f"{name} {quantity(value, QUANTITIES[name].units)}" for name, value in medians.items())
+        notes.append(f"what is uncertain has its median here: {', '.join(words)}")
+    if config.study is not None:
+        notes.append(f"not shown here: what the section {config.study.key} asks for")
+    return Source(file, config.plain_map(), tuple(notes), assumed=medians)
+
+
+# --- the view ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -82,10 +174,11 @@ def with_plane(view: View, y: str, x: str) -> View:
 
 def config_of(source: Source, view: View, most: Sides = FULL) -> Config:
     """The configuration of a view, its axes of at most so many points. Raises ConfigError for what is not possible."""
-    fixed = source.bare.at(**_quantities(source, _chosen(source, view, {})))
-    config = fixed.without(*(name for name in view.plane if name in QUANTITIES)).model_copy(
-        update={"axes": tuple(_side(source, name, n) for name, n in zip(view.plane, most, strict=True))}
-    )
+    fixed = source.config.at(**_quantities(source, _chosen(source, view, {})))
+    axes = tuple(_side(source, name, n) for name, n in zip(view.plane, most, strict=True))
+    no_files = Output.model_construct(file=None, plot=None)
+    config = fixed.without(*(name for name in view.plane if name in QUANTITIES))
+    config = config.model_copy(update={"axes": axes, "output": no_files})
     if broken := [*broken_rules(config, {})]:
         plain: Any = config.resolved()
         got = [rule.got or reduce(getitem, rule.path, plain) for rule in broken]
@@ -107,18 +200,14 @@ def cell_of_view(source: Source, view: View, at: At) -> dict[str, float]:
     return {name: values.item() for name, values in cells.items()}
 
 
-def settings(source: Source, view: View, at: At, digits: int | None = None) -> list[str]:
-    """One cell of a view as NAME=VALUE, as the command line takes it: all that varies, and what was changed.
-
-    digits : of numbers; None for all of them, so that it is that cell to the last bit.
-    """
-
-    def text(name: str, value: float | int) -> str:
-        if is_listed_in(source, name):
-            return point_text(source.axes[name], int(value))
-        return QUANTITIES[name].setting(value if digits is None or isnan(value) else float(f"{value:.{digits}g}"))
-
-    return [f"{name}={text(name, value)}" for name, value in _chosen(source, view, at).items()]
+def settings(source: Source, view: View, at: At) -> list[str]:
+    """One cell of a view as NAME=VALUE, as the command line takes it to the last bit: all that varies, and what was
+    changed."""
+    return [
+        f"{name}={point_text(source.axes[name], int(value))}" if is_listed(source.axes.get(name))
+        else f"{name}={QUANTITIES[name].setting(value)}"
+        for name, value in _chosen(source, view, at).items()
+    ]  # fmt: skip
 
 
 def _chosen(source: Source, view: View, at: At) -> dict[str, float | int]:
@@ -138,7 +227,7 @@ def _quantities(source: Source, chosen: At) -> dict[str, float]:
     """The values of what is chosen, of a point of listed values those of all that varies along them."""
     values: dict[str, float] = {}
     for name, value in chosen.items():
-        if is_listed_in(source, name):
+        if is_listed(source.axes.get(name)):
             values |= {member.name: float(member.points()[int(value)]) for member in source.axes[name].members}
         else:
             values[name] = float(value)
@@ -163,14 +252,9 @@ def _side(source: Source, name: str, most: int) -> Axis:
 # --- listed axes ------------------------------------------------------------------------------------------------------
 
 
-def is_listed(axis: Axis) -> bool:
-    """True if the points of an axis lie side by side under their names, and not along a scale."""
-    return not isinstance(axis, Range)
-
-
-def is_listed_in(source: Source, name: str) -> bool:
-    """True if a quantity is an axis of listed points."""
-    return name in source.axes and is_listed(source.axes[name])
+def is_listed(axis: Axis | None) -> bool:
+    """True if it is an axis whose points lie side by side under their names, and not along a scale."""
+    return axis is not None and not isinstance(axis, Range)
 
 
 def labels_of(source: Source, axis: Axis) -> tuple[str, ...]:

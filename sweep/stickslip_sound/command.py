@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +17,7 @@ if TYPE_CHECKING:
     from stickslip.files.locations import Location
 
 WAV = Kind("sounds", (".wav",))
-_BETWEEN = re.compile(r",\s*(?=[^,=]+=)")  # of several NAME=VALUE in a text
 _LONGEST = 600.0  # s of sound
-_NUMBERS = ("cells", "without_cycle", "not_heard", "lowest", "median", "highest")  # of levels, in dB
 _ANSWER = ("regime", "frequency", "repeats", "seconds", "slow", "rate", "full_scale", "clips")  # of a sound
 
 
@@ -37,26 +33,20 @@ Examples:
 )
 @params.CONFIG
 @params.AT
-@click.option(
-    "-o", "--output", type=params.Target(WAV, "result"),
-    help="Sound to write, .wav; with --level the levels, .nc or .zarr.",
-)  # fmt: skip
+@click.option("-o", "--output", type=params.Target(WAV, "result"),
+              help="Sound to write, .wav; with --level the levels, .nc or .zarr.")  # fmt: skip
 @click.option("--seconds", default="3", show_default=True, metavar="TIME", help='How long: seconds, or "500 ms".')
 @click.option("--slow", type=click.FloatRange(1e-6, 1e6), default=1.0, show_default=True,
               help="So many times slower; 0.1 is faster.")  # fmt: skip
-@click.option(
-    "--full-scale", default="100 m/s2", show_default=True, metavar="ACCELERATION",
-    help="The loudest a sound can be; those of one scale can be compared.",
-)  # fmt: skip
+@click.option("--full-scale", default="100 m/s2", show_default=True, metavar="ACCELERATION",
+              help="The loudest a sound can be; those of one scale can be compared.")  # fmt: skip
 @click.option("--transient", is_flag=True, help="The motion from its start, where it has a cycle as well.")
 @click.option("--rate", type=click.IntRange(8000, 192_000), default=44_100, show_default=True, help="Samples a second.")
 @click.option("--float", "floating", is_flag=True, help="32-bit numbers in the file instead of 16-bit integers.")
 @params.plot_option("Spectrogram to write: .png, .svg or .pdf.")
 @click.option("--level", is_flag=True, help="How loud every cell is, or the one at --at, instead of a sound.")
-@click.option(
-    "--reference", multiple=True, metavar="NAME=VALUE,...",
-    help="With --level: the cell that has 0 dB, by what differs from --at.",
-)  # fmt: skip
+@click.option("--reference", multiple=True, metavar="NAME=VALUE",
+              help="With --level: the cell that has 0 dB, by what differs from --at.")  # fmt: skip
 @JSON
 @reports_errors
 def listen(
@@ -66,9 +56,8 @@ def listen(
     """Hear a cell: its acceleration as a sound file.
 
     CONFIG is a YAML file, or a result (.nc, .zarr), which holds its configuration. The axes need a value each (--at).
-    Of a cycle one hears the cycle, of all other motions the decay from the first break-away on. All sounds of one full
-    scale are equally loud for equal accelerations; what is louder is softly compressed, and that is said. With --level
-    it says how loud cells are, A-weighted, in dB re 1e-6 m/s2 or re a cell.
+    Of a cycle one hears the cycle, of all other motions the decay from the first break-away on; what is louder than
+    full scale is softly compressed. With --level it says how loud cells are, A-weighted, in dB.
     """
     if level:
         if plot is not None or transient or floating:
@@ -80,8 +69,8 @@ def listen(
         fail(f"{output}: sounds end in .wav")
     from stickslip.config import grid
     from stickslip_sound import api as sound
+    from stickslip_sound.loudness import LEVEL
     from stickslip_sound.plots import plot_sound
-    from stickslip_sound.variables import LEVEL
 
     loudest = params.si_quantity("--full-scale", full_scale, "m s-2", "an acceleration > 0, such as '100 m/s2'")
     loaded, length = grid.config_at(params.recipe_in(config), at), grid.seconds(seconds, "--seconds")
@@ -96,8 +85,6 @@ def listen(
     cell_level = float(sound.levels(cell, law=law)[LEVEL.name][0])
     screen.echo(made.described())
     screen.row("level", f"{cell_level:.1f} dB(A) re 1e-6 m/s2")
-    for line in made.remarks():
-        screen.echo(line)
     if isinstance(output, Path):
         made.save(output, floating)
         show_file("sound", output, f"{made.seconds:.3g} s, full scale {made.full_scale:g} m/s2")
@@ -105,8 +92,8 @@ def listen(
         save_plot(lambda _: plot_sound(made.acceleration, made.rate, title=title, slow=made.slow), plot)
     if output is None and plot is None:
         screen.echo("nothing was written: name a file (-o squeak.wav), a plot (--plot spectrogram.png), or both")
-    answer = fields(made, *_ANSWER, acceleration_max="peak") | {"acceleration_level_a": cell_level}
-    return answer | {"remarks": made.remarks(), "output": output, "plot": plot}
+    answer = fields(made, *_ANSWER, acceleration_max="peak")
+    return answer | {"acceleration_level_a": cell_level, "output": output, "plot": plot}
 
 
 # --- levels -----------------------------------------------------------------------------------------------------------
@@ -116,9 +103,11 @@ def _levels(
     config: Location, at: tuple[str, ...], output: Location | None, reference: tuple[str, ...]
 ) -> dict[str, Any]:
     """The levels of all cells of a configuration, or of the one at `at`."""
-    from stickslip.config.grid import build_grid, cell_of, config_at
+    import numpy as np
+
+    from stickslip.config.grid import cell_of, config_at
     from stickslip.config.studies import ReportTable
-    from stickslip_sound import api as sound
+    from stickslip_sound.loudness import LEVEL, levels
 
     recipe = params.recipe_in(config)
     loaded: Any = config_at(recipe, at) if at else recipe
@@ -126,17 +115,18 @@ def _levels(
         fail(f"{config}: a list of cells: in Python, stickslip.sound.levels takes it; here name a cell (--at)")
     if output is not None and output.suffix.lower() == ".wav":
         fail(f"{output}: levels are results, which end in .nc or .zarr")
-    changes = [change for text in reference for change in _BETWEEN.split(text)]
-    zero = cell_of(config_at(recipe, [*at, *changes], "--reference")) if changes else None
-    threads, size = loaded.execution.threads, build_grid(loaded).size
-    with refuses_bad_input(config), screen.progress_bar() if size > 1 else nullcontext() as move:
-        ds = sound.levels(loaded, zero, max_steps=loaded.solver.max_steps, threads=threads, progress=move)
-    summary = sound.summary(ds)
-    numbers = ["-" if summary[name] is None else f"{summary[name]:.6g}" for name in _NUMBERS]
-    screen.echo(f"{summary['long_name']}:\n{ReportTable('', (), _NUMBERS, [numbers]).text()}")
+    zero = cell_of(config_at(recipe, [*at, *reference], "--reference")) if reference else None
+    how = {"max_steps": loaded.solver.max_steps, "threads": loaded.execution.threads}
+    with refuses_bad_input(config), screen.progress_bar() as move:
+        ds = levels(loaded, zero, progress=move, **how)
+    level, about = ds[LEVEL.name].values, ds[LEVEL.name].attrs["long_name"]
+    known = level[np.isfinite(level)]
+    counts = {"cells": level.size, "without_cycle": int(np.isnan(level).sum()),
+              "not_heard": int(np.isneginf(level).sum()), "with_level": known.size}  # fmt: skip
+    ends = {name: float(of(known)) if known.size else None
+            for name, of in (("lowest", np.min), ("median", np.median), ("highest", np.max))}  # fmt: skip
+    screen.echo(f"{about}:\n{ReportTable('', (), [*counts, *ends], [list(map(str, (counts | ends).values()))]).text()}")
+    save_result(ds, output, "levels")
     if output is not None:
-        save_result(ds, output, "levels")
         screen.echo(f"next:    stickslip plot {output}")
-    elif size > 1:
-        screen.echo("nothing was written: name a file (-o levels.nc)")
-    return summary | {"output": output}
+    return counts | ends | {"long_name": about, "output": output}

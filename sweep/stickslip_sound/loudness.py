@@ -9,40 +9,38 @@ Annex E: four poles at 20.6 and 12194 Hz, one each at 107.7 and 737.9 Hz, and 0 
 """
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Any, Unpack, cast
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip import engine
 from stickslip.config.grid import build_grid, quantity_of, recipe_of, shared_by
 from stickslip.config.model import Config
 from stickslip.config.reader import as_config
 from stickslip.config.studies import is_config
 from stickslip.dataset.build import given_cells, grid_coordinates, provenance, variable_of
-from stickslip.engine import (
-    Options,
-    Results,
-    Scales,
-    SolverKeywords,
-    StopFlag,
-    in_order,
-    sampled,
-    solve,
-    stop_flag,
-    warm_up,
-)
+from stickslip.engine import Options, Results, Scales, SolverKeywords, StopFlag
 from stickslip.errors import StoppedError
 from stickslip.progress import Watch, watched
 from stickslip.runs.threads import CellsOrConfig
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
-from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip_sound.cycles import RTOL, cycles_of
-from stickslip_sound.series import HIGHEST, Series, samples_for, series_of
-from stickslip_sound.variables import LEVEL, LEVEL_VARIABLES
+from stickslip.vocabulary.results import VARIABLES
+from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of
+
+LEVEL = Variable(
+    "acceleration_level_a", "1", "time-average A-weighted level of the acceleration, dB re 1e-6 m/s2",
+    comment="Of the limit cycle, from the Fourier series of one period, up to 20 kHz; IEC 61672-1, ISO 1683. No level "
+    "of sound pressure: levels of cells can be compared with each other. NaN where there is no cycle; -inf where "
+    "nothing of it is heard.",
+)  # fmt: skip
+LEVEL_VARIABLES: dict[str, Variable] = {
+    name: VARIABLES[name] for name in ("regime", "status", "period", "frequency", "damping_ratio")
+} | {LEVEL.name: LEVEL}
 
 Floats = NDArray[np.float64]
 _POLES = 20.598997, 107.65265, 737.86223, 12194.217  # Hz
@@ -52,22 +50,18 @@ FORGOTTEN = 0.25  # s after which the weighting, whose slowest poles lie at 20.6
 MOST_HARMONICS = 2**17  # of a slip: one that takes longer than 6.5 s is summed up to less than 20 kHz
 CLEAR = 100.0  # what is less than so many times the rounding of the samples, in its square, is none
 _TOGETHER = 2**20  # samples, about
-_REACHED = STATUSES.index("horizon_reached")
 _BLOCK = 256  # cells
-
-
-def _unscaled(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-    f2 = frequency * frequency
-    p1, p2, p3, p4 = (pole * pole for pole in _POLES)
-    return np.asarray(p4 * f2 * f2 / ((f2 + p1) * np.sqrt((f2 + p2) * (f2 + p3)) * (f2 + p4)))
-
-
-_AT_1_KHZ = float(_unscaled(np.array(1000.0)))
 
 
 def a_weighting(frequency: ArrayLike) -> NDArray[np.float64]:
     """The factor on the amplitude of a tone of a frequency (Hz): 1 at 1 kHz, 0 at 0."""
-    return _unscaled(np.asarray(frequency, np.float64)) / _AT_1_KHZ
+
+    def unscaled(f: Floats) -> Floats:
+        f2 = f * f
+        p1, p2, p3, p4 = (pole * pole for pole in _POLES)
+        return np.asarray(p4 * f2 * f2 / ((f2 + p1) * np.sqrt((f2 + p2) * (f2 + p3)) * (f2 + p4)))
+
+    return unscaled(np.asarray(frequency, np.float64)) / float(unscaled(np.array(1000.0)))
 
 
 def decibels(factor: ArrayLike) -> NDArray[np.float64]:
@@ -77,14 +71,13 @@ def decibels(factor: ArrayLike) -> NDArray[np.float64]:
 
 
 def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
-    """Return what becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
+    """What becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
 
-    NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard: it is all above 20 kHz,
-    or a vibration so slow and smooth that its audible harmonics are lost in rounding. The numbers of a cell do not
-    depend on the others. Raises StoppedError once `stop` is raised.
+    NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard, all being above 20 kHz or
+    lost in rounding. The numbers of a cell do not depend on the others. Raises StoppedError once `stop` is raised.
     """
     size = cells["mass"].size
-    results = solve(cells, options, stop)
+    results = engine.solve(cells, options, stop)
     cycles, level = cycles_of(cells, results, options), np.full(size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
@@ -94,9 +87,9 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
         if stop[0]:
             raise StoppedError
         own, count, window = taken(cycles.cells, part), intervals[part], windows[part]
-        motions, ends, status = sampled(own, window / count, count + 1, options, cycles.begin[part])
+        motions, ends, status = engine.sampled(own, window / count, count + 1, options, cycles.begin[part])
         squares = np.full(part.size, np.nan)
-        for i in np.flatnonzero(status == _REACHED).tolist():
+        for i in np.flatnonzero(status == REACHED).tolist():
             series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[part][i]))
             squares[i] = _heard(series, float(np.abs(motions[i]).max()), int(count[i]))
         level[cycles.which[part]] = decibels(np.sqrt(squares * window / cycles.period[part]) / REFERENCE)
@@ -104,10 +97,7 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
 
 
 def _heard(series: Series, largest: float, count: int) -> float:
-    """The weighted mean square of a series (m/s2)^2; 0 where that is lost in the rounding of its samples.
-
-    largest, count : of the displacements that it was made of.
-    """
+    """The weighted mean square of a series (m/s2)^2; 0 where it is lost in the rounding of `count` displacements."""
     weights = a_weighting(series.frequencies) ** 2
     rounding = np.finfo(float).eps * largest * (2.0 * np.pi * series.frequencies) ** 2
     noise = 2.0 * (weights * rounding**2).sum() / count
@@ -127,20 +117,16 @@ def levels(
 ) -> xr.Dataset:
     """Compute how loud cells are, compared with each other or with a reference.
 
-    Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell, the longer the
-    slower the vibration.
+    Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell.
 
     Parameters
     ----------
     cells_or_config : Mapping, Dataset, DataFrame, Config or path
-        Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file. The dimensions of
-        what comes back are theirs.
+        Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file.
     reference : Mapping of str to float, optional
         A cell, with the same law, whose level becomes 0 dB; by default that is 1e-6 m/s2.
-    progress : bool, "auto" or callable, optional
-        As for `run`.
-    **solver
-        law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
+    progress, **solver
+        As for `run`; law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
 
     Returns
     -------
@@ -154,27 +140,31 @@ def levels(
     """
     solver = SolverKeywords(**{"rtol": RTOL, **solver})
     cells, law, text, title = _cells(cells_or_config, solver)
-    options = Options.of(SolverKeywords(**{**solver, "law": law}))
-    zero = 0.0 if reference is None else _level_of(reference, options)
-    warm_up(law)
-    warm_up(law, signals=True)
-    starts = range(0, max(cells.size, 1), _BLOCK)
-    parts = (cells[start : min(start + _BLOCK, cells.size)] for start in starts)
+    solver = SolverKeywords(**{**solver, "law": law})
+    options, zero = Options.of(solver), np.zeros(1)
+    if reference is not None:
+        zero = levels(reference, **solver)[LEVEL.name].values
+    if not (zero.size == 1 and np.isfinite(zero).all()):
+        raise ValueError("reference: has no level to compare with, expected one cell whose cycle is heard")
+    for signals in (False, True):
+        engine.warm_up(law, signals)
+    ends = np.minimum(np.arange(_BLOCK, cells.size + _BLOCK, _BLOCK), cells.size).tolist()
+    parts = (cells[end - (end - 1) % _BLOCK - 1 : end] for end in ends)
     columns = []
     with watched(progress, "cells", law) as moved:
-        for part, start in zip(
-            in_order(lambda part: _columns(part, options), parts, options.threads), starts, strict=True
+        for end, part in zip(
+            ends, engine.in_order(lambda part: _columns(part, options), parts, options.threads), strict=True
         ):
             columns.append(part)
             if moved:
-                moved(min(start + _BLOCK, cells.size), cells.size)
+                moved(end, cells.size)
     whole = joined(columns)
     variables = {name: variable_of(row, cells.dims, whole[name].reshape(cells.shape))
                  for name, row in LEVEL_VARIABLES.items()}  # fmt: skip
     attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
     dataset = xr.Dataset(variables, grid_coordinates(cells), attributes)
     if reference is not None:
-        dataset[LEVEL.name][...] -= zero
+        dataset[LEVEL.name][...] -= zero[0]
         dataset[LEVEL.name].attrs |= {
             "long_name": "time-average A-weighted level of the acceleration, dB re a reference cell",
             "reference_cell": ", ".join(f"{name} = {value:g}" for name, value in reference.items()),
@@ -182,35 +172,12 @@ def levels(
     return dataset
 
 
-def summary(ds: xr.Dataset) -> dict[str, Any]:
-    """Numbers of cells with and without a level, and the range of levels (dB), of what `levels` gives."""
-    level = ds[LEVEL.name]
-    known = level.values[np.isfinite(level.values)]
-    ends = (float(known.min()), float(np.median(known)), float(known.max())) if known.size else (None, None, None)
-    return {
-        "cells": level.size, "without_cycle": int(np.isnan(level.values).sum()),
-        "not_heard": int(np.isneginf(level.values).sum()), "with_level": int(known.size),
-        **dict(zip(("lowest", "median", "highest"), ends, strict=True)), "long_name": level.attrs["long_name"],
-    }  # fmt: skip
-
-
 def _columns(part: Parameters, options: Options) -> Results:
     """The variables of some cells."""
     cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, options.law)
-    results, level = levels_of(cells, options, stop_flag())
+    results, level = levels_of(cells, options, engine.stop_flag())
     results[LEVEL.name] = level
     return {name: results[name].astype(np.float64) for name in LEVEL_VARIABLES}
-
-
-def _level_of(reference: Mapping[str, float], options: Options) -> float:
-    """The level of a reference (dB). Raises ValueError."""
-    cell = as_cells(reference, options.law)
-    if cell["mass"].size != 1:
-        raise ValueError("reference: expected one cell, every parameter one number")
-    level = float(levels_of(cell, options, stop_flag())[1][0])
-    if not isfinite(level):
-        raise ValueError("reference: this cell has no cycle that is heard, and so no level to compare with")
-    return level
 
 
 def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, str, str]:
@@ -231,13 +198,10 @@ def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, st
 def _of_result(ds: xr.Dataset) -> Cells:
     """The cells of a result, or of a part of one, from its coordinates and what its configuration fixes."""
     recipe, regime = recipe_of(ds, "the dataset"), ds["regime"]
-    coordinates = {str(name): values.variable for name, values in ds.coords.items()}
-    known = {quantity_of(str(name)): values for name, values in ds.coords.items() if values.dtype.kind in "fiu"}
-    listed = {
-        name: values.broadcast_like(regime).transpose(*regime.dims).values.ravel()
-        for name, values in known.items()
-        if name in QUANTITIES
-    }
+    numbers = {quantity_of(str(name)): values for name, values in ds.coords.items() if values.dtype.kind in "fiu"}
+    listed = {name: values.broadcast_like(regime).transpose(*regime.dims).values.ravel()
+              for name, values in numbers.items() if name in QUANTITIES}  # fmt: skip
     fixed = recipe.fixed() if isinstance(recipe, Config) else {}
     fixed = {name: value for name, value in fixed.items() if name not in listed}
+    coordinates = {str(name): values.variable for name, values in ds.coords.items()}
     return Cells(tuple(map(str, regime.dims)), regime.shape, fixed, listed=listed, labelled=lambda: coordinates)

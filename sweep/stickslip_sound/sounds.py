@@ -1,28 +1,51 @@
-"""A sound: an acceleration over time, ready to be heard, and what to know when judging it by ear."""
+"""A sound: the acceleration of a mass over time, at true pitch or slower, ready to be heard.
+
+Of a cycle the series of one period is computed, and summed at the times of the samples: exactly periodic, however long
+it lasts. Other motions are a series of the stretch that is heard. That of a record is made from an acceleration that
+was measured, or simulated on a rig.
+"""
+
+from __future__ import annotations
 
 import base64
 import io
 import os
 import struct
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from html import escape
-from math import isfinite
-from pathlib import Path
+from math import isfinite, nan, pi
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.io import wavfile  # type: ignore[import-untyped]
 
+from stickslip.config.grid import shared_by
+from stickslip.engine import Options, Results, Scales, SolverKeywords, compute, sampled
+from stickslip.errors import NotReachedError
 from stickslip.files.targets import replaced
-from stickslip_sound.series import HIGHEST
+from stickslip.theory.contacts import static_friction
+from stickslip.vocabulary.cells import Cells, Parameters, as_cells
+from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.models import model_with
+from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = NDArray[np.float64]
-_LOUDEST = 32767  # of 16 bits
+RATE = 44_100  # samples a second
 FULL_SCALE = 100.0  # m/s2
 KNEE = 0.9  # of full scale, from where on what is louder is compressed
+OVERSAMPLING = 8
+_LOUDEST = 32767  # of 16 bits
 _LOWEST = 20.0  # Hz that are heard
+_LEAD, _FADE = 0.02, 0.005  # s: before a first break-away; at both ends
+_FINEST = 1000  # denominator of the ratio of two rates
+_SETTLED = 2.0  # settling times after which a decay is far below what 16 bits hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +53,9 @@ class Sound:
     """The sound that a microphone following the mass would record.
 
     acceleration : m/s2, limited to what is heard, faded at both ends. rate : samples a second. slow : how many times
-        slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be.
-    regime : of the cell; nothing of a record. frequency : of its cycle, or of its decay (Hz, of the motion); NaN where
-        there is neither.
-    repeats : whether it is the cycle without the transient before.
+    slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be. regime : of the
+    cell; nothing of a record. frequency : of its cycle, or of its decay (Hz, of the motion); NaN where there is
+    neither. repeats : whether it is the cycle without the transient before.
     """
 
     acceleration: Floats
@@ -67,11 +89,6 @@ class Sound:
         """Return whether some of it is compressed."""
         return self.peak > KNEE * self.full_scale
 
-    @property
-    def heard(self) -> float:
-        """The frequency as it is heard, Hz."""
-        return self.frequency / self.slow
-
     def wav(self, floating: bool = False) -> bytes:
         """A WAV file of one channel, with a comment that players show: 16-bit integers, or 32-bit numbers, which keep
         what is fainter than 1/65534 of full scale."""
@@ -88,29 +105,19 @@ class Sound:
             temporary.write_bytes(self.wav(floating))
 
     def described(self) -> str:
-        """Regime, frequency and peak, on a line."""
-        frequency = f"{self.frequency:.3g} Hz" if self.regime and isfinite(self.frequency) else ""
-        pace = "" if self.slow == 1.0 else f"{self.slow:g} times slower"
-        words = (self.regime.replace("_", "-"), frequency, f"peaks of {self.peak:.3g} m/s2", pace)
-        return ", ".join(filter(None, words))
-
-    def remarks(self) -> list[str]:
-        """Remarks for whoever judges it by ear, a line each."""
-        remarks = []
-        if self.regime == "stuck" and self.peak == 0.0:
-            remarks.append("silence: the cell is stuck")
-        elif self.regime and not self.repeats:
-            remarks.append("the motion from the start, not a cycle")
-        if self.heard < _LOWEST or self.heard >= min(HIGHEST, 0.5 * self.rate):
-            side = "below" if self.heard < _LOWEST else "above"
-            remarks.append(f"{self.heard:.3g} Hz is {side} hearing: another `slow` brings it there")
-        if self.clips:
-            remarks.append(f"clips: peaks of {self.peak:.3g} m/s2 are compressed at {self.full_scale:g} m/s2")
-        return remarks
+        """Regime, frequency and peak on a line, with what to know when judging it by ear."""
+        words, heard = [self.regime.replace("_", "-")] * bool(self.regime), self.frequency / self.slow
+        if isfinite(heard):
+            side = "below" if heard < _LOWEST else "above" if heard >= min(HIGHEST, 0.5 * self.rate) else ""
+            words.append(f"{self.frequency:.3g} Hz{f' ({side} hearing)' if side else ''}")
+        words.append(f"peaks of {self.peak:.3g} m/s2")
+        words += [f"compressed above {KNEE * self.full_scale:g} m/s2"] * self.clips
+        words += [f"{self.slow:g} times slower"] * (self.slow != 1.0)
+        return ", ".join(words + ["from the start, no cycle"] * bool(self.regime and not self.repeats))
 
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.wav()).decode("ascii")
-        words = "<br>".join(map(escape, filter(None, [self.title, self.described(), *self.remarks()])))
+        words = "<br>".join(map(escape, filter(None, [self.title, self.described()])))
         return f'<audio controls src="data:audio/wav;base64,{data}"></audio><div>{words}</div>'
 
 
@@ -123,15 +130,166 @@ def _with_comment(content: bytes, comment: str) -> bytes:
     return content[:4] + struct.pack("<I", len(content) - 8) + content[8:]
 
 
-def save_all(target: Path, sounds: Iterable[tuple[str, Sound]]) -> list[str]:
-    """Write named sounds of one scale, a WAV file each, into a folder; or the one there is. Returns lines on them."""
-    is_file = target.suffix.lower() == ".wav"
-    written = []
-    for name, sound in sounds:
-        sound.save(target if is_file else target / f"{name}.wav")
-        written.append((sound.full_scale, sound.peak, sound.clips))
-    if not written:
-        return ["none: no test was integrated to its end"]
-    scales, peaks, clips = zip(*written, strict=True)
-    lines = [f"{target if is_file else target / '*.wav'} (full scale {scales[0]:g} m/s2)"]
-    return lines + [f"{sum(clips):,} of {len(clips):,} clip, with peaks of up to {max(peaks):.3g} m/s2"] * any(clips)
+# --- of a cell --------------------------------------------------------------------------------------------------------
+
+
+def of(
+    cell: Mapping[str, float],
+    seconds: float = 2.0,
+    *,
+    rate: int = RATE,
+    slow: float = 1.0,
+    full_scale: float = FULL_SCALE,
+    transient: bool = False,
+    title: str = "",
+    **solver: Unpack[SolverKeywords],
+) -> Sound:
+    """Make the sound of a cell.
+
+    Parameters
+    ----------
+    cell : Mapping of str to float
+        As `simulate` takes it, a number each in SI.
+    seconds, rate : float, int
+        How long it lasts, and samples a second.
+    slow : float
+        10 for ten times slower and lower, 0.1 for ten times faster.
+    full_scale : float
+        m/s2; sounds can be compared where theirs are equal.
+    transient : bool
+        The motion from its first break-away on, as without a cycle, where the cell has one as well.
+    **solver
+        law, rtol (1e-9) and max_steps, or options, as for `evaluate`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For bad input.
+    NotReachedError
+        Where the motion cannot be integrated so far.
+    """
+    _check(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
+    options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver})).for_contact(cell)
+    full = as_cells(cell, options.law)
+    if full["mass"].size != 1:
+        raise ValueError("a sound is that of one cell: give every parameter one number")
+    results, count = compute(Cells.of(full), options).results, max(round(seconds * rate), 2)
+    lead, own_rate, highest = _LEAD / slow, rate * slow, min(HIGHEST, 0.499 * rate) * slow
+    cycles = cycles_of(full, results, options, lead)
+    regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
+    if regime == "failed":
+        raise NotReachedError(f"this cell has no motion to listen to, {_said(results['status'])}")
+    frequency = _frequency(full, results)
+    if regime == "stuck" or frequency >= highest:
+        acceleration = np.zeros(count)
+    elif not repeats:
+        acceleration = _transient(full, results, (own_rate, highest, lead), count, options)
+    else:  # of a cycle longer than the sound a stretch
+        duration = min(float(cycles.period[0]), count / own_rate)
+        series = _series(cycles.cells, duration, highest, options, cycles.begin)
+        if duration == cycles.period[0]:
+            series = replace(series, mean=0.0)  # what is left of it is rounding
+        acceleration = series.values(own_rate, count)
+    acceleration *= _fades(count, rate)
+    return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
+
+
+def sound_of_cell(
+    ds: xr.Dataset, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any
+) -> Sound:
+    """Return the sound of one cell of a dataset, as `sound.of` does. at : which cell, as for `ds.stickslip.cell`."""
+    cell, how = ds.stickslip.cell(**at), shared_by(ds)
+    how.pop("rtol", None)  # sounds have a tolerance of their own
+    return of(cell, seconds, slow=slow, transient=transient, title=str(ds.attrs.get("title", "")), **how)
+
+
+def _series(cell: Parameters, duration: float, highest: float, options: Options, begin: Floats | float = 0.0) -> Series:
+    """The motion over a duration (s), from `begin` (s) on, with its tones up to `highest` (Hz, its own time)."""
+    intervals = samples_for(np.array([duration]), highest, Scales(cell).natural_frequency, OVERSAMPLING)
+    motions, ends, status = sampled(cell, duration / intervals, intervals + 1, options, begin)
+    if status[0] != REACHED:
+        raise NotReachedError(f"the motion is not known to {duration:g} s, {_said(status)}")
+    return series_of(motions[0], ends[0], duration, int(highest * duration))
+
+
+def _said(status: NDArray[Any]) -> str:
+    name = STATUSES[int(status[0])]
+    return f"{name}: {STATUS_MESSAGES[name]}"
+
+
+def _transient(
+    cell: Parameters, results: Results, band: tuple[float, float, float], count: int, options: Options
+) -> Floats:
+    """The motion from its first break-away on, or from the start where it slips at once, after a little silence.
+
+    band : samples a second, the highest tone (Hz), and the silence (s), in its own time.
+    """
+    rate, highest, lead = band
+    first = float(results["breakaway_time"][0])
+    if not isfinite(first) or not _sticks_at_first(cell):
+        first = 0.0
+    passed = max(0.0, first - lead)
+    # Until then the mass moves with the belt: what has passed is passed over, for the sake of the digits of the time.
+    later = {"displacement": cell["displacement"] + cell["belt_speed"] * passed}
+    later["contact_time"] = cell["contact_time"] + passed
+    silent = min(round((lead - (first - passed)) * rate), count // 4)
+    left = count - silent
+    if (settled := _SETTLED * float(results["settling_time"][0])) > 0.0:
+        left = max(min(left, int((first - passed + settled) * rate)), 2)
+    values = _series(cell | later, left / rate, highest, options).values(rate, left)
+    return np.concatenate([np.zeros(silent), values, np.zeros(count - silent - left)])
+
+
+def _sticks_at_first(cell: Parameters) -> bool:
+    """Return whether the contact holds at the start; else it slips at once, and its first break-away is a later one."""
+    if not np.isnan(cell["velocity"][0]):
+        return False
+    mu = model_with(cell).static_of(cell)
+    limit = static_friction(cell["contact_time"], mu, cell["ageing_rate"], cell["ageing_time"]) * Scales(cell).load
+    return bool((np.abs(cell["stiffness"] * cell["displacement"] + cell["damping"] * cell["belt_speed"]) <= limit)[0])
+
+
+def _fades(count: int, rate: float) -> Floats:
+    """Factors that rise from 0 and fall to 0 at the ends, as a cosine does."""
+    length = min(round(_FADE * rate), count // 4)
+    rise = 0.5 - 0.5 * np.cos(pi * np.arange(length) / max(length, 1))
+    return np.concatenate([rise, np.ones(count - 2 * length), rise[::-1]])
+
+
+def _frequency(cell: Parameters, results: Results) -> float:
+    """Of the cycle; of the decay by linear theory; NaN where there is neither."""
+    if results["period"][0] > 0.0:
+        return float(results["frequency"][0])
+    ratio = float(results["damping_ratio"][0])
+    if REGIMES[int(results["regime"][0])] == "damped" and abs(ratio) < 1.0:
+        natural = np.sqrt(1.0 - ratio * ratio) * Scales(cell).rate
+        return float(results.get("growth_frequency", natural)[0]) / (2.0 * pi)
+    return nan
+
+
+def _check(**numbers: float) -> None:
+    """Raise ValueError for a number that makes no sound."""
+    for name, value in numbers.items():
+        if not (isfinite(value) and value > 0):
+            raise ValueError(f"{name}: got {value!r}, expected a number > 0")
+    if numbers["rate"] != int(numbers["rate"]):
+        raise ValueError(f"rate: got {numbers['rate']!r}, expected a whole number of samples a second")
+
+
+def of_record(
+    acceleration: Floats, record_rate: float, *, rate: int = RATE, slow: float = 1.0, full_scale: float = FULL_SCALE,
+    title: str = "",
+) -> Sound:  # fmt: skip
+    """The sound of an evenly sampled acceleration (m/s2), `record_rate` samples a second; all else as for `of`.
+
+    Resampled by a symmetric low-pass, unless the rates are equal. Raises ValueError.
+    """
+    _check(record_rate=record_rate, rate=rate, slow=slow, full_scale=full_scale)
+    values = np.asarray(acceleration, np.float64)
+    ratio = Fraction(rate * slow / record_rate).limit_denominator(_FINEST)
+    if ratio != 1:
+        from scipy import signal  # type: ignore[import-untyped]
+
+        values = signal.resample_poly(values, ratio.numerator, ratio.denominator)
+    values = values * _fades(values.size, rate)
+    return Sound(values, int(rate), float(slow), float(full_scale), "", nan, False, title)

@@ -12,7 +12,7 @@ from stickslip.theory.contacts import coulomb_cycle
 from stickslip.vocabulary.flags import REGIMES
 from stickslip_explain.likelihood import Experiment
 from stickslip_explain.section import Observation
-from stickslip_explain.smc import tempered
+from stickslip_explain.study import tempered
 
 QUICK = {"particles": 200, "repetitions": 4, "progress": False}
 AT = {"normal_load": 10.0, "belt_speed": 0.02}

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-import yaml
 from click.testing import CliRunner
 from scipy import stats
 from scipy.optimize import brentq, minimize_scalar
 
 import stickslip
-from helpers.configs import MEASURED_FORM, write_config
+from helpers.configs import MEASURED_FORM
 from stickslip import theory
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
@@ -16,7 +15,7 @@ from stickslip.dataset.polylines import polylines
 from stickslip.errors import ConfigError
 from stickslip.plots import kind_of
 from stickslip.vocabulary.flags import REGIMES, VERDICTS, VIBRATING
-from stickslip_explain.goal.study import GoalStudy
+from stickslip_explain.goal_study import GoalStudy
 
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}
 SLOWEST, FASTEST = 0.02, 0.2
@@ -294,43 +293,28 @@ def test_bad_goals_say_what_is_wrong(section, says):
     assert says in str(error.value)
 
 
-def test_bad_calls_say_what_is_wrong(tmp_path):
-    cell = COULOMB | {"mu_static": 0.45}
-    with pytest.raises(ValueError, match="axes: missing"):
-        stickslip.goal(cell, OVER)
-    with pytest.raises(ValueError, match="between: missing, expected a range of damping"):
-        stickslip.goal(cell | {"damping": 0.0}, OVER, ("damping", "mu_static"))
-    with pytest.raises(ValueError, match="quiet_over: got 5, expected a range for each"):
-        stickslip.goal(cell, 5, ("damping", "mu_static"))
-    uncertain = scattered({"damping": {"uniform": [1.0, 2.0]}})
-    with pytest.raises(ValueError, match="damping is uncertain"):
-        stickslip.goal(uncertain, OVER, ("damping", "mu_static"), {"damping": (1.0, 2.0)})
-    both = {"mu_start": (0.3, 0.4), "a1": (0.1, 0.2)}  # one follows from the other, and would not change anything
-    with pytest.raises(ValueError, match="axes: a1 follows from mu_start, mu_reversal and v_reversal here"):
-        stickslip.goal(cell | {"damping": 0.0}, OVER, ("mu_start", "a1"), both)
-    drawn = scattered({"a1": {"uniform": [0.1, 0.2]}})
-    with pytest.raises(ValueError, match="a1 follows from mu_start"):
-        stickslip.goal(drawn, OVER, ("mu_start", "damping"), {"mu_start": (0.3, 0.4), "damping": (0.0, 1.0)})
-    with pytest.raises(ValueError, match="a4 is for the law|v_reversal is for the law"):
-        stickslip.goal(
-            cell, OVER, ("v_reversal", "mu_start"), {"v_reversal": (0.1, 0.2), "mu_start": (0.3, 0.4)}, law="rational"
-        )
-    done = CliRunner().invoke(main, ["goal", str(write_config(tmp_path)), "--quiet-over", "belt_speed"])
-    assert (
-        done.exit_code == 2 and "expected a range for each of some parameters: {belt_speed: 5..60 mm/s}" in done.output
-    )
+MUS = {"mu_start": (0.3, 0.4), "a1": (0.1, 0.2)}  # one follows from the other, and would not change anything
+SCATTERS = [scattered({name: {"uniform": [0.1, 0.2]}}) for name in ("damping", "a1")]
 
 
-def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    data = measured(goal={"quiet_over": OVER, "axes": ["mu_reversal", "mu_start"], "points": 17, "scan": 9})
-    axes = data.pop("axes")["material"]["zip"]
-    data["friction"] = {name: values[0] for name, values in axes.items()}
-    data["system"]["damping"] = "3 %"
-    data["output"] = {"file": "own.nc", "plot": "own.png"}
-    (tmp_path / "goal.yaml").write_text(yaml.safe_dump(data))
-    done = CliRunner().invoke(main, ["goal", "goal.yaml"])
-    assert done.exit_code == 0, done.output
-    assert (tmp_path / "own.png").stat().st_size > 0
-    with stickslip.open(tmp_path / "own.nc") as ds:
-        assert float(ds["damping"]) == pytest.approx(0.03 * 2.0 * np.sqrt(0.1 * 5e4))
+@pytest.mark.parametrize(
+    ("cell", "over", "plane", "says"),
+    [
+        ({}, OVER, (), "axes: missing"),
+        ({}, 5, (("damping", "mu_static"),), "quiet_over: got 5, expected a range for each"),
+        (SCATTERS[0], OVER, (("damping", "mu_static"), {"damping": (1.0, 2.0)}), "damping is uncertain"),
+        ({"damping": 0.0}, OVER, (("mu_start", "a1"), MUS), "axes: a1 follows from mu_start, mu_reversal and v_rev"),
+        (SCATTERS[1], OVER, (("mu_start", "damping"), {"mu_start": (0.3, 0.4), "damping": (0, 1)}), "a1 follows from"),
+        (
+            {"law": "rational"},
+            OVER,
+            (("v_reversal", "a1"), {"v_reversal": (0.1, 0.2), "a1": (0.1, 1)}),
+            "is for the law",
+        ),
+    ],
+)
+def test_bad_calls_say_what_is_wrong(cell, over, plane, says):
+    law = {"law": cell["law"]} if "law" in cell else {}
+    given = cell if "system" in cell else COULOMB | {"mu_static": 0.45} | {n: v for n, v in cell.items() if n != "law"}
+    with pytest.raises(ValueError, match=says):
+        stickslip.goal(given, over, *plane, **law)

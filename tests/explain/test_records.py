@@ -13,8 +13,7 @@ from stickslip.config.grid import options_of
 from stickslip.config.reader import load_config, make_config
 from stickslip.engine import stop_flag
 from stickslip.errors import ConfigError, ContradictionError
-from stickslip_explain.smc import tempered
-from stickslip_explain.study import ExplainStudy
+from stickslip_explain.study import ExplainStudy, tempered
 from stickslip_rig.observation import SimulatedRecords, observed
 from stickslip_rig.records import write_record
 from stickslip_rig.simulation import RigTests

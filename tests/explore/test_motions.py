@@ -16,9 +16,8 @@ from stickslip.vocabulary.models import CURVE_LAWS
 from stickslip_explore import maps
 from stickslip_explore.html import cell_html, numbers_html, place_words, simulate_command
 from stickslip_explore.motions import motions_of
-from stickslip_explore.source import open_source
 from stickslip_explore.static import essential
-from stickslip_explore.view import View, cell_of_view, config_of
+from stickslip_explore.view import View, cell_of_view, config_of, open_source
 
 PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))
@@ -59,7 +58,7 @@ def obeys(motion, cell, curve, tolerance=1e-6):
 def test_motions_slip_on_the_curve_that_is_drawn_behind_them_under_every_law(law):
     cell = STICK_SLIP | ({"delta": 2.0} if law == "stribeck_delta" else {})
     found = of(cell, law)
-    for motion in found.motions:
+    for motion in found.motions.values():
         assert not motion.why and motion.time.size > 100
         obeys(motion, found.cell, found.curve)
     known = stickslip.evaluate(cell, law=law)
@@ -73,7 +72,7 @@ def test_cells_that_are_easily_drawn_wrong(name):
     cell = ILL[name]
     found = of(cell)
     assert (found.sliding is None) == (cell["belt_speed"] == 0)
-    for motion in found.motions:
+    for motion in found.motions.values():
         assert not motion.why, motion.why
         assert 2 <= motion.time.size <= 12_000 and (np.diff(motion.time) > 0).all()
         assert all(np.isfinite(values).all() for values in motion.samples.values())

@@ -14,8 +14,7 @@ import stickslip
 from helpers.configs import HOSTILE
 from helpers.pages import tags
 from stickslip.config.reader import parse_config
-from stickslip_explore.session import LatestOnly
-from stickslip_explore.source import open_source
+from stickslip_explore.view import open_source
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document  # noqa: E402
@@ -23,8 +22,8 @@ from bokeh.embed.bundle import _use_mathjax  # noqa: E402
 from bokeh.events import ButtonClick, Tap  # noqa: E402
 from bokeh.models import Div  # noqa: E402
 
-from stickslip_explore import maps, session  # noqa: E402
-from stickslip_explore.session import Session  # noqa: E402
+from stickslip_explore import maps  # noqa: E402
+from stickslip_explore.server import LatestOnly, Session  # noqa: E402
 
 WAIT = 30.0  # s
 
@@ -62,12 +61,12 @@ class Tab:
         return image
 
     def full_map(self, before=""):
-        """Wait for the map with its borders, of another YAML than before."""
-        self.settle(lambda: "exact borders in" in self.status and self.yaml != before)
+        """Wait for the whole map, of another YAML than before."""
+        self.settle(lambda: self.yaml != before)
 
     @property
     def yaml(self):
-        return self.session.page.yaml
+        return self.session.page.texts.tags[0]["yaml"]
 
     def click(self, x, y):
         before = self.model("cell_words").text
@@ -85,9 +84,7 @@ def small(tmp_path):
 
 
 @pytest.fixture
-def tab(small, monkeypatch):
-    monkeypatch.setattr(maps, "_BORDER_POINTS", 24)
-    monkeypatch.setitem(maps._LIMITS, "scan", 12)
+def tab(small):
     opened = []
 
     def open_tab(path=small):
@@ -100,11 +97,10 @@ def tab(small, monkeypatch):
         one.session.close()
 
 
-def test_a_tab_shows_the_map_of_the_file_with_its_borders(tab):
+def test_a_tab_shows_the_map_of_the_file(tab):
     one = tab("configs/quickstart.yaml")
     known = stickslip.run("configs/quickstart.yaml")["regime"].values
     assert np.array_equal(one.shades, known.astype(np.uint8))
-    assert len(one.data("map_borders")["xs"]) >= 2
     assert "57,600 cells" in one.status and "stick-slip" in one.model("legend").text
     columns = one.session.page.map.columns
     assert columns.data["regime"].size == known.size and columns.tags[0]["x"]["n"] == 240
@@ -122,51 +118,21 @@ def test_a_click_draws_both_motions_and_their_numbers(tab):
     numbers = one.model("numbers").text
     assert "stick-slip" in numbers and "damped" in numbers and "frequency" in numbers
     assert re.search(r"small.yaml --at \S*stiffness=", one.model("reproduce").text)
-    assert one.data("map_marks")["name"] == [""]
+    assert one.data("map_mark")["x"] == [pytest.approx(0.45, abs=0.02)]
 
 
-def test_a_slider_recomputes_map_borders_and_the_cell_that_is_seen(tab):
+def test_a_slider_recomputes_the_map_and_the_cell_that_is_seen(tab):
     one = tab()
     one.click(0.45, 2.0)
-    before, lines, cell, yaml = one.shades, one.data("map_borders")["xs"], one.model("numbers").text, one.yaml
+    before, cell, yaml = one.shades, one.model("numbers").text, one.yaml
     one.model("slider_damping").value = 1.5
     one.full_map(yaml)
     one.settle(lambda: "damping=1.5" in one.model("reproduce").text)
     assert np.count_nonzero(one.shades == 1) < np.count_nonzero(before == 1)
     assert one.model("numbers").text != cell and "damping: 1.5" in one.yaml
-    assert not np.array_equal(one.data("map_borders")["xs"][0], lines[0])
     one.model("reset")._trigger_event(ButtonClick(one.model("reset")))
     one.settle(lambda: one.yaml == yaml)
     assert np.array_equal(one.shades, before) and one.model("slider_damping").value == 0.0
-
-
-def test_borders_never_lie_over_cells_of_another_view(tab, monkeypatch):
-    one = tab("configs/lubricants.yaml")
-    lines, yaml = one.data("map_borders")["xs"], one.yaml
-    begun, go = threading.Event(), threading.Event()
-
-    def slow(config, shown, stop):
-        begun.set()
-        assert go.wait(WAIT)
-        return known(config, shown, stop)
-
-    known = session.border_lines
-    monkeypatch.setattr(session, "border_lines", slow)
-    one.model("variable").value = "damping_ratio"
-    one.settle(lambda: begun.is_set() and "damping ratio" in one.model("legend").text)
-    assert len(one.data("map_borders")["xs"]) == len(lines)  # the same ones: other colours have no other borders
-    begun.clear()
-    go.set()
-    one.settle(lambda: "exact borders in" in one.status)
-    go.clear()
-    before = one.shades
-    one.model("slider_stiffness").value += 0.5
-    one.settle(lambda: one.shades is not before)
-    one.settle(begun.is_set)
-    assert one.data("map_borders")["xs"] == [] and one.status.endswith("exact borders ...</span>")
-    go.set()
-    one.full_map(yaml)
-    assert len(one.data("map_borders")["xs"]) > 0
 
 
 def test_zero_on_a_slider_is_zero_whatever_the_browser_adds_up_to(tab):
@@ -214,7 +180,7 @@ def test_what_is_impossible_is_said_on_the_page_and_the_map_stays(tab):
 
 def test_a_bug_is_said_on_the_page_and_logged(tab, monkeypatch, caplog):
     one = tab()
-    monkeypatch.setattr(session.maps, "computed", lambda *_: 1 / 0)
+    monkeypatch.setattr(maps, "computed", lambda *_: 1 / 0)
     one.model("slider_mass").value = 2.5
     one.settle(lambda: "ZeroDivisionError" in one.status)
     assert "Traceback" in caplog.text and "division by zero" in caplog.text
@@ -242,25 +208,10 @@ def test_another_variable_and_other_sides(tab):
     assert "lubricant=fluid B" in unescape(one.model("reproduce").text).replace("'", "")
 
 
-def test_two_cells_are_pinned_and_compared(tab):
-    one = tab()
-    one.click(0.3, 2.0)
-    one.session._pin("A")
-    first = one.data("motion_A")["x"]
-    one.click(0.2, 1.0)
-    one.session._pin("B")
-    numbers = one.model("numbers").text
-    assert numbers.count("<th><i") == 4 and ">A<" in numbers and ">B<" in numbers
-    assert len(one.data("motion_B")["x"]) and one.data("map_marks")["name"] == ["", "A", "B"]
-    assert np.ptp(first) > 0
-    one.session._unpin()
-    assert one.data("motion_A")["x"] == [] and one.data("map_marks")["name"] == [""]
-
-
 def test_the_sound_of_the_cell_reaches_the_page(tab):
     one = tab()
     one.click(0.3, 3.5)
-    one.session._hear("cell")
+    one.session._hear()
     one.settle(lambda: bool(one.model("below").tags[0].data["wav"]))
     (wav,) = one.model("below").tags[0].data["wav"]
     assert base64.b64decode(wav)[:4] == b"RIFF" and "stick-slip" in one.model("heard").text
@@ -282,8 +233,7 @@ def test_what_a_file_says_is_text_and_neither_formula_nor_markup(tab, tmp_path):
     for place, words in ((0.0, "$$"), (1.0, "&lt;img"), (2.0, r"\[x\]")):
         one.click(0.3, place)
         assert words in one.model("cell_words").text
-    one.session._pin("A")
-    one.session._hear("cell")
+    one.session._hear()
     one.settle(lambda: r"\[x\]" in one.model("heard").text)
     assert r"sleeve=\[x\]" in unescape(one.model("reproduce").text).replace("'", "")
     assert not _use_mathjax(set(one.document.models))

@@ -16,8 +16,6 @@ from stickslip.errors import ConfigError
 from stickslip.vocabulary.display_units import Unit, quantity, unit_for
 from stickslip.vocabulary.quantities import QUANTITIES
 from stickslip_explore import maps
-from stickslip_explore.maps import border_lines
-from stickslip_explore.source import open_source
 from stickslip_explore.view import (
     COARSE,
     FULL,
@@ -26,6 +24,7 @@ from stickslip_explore.view import (
     config_of,
     first_view,
     is_listed,
+    open_source,
     settings,
     sides,
     sliders_of,
@@ -188,46 +187,6 @@ def test_an_impossible_change_names_the_key_and_the_bound():
     view = first_view(source)
     with pytest.raises(ConfigError, match=r"mu_stop.*got 1\.4, expected at most .*1\.3"):
         config_of(source, View(view.y, view.x, {"mu_stop": 1.4}, {}))
-
-
-@pytest.mark.parametrize("name", ["quickstart", "hysteresis"])
-def test_the_regime_changes_across_every_exact_border(name):
-    source = shipped(name)
-    view = first_view(source)
-    config = config_of(source, view, COARSE)
-    shown = maps.picture(maps.computed(config, stop_flag()), view)
-    lines = border_lines(config, shown, stop_flag())
-    assert lines
-    crossed = 0
-    for x, y in lines:
-        for k in range(1, len(x), max(1, len(x) // 5)):
-            middle = 0.5 * (x[k - 1] + x[k]), 0.5 * (y[k - 1] + y[k])
-            across = np.array([-(y[k] - y[k - 1]) / span(shown.y), (x[k] - x[k - 1]) / span(shown.x)])
-            step = 0.004 * across / np.linalg.norm(across) * [span(shown.x), span(shown.y)]
-            sides_of = [regime_at(source, view, shown, *(middle + sign * step)) for sign in (-1, 1)]
-            crossed += sides_of[0] != sides_of[1]
-            assert sides_of[0] != sides_of[1] or near_end(shown, middle)
-    assert crossed >= 4
-
-
-def span(side):
-    return side.ends[1] - side.ends[0]
-
-
-def near_end(shown, place):
-    return any(
-        min(abs(at - end) for end in side.ends) < 0.02 * span(side)
-        for at, side in zip(place, (shown.x, shown.y), strict=True)
-    )
-
-
-def regime_at(source, view, shown, x, y):
-    at = {}
-    for side, place in ((shown.x, x), (shown.y, y)):
-        value = 10.0**place if side.kind == "log" else place
-        at[side.name] = round(place) if side.kind == "listed" else value * side.unit.size
-    cell = cell_of_view(source, view, at)
-    return int(stickslip.evaluate(cell)["regime"][0])
 
 
 # --- results of files -------------------------------------------------------------------------------------------------

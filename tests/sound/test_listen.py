@@ -125,9 +125,9 @@ def test_a_result_is_listened_to_as_its_configuration_is(config, tmp_path):
 
 
 def test_silence_clipping_and_nothing_written_are_said(config):
-    assert "silence: the cell is stuck" in call("listen", config, "--at", "stiffness=1", "--at", "belt_speed=0")
+    assert "stuck, peaks of 0 m/s2" in call("listen", config, "--at", "stiffness=1", "--at", "belt_speed=0")
     said = call("listen", config, *STICKS, "--full-scale", "0.01 m/s2", "--slow", "0.001")
-    assert "clips: peaks of" in said and "nothing was written" in said
+    assert "compressed above" in said and "nothing was written" in said
 
 
 @pytest.mark.parametrize(
@@ -187,12 +187,11 @@ def test_the_level_of_a_cell_can_be_told_relative_to_another(config):
     def relative(*reference):
         return json.loads(call("listen", config, *STICKS, "--level", "--json", *reference))["median"]
 
-    same = ("--reference", "normal_load=1", "--reference", "mass=1")
-    assert relative(*same) == relative("--reference", "normal_load=1, mass=1") == 0.0
+    assert relative("--reference", "normal_load=1", "--reference", "mass=1") == 0.0
     assert relative("--reference", "normal_load=0.5") > 0.0
     assert "--reference: " in call("listen", config, *STICKS, "--level", "--reference", "normal_lod=1", code=2)
     said = call("listen", config, *STICKS, "--level", "--reference", "belt_speed=0.9", code=2)
-    assert "no cycle" in said
+    assert "no level" in said
 
 
 def test_a_picture_of_a_sound_shows_its_tone():
@@ -220,4 +219,3 @@ def test_a_record_is_resampled_to_its_pitch():
     spectrum = np.abs(np.fft.rfft(middle, 2**19))
     assert np.argmax(spectrum) * 44_100 / 2**19 == pytest.approx(440.0, rel=1e-3)
     assert heard.seconds == pytest.approx(2.0, abs=1e-3) and heard.peak == pytest.approx(1.0, rel=0.02)
-    assert heard.described().startswith("peaks of 1")

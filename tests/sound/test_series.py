@@ -9,8 +9,7 @@ from helpers.cycles import COULOMB, OTHERS, STICKING, SUSTAINED, common_first, c
 from helpers.scipy_oscillator import SHAPES
 from stickslip.engine import Options, compute, sampled
 from stickslip.vocabulary.cells import Cells, as_cells
-from stickslip_sound.cycles import cycles_of
-from stickslip_sound.series import Series, samples_for, series_of
+from stickslip_sound.series import Series, cycles_of, samples_for, series_of
 
 CASES = STICKING | SUSTAINED
 
@@ -45,16 +44,6 @@ def test_harmonics_of_a_coulomb_cycle_are_those_of_its_closed_form(damping, over
     exact, cycle = coulomb_harmonics(COULOMB, damping, 1000, float(cycles.moving[0]) - slip)
     assert found.duration == pytest.approx(float(cycle.period), rel=1e-9)
     assert np.abs(found.harmonics - exact).max() < allowed * np.abs(exact).max()
-
-
-def test_samples_of_the_acceleration_alias_where_those_of_the_displacement_do_not():
-    """Why it is done: the same number of samples of the acceleration itself is a thousand times worse."""
-    found, cycles = series("stribeck", COULOMB, 200, 8)
-    exact, cycle = coulomb_harmonics(COULOMB, 0.0, 200, 0.0)
-    exact = exact * np.exp(-2j * np.pi * found.frequencies * float(cycles.moving[0] - cycle.slip_time))
-    naive = samples("stribeck", cycles, 4096)["acceleration"].values
-    naive = np.fft.rfft(naive, norm="forward")[1:201]
-    assert np.abs(naive - exact).max() > 100.0 * np.abs(found.harmonics - exact).max()
 
 
 @pytest.mark.parametrize("name", common_first(CASES))

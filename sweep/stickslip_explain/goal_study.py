@@ -34,14 +34,7 @@ from stickslip.vocabulary.flags import VERDICTS
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip_explain.goal.section import PROBABILITY, Goal, goal_plane
-from stickslip_explain.goal.verdict import IMPOSSIBLE, QUIET, VIBRATES, Demand
-
-
-def _of_verdicts(text: str) -> str:
-    """What is said of regimes, of verdicts."""
-    return text.replace("regime", "verdict")
-
+from stickslip_explain.goal import IMPOSSIBLE, PROBABILITY, QUIET, VIBRATES, Demand, Goal, goal_plane
 
 _PER_POINT = 8  # places judged per grid point along one side of the plane, about
 _ROUGHLY = 1.1  # times the way to a node of a border: how far along it the border is looked for
@@ -65,8 +58,10 @@ _PLACES = table(
              comment="changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
 )  # fmt: skip
 _LINES = table(*(
-    replace(row, name=_of_verdicts(name), long_name=_of_verdicts(row.long_name)) for name, row in VARIABLES.items()
+    replace(row, name=name.replace("regime", "verdict"), long_name=row.long_name.replace("regime", "verdict"))
+    for name, row in VARIABLES.items()
 ))  # fmt: skip
+_NAMES = dict(zip(VARIABLES, _LINES, strict=True))  # of the same, where borders are those of regimes
 
 
 class _Plane(PlaneSearch):
@@ -93,7 +88,7 @@ class _Plane(PlaneSearch):
         self.points.known[row, column] = judged.verdict
         maps = dict(zip(_MAPS, (judged.quiet, judged.error, judged.undecided), strict=True))
         maps = {name: np.where(judged.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
-        return maps | {_of_verdicts(name): values for name, values in super().columns().items()}
+        return maps | {_NAMES.get(name, name): values for name, values in super().columns().items()}
 
     def needs(self, lines: Results, here: Mapping[str, float]) -> Results:
         """The verdict on what the panel has (y and x, by name), and where the nearest changes of it are."""
@@ -177,7 +172,7 @@ class GoalStudy(ContourStudy):
                           for side in (goal.y, goal.x)}  # fmt: skip
         self._each = dict.fromkeys(_MAPS, self._maps[0].size * self._maps[1].size)  # values of a panel
         self._each |= dict.fromkeys((*_OF_PANELS, *self._of_plane), 1)
-        self.columns = {_of_verdicts(name): kind for name, kind in ContourStudy.columns.items()}
+        self.columns = {_NAMES.get(name, name): kind for name, kind in ContourStudy.columns.items()}
         self.columns |= dict.fromkeys(self._each, np.dtype(np.float64)) | {"verdict": np.dtype(np.int8)}
 
     @classmethod
@@ -216,9 +211,7 @@ class GoalStudy(ContourStudy):
                                   for name in ds["quiet_probability"].dims[-2:])]  # fmt: skip
         rows = []
         for where, part in parts_over(ds, dims):
-            values = [float(part[name]) for name in names]
-            texts = [unit_of(part[name]).text(value, 4) if np.isfinite(value) else "-"
-                     for name, value in zip(names, values, strict=True)]  # fmt: skip
+            texts = (unit_of(part[name]).text(float(part[name]), 4) if part[name].notnull() else "-" for name in names)
             rows.append([*where, VERDICTS[int(part["verdict"])], *texts])
         headings = [name.replace("_", " ") for name in names]
         return ReportTable("Nearest changes of the verdict", [*axis_names(ds, dims), "verdict"], headings, rows)
@@ -228,7 +221,7 @@ class GoalStudy(ContourStudy):
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Figure | None:
         """The region, with what panels have and would need; of a variable its map."""
-        from stickslip_explain.goal.plots import plot_goal
+        from stickslip_explain.plots import plot_goal
 
         return plot_goal(ds, select, title=title, look=look) if variable is None else None
 
@@ -293,5 +286,4 @@ class GoalStudy(ContourStudy):
         return {
             "goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability,
             "goal_draws": self._draws, "goal_cells": int(whole["computed"].sum()),
-            "goal_tolerance": self._section.tolerance, "goal_rtol": self.options.rtol,
         }  # fmt: skip
