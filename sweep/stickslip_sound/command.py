@@ -125,7 +125,8 @@ def _levels(
               "not_heard": int(np.isneginf(level).sum()), "with_level": known.size}  # fmt: skip
     ends = {name: float(of(known)) if known.size else None
             for name, of in (("lowest", np.min), ("median", np.median), ("highest", np.max))}  # fmt: skip
-    screen.echo(f"{about}:\n{ReportTable('', (), [*counts, *ends], [list(map(str, (counts | ends).values()))]).text()}")
+    numbers = ["-" if number is None else f"{number:.6g}" for number in (counts | ends).values()]
+    screen.echo(f"{about}:\n{ReportTable('', (), [*counts, *ends], [numbers]).text()}")
     save_result(ds, output, "levels")
     if output is not None:
         screen.echo(f"next:    stickslip plot {output}")
