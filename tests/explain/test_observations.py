@@ -237,3 +237,12 @@ def test_errors_in_them_name_places_and_keys_as_they_are_written(right, wrong, l
     with pytest.raises(ConfigError) as raised:
         parse_config(SHORT.replace(right, wrong))
     assert line in str(raised.value) and words in str(raised.value)
+
+
+def test_both_numbers_of_a_measurement_have_a_unit_or_the_first_takes_that_of_the_second():
+    force, texts = "regime: stick_slip, spring_force_max: 4.5 +- 0.1 N", ("54 +- 2 ms", "54 ms +- 2 ms")
+    for text in texts:
+        seen = parse_config(TEXT.replace(force, f"period: {text}"), "a").study.observed[0].period
+        assert (seen.value, seen.scatter) == (0.054, 0.002)
+    with pytest.raises(ConfigError, match="expected a unit with 2 as well, since others have"):
+        parse_config(TEXT.replace(force, "period: 54 ms +- 2"), "a")

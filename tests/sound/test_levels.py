@@ -15,7 +15,9 @@ from helpers.cycles import (
     faster,
     hard_cells,
 )  # fmt: skip
+from helpers.plotted import draws_what_the_command_draws
 from stickslip import sound
+from stickslip.config.reader import parse_config
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import REGIMES
@@ -165,3 +167,7 @@ def test_progress_is_told_and_the_file_says_what_it_holds(tmp_path):
     found.to_netcdf(tmp_path / "levels.nc")
     with xr.open_dataset(tmp_path / "levels.nc") as ds:
         assert "dB re 1e-6 m/s2" in ds[LEVEL].attrs["long_name"] and ds.attrs["Conventions"].startswith("CF")
+
+
+def test_a_map_of_levels_is_drawn_as_the_command_draws_it(tmp_path):
+    assert draws_what_the_command_draws(sound.levels(parse_config(PADS)), tmp_path) == "map"

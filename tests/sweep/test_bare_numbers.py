@@ -63,21 +63,11 @@ def test_the_ranges_of_studies(section, field, expected):
     assert getattr(parse_config(f"{AT}{section}\n", "a").study, field) == expected
 
 
-def test_what_was_measured():
-    for text in ("54 +- 2 ms", "54 ms +- 2 ms"):
-        seen = f"explain: {{observed: [{{period: {text}}}]}}\n"
-        (one,) = parse_config(
-            f"{AT}uncertain: {{quantities: {{damping: {{uniform: [0, 1]}}}}}}\n{seen}", "a"
-        ).study.observed
-        assert (one.period.value, one.period.scatter) == (0.054, 0.002)
-
-
 @pytest.mark.parametrize("after", [
     "axes: {belt_speed: [5 mm/s, 10, 1 m/s, 2]}", "axes: {belt_speed: {start: 5 mm/s, stop: 60, num: 3}}",
     "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1}}}}",
     "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1 mm/s}, truncated: {high: 15}}}}",
     "border: {along: belt_speed, between: [5 mm/s, 600]}",
-    "uncertain: {quantities: {damping: {uniform: [0, 1]}}}\nexplain: {observed: [{period: 54 ms +- 2}]}",
     "axes: {belt_speed: [0.1, 0.2]}\nattractors: {displacement: [0, 1], velocity: [-1 m/s, 1000]}",
 ])  # fmt: skip
 def test_a_number_after_one_with_a_unit_is_refused(after):

@@ -6,9 +6,10 @@ import pytest
 from click.testing import CliRunner
 
 from helpers.configs import cell_at
+from helpers.installed import shipped
 from stickslip.cli import main
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.resolve import config_names, config_path
+from stickslip.config.resolve import config_path
 from stickslip.errors import UnitWarning
 
 QUIET = """\
@@ -17,11 +18,6 @@ friction: {a1: 0.2, a2: 0, a3: 0.1, a4: 20}
 axes:
   stiffness: {start: 1, stop: 100, num: 4, spacing: log}
   belt_speed: {start: 1, stop: 500, num: 5}
-"""
-RIG = """\
-system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N, belt_speed: 10 mm/s}
-friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}
-drive: {stroke: 20, strokes: 1}
 """
 
 
@@ -112,7 +108,7 @@ def test_axes_of_every_form_are_looked_at(tmp_path, axis):
     assert "a4: got 10 to 20 m/s; did you mean 10 to 20 mm/s?" in asked
 
 
-@pytest.mark.parametrize("name", config_names())
+@pytest.mark.parametrize("name", shipped())
 def test_no_configuration_that_ships_is_questioned(name):
     with warnings.catch_warnings(record=True) as questions:
         warnings.simplefilter("always")
