@@ -21,7 +21,8 @@ from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
 
 _PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-MISSING = sorted({*_PROJECT["entry-points"][extensions.GROUP]} - {*extensions.named()})
+DECLARED: dict[str, str] = _PROJECT["entry-points"][extensions.GROUP]
+MISSING = sorted({*DECLARED} - {*extensions.named()})
 all_installed = pytest.mark.skipif(
     bool(MISSING), reason=f"about all extensions together, of which are not installed: {', '.join(MISSING)}"
 )
