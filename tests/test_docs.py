@@ -10,9 +10,9 @@ from pathlib import Path
 
 import click
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import write_config
 from helpers.installed import MISSING, all_installed, code_asks_for_more, configuration_asks_for_more
 from helpers.nightly import few
@@ -79,12 +79,6 @@ def resolved(arguments):
     return command, arguments
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 # Kernels that tests by day do not run: of other laws, of tables, of drives of contacts with memory.
 OTHER_KERNELS = re.compile(
     r"rational|cubic|gaussian|stribeck_delta|rate_state_slip|register_law|\btable: |Table\(|rate_state(?s:.)*drive:"
@@ -119,7 +113,7 @@ def test_every_configuration_of_the_docs_is_computed(here, name):
     if "system" not in keys:  # it says how measured records are read
         stickslip.rig.load_settings(here / "my.yaml")
         return
-    done = CliRunner().invoke(main, [*(["rig"] if "drive" in keys else []), "run", "my.yaml"])
+    done = call(*["rig"] if "drive" in keys else [], "run", "my.yaml")
     assert done.exit_code == 0, done.output
     for file in (keys["output"][key] for key in ("file", "plot") if key in keys["output"]):
         assert (here / file).stat().st_size > 0
@@ -260,7 +254,7 @@ def test_every_command_of_the_readme_runs_as_it_stands(here, monkeypatch):
     )
     monkeypatch.setattr("webbrowser.open", lambda _: True)
     for line in in_the_readme():
-        done = CliRunner().invoke(main, shlex.split(line)[1:])
+        done = call(*shlex.split(line)[1:])
         assert done.exit_code == 0, f"{line}\n{done.output}"
 
 

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner
 from scipy import stats
 from scipy.optimize import brentq, minimize_scalar
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import MEASURED_FORM, write_config
 from stickslip import theory
-from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.dataset.polylines import polylines
 from stickslip.errors import ConfigError
@@ -252,7 +251,7 @@ def test_the_command_computes_tells_and_draws_a_goal(tmp_path):
              "--quiet-over", "belt_speed=20..200mm/s", "--with", "90%",
              "--set", "goal.points=17", "--set", "goal.scan=5")  # fmt: skip
     files = ("-o", tmp_path / "goal.csv", "--plot", tmp_path / "goal.png")
-    done = CliRunner().invoke(main, list(map(str, words + files)))
+    done = call(*(words + files))
     assert done.exit_code == 0, done.output
     assert "quiet over belt speed 20 to 200 mm/s with a probability of 90 %" in done.output
     assert "alone mu static" in done.output and "together damping" in done.output
@@ -315,22 +314,21 @@ def test_bad_calls_say_what_is_wrong(tmp_path):
         stickslip.goal(
             cell, OVER, ("v_reversal", "mu_start"), {"v_reversal": (0.1, 0.2), "mu_start": (0.3, 0.4)}, law="rational"
         )
-    done = CliRunner().invoke(main, ["goal", str(write_config(tmp_path)), "--quiet-over", "belt_speed"])
+    done = call("goal", write_config(tmp_path), "--quiet-over", "belt_speed")
     assert (
         done.exit_code == 2 and "expected a range for each of some parameters: {belt_speed: 5..60 mm/s}" in done.output
     )
 
 
-def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(here):
     data = measured(goal={"quiet_over": OVER, "axes": ["mu_reversal", "mu_start"], "points": 17, "scan": 9})
     axes = data.pop("axes")["material"]["zip"]
     data["friction"] = {name: values[0] for name, values in axes.items()}
     data["system"]["damping"] = "3 %"
     data["output"] = {"file": "own.nc", "plot": "own.png"}
-    (tmp_path / "goal.yaml").write_text(yaml.safe_dump(data))
-    done = CliRunner().invoke(main, ["goal", "goal.yaml"])
+    (here / "goal.yaml").write_text(yaml.safe_dump(data))
+    done = call("goal", "goal.yaml")
     assert done.exit_code == 0, done.output
-    assert (tmp_path / "own.png").stat().st_size > 0
-    with stickslip.open(tmp_path / "own.nc") as ds:
+    assert (here / "own.png").stat().st_size > 0
+    with stickslip.open(here / "own.nc") as ds:
         assert float(ds["damping"]) == pytest.approx(0.03 * 2.0 * np.sqrt(0.1 * 5e4))

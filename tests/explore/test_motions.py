@@ -4,12 +4,11 @@ import shlex
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.nightly import few
 from helpers.unstable_cycle import Cycle
-from stickslip.cli import main
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.models import CURVE_LAWS
@@ -172,7 +171,7 @@ def test_the_command_simulates_the_cell_that_is_seen(quickstart, tmp_path, monke
     assert words[:3] == ["stickslip", "simulate", "configs/quickstart.yaml"] and "mass=0.2 kg" in words
     words[words.index("cell.png")] = str(tmp_path / "cell.png")
     trace = tmp_path / "trace.nc"
-    done = CliRunner().invoke(main, [*words[1:], "-o", str(trace)])
+    done = call(*words[1:], "-o", trace)
     assert done.exit_code == 0, done.output
     ds = stickslip.open(trace)
     assert float(ds["mass"]) == 0.2 and float(ds["stiffness"]) == pytest.approx(at["stiffness"], rel=1e-5)

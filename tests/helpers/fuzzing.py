@@ -13,8 +13,8 @@ from pathlib import Path
 from hypothesis import strategies as st
 
 from helpers.installed import shipped
-from stickslip.config.resolve import config_path
 from stickslip.config.reader import SECTIONS
+from stickslip.config.resolve import config_path
 from stickslip.config.yaml import parse_yaml
 from stickslip.vocabulary.quantities import QUANTITIES
 

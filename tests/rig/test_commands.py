@@ -134,15 +134,12 @@ def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):
         (["--from", "soon"], "got 'soon', expected a time"),
     ],
 )
-def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(
-    tmp_path, config, monkeypatch, arguments, expected
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "file").write_text("")
+def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(here, config, arguments, expected):
+    (here / "file").write_text("")
     done = invoke("rig", config, *arguments)
     assert done.exit_code == 2
     assert expected in done.output
-    assert "tests:" not in done.output and {p.name for p in tmp_path.iterdir()} == {"rig.yaml", "file"}
+    assert "tests:" not in done.output and {p.name for p in here.iterdir()} == {"rig.yaml", "file"}
 
 
 def write(path, size=1.0, drive=True):

@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pint
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.options import Look
@@ -98,10 +97,10 @@ def test_options_of_commands(tmp_path):
     for i, ends in enumerate((["5", "900 mm/s"], ["5 mm/s", "0.9 m/s"])):
         output = str(tmp_path / f"{i}.nc")
         words = ["border", str(config), "--along", "belt_speed", "--between", *ends, "-o", output]
-        assert CliRunner().invoke(main, words).exit_code == 0
+        assert call(*words).exit_code == 0
         assert parse_config(stickslip.open(output).attrs["configuration"]).study.between == (0.005, 0.9)
     config.write_text(TEXT)
-    done = CliRunner().invoke(main, ["validate", str(config), "--set", "axes.belt_speed=[5, 60 mm/s]"])
+    done = call("validate", config, "--set", "axes.belt_speed=[5, 60 mm/s]")
     assert "0.005, 0.06 m/s" in done.output and "warning" not in done.output.lower(), done.output
     result = stickslip.evaluate(CELL | {"belt_speed": 0.5}).rename(cell="belt_speed_of")
     for limits in ("period=5..60 ms", "period=5 ms..60 ms"):

@@ -118,14 +118,13 @@ def test_the_command_exports_what_is_asked_for(small, tmp_path, monkeypatch):
         assert wrong.exit_code == 2 and said in wrong.stderr
 
 
-def test_a_run_keeps_its_map_and_makes_the_table_of_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "small.yaml").write_text(MAP)
+def test_a_run_keeps_its_map_and_makes_the_table_of_it(here):
+    (here / "small.yaml").write_text(MAP)
     done = call("run", "small.yaml", "-o", "found.csv")
     assert done.exit_code == 0, done.output
-    assert {p.name for p in tmp_path.iterdir()} == {"small.yaml", "found.nc", "found.csv"}
+    assert {p.name for p in here.iterdir()} == {"small.yaml", "found.nc", "found.csv"}
     assert len(pd.read_csv("found.csv")) == 24
-    (tmp_path / "found.csv").unlink()
+    (here / "found.csv").unlink()
     again = call("run", "small.yaml", "-o", "found.csv")
     assert "is complete already" in again.stdout and len(pd.read_csv("found.csv")) == 24
 

@@ -3,11 +3,10 @@
 import warnings
 
 import pytest
-from click.testing import CliRunner
 
+from helpers.commands import call
 from helpers.configs import cell_at
 from helpers.installed import shipped
-from stickslip.cli import main
 from stickslip.config.reader import load_config, parse_config
 from stickslip.config.resolve import config_path
 from stickslip.errors import UnitWarning
@@ -129,10 +128,9 @@ def test_the_configuration_in_a_result_is_not_questioned(tmp_path):
 
 @pytest.mark.filterwarnings(f"default::{UnitWarning.__module__}.{UnitWarning.__name__}")
 @pytest.mark.parametrize("command", ["run", "plan", "validate"])
-def test_commands_ask_on_standard_error_before_they_compute(tmp_path, monkeypatch, command):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "map.yaml").write_text(QUIET)
-    done = CliRunner().invoke(main, [command, "map.yaml"])
+def test_commands_ask_on_standard_error_before_they_compute(here, command):
+    (here / "map.yaml").write_text(QUIET)
+    done = call(command, "map.yaml")
     assert done.exit_code == 0
     assert done.stderr.startswith("warning: map.yaml:2:37: friction.a4: got 20 m/s")
     assert "did you mean" not in done.stdout

@@ -84,12 +84,6 @@ HOSTILE = (
 )  # fmt: skip
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.mark.parametrize("words", PRESENT.values(), ids=PRESENT)
 def test_what_cannot_be_written_is_refused_by_every_command_before_anything_is_read_or_computed(words, here):
     """No input is there, which would be told if it were read first."""
