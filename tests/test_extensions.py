@@ -1,12 +1,18 @@
 """An extension that lies outside the tree: found by its entry point, as `pip install` writes it."""
 
+import ast
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from helpers.installed import DECLARED, all_installed
 from stickslip import extensions
+
+TESTS = Path(__file__).parent
 
 TOY = '''
 """The largest slip speed of cells, times a factor."""
@@ -141,3 +147,53 @@ def test_an_extension_that_lacks_what_it_imports_says_so(monkeypatch):
     monkeypatch.setattr(extensions, "entry_points", lambda group: [Broken()])
     with pytest.raises(ModuleNotFoundError, match="nothing"):
         extensions.named.__wrapped__()
+
+
+# --- the tests of the engine ------------------------------------------------------------------------------------------
+
+
+def extension_names(text, helpers=()):
+    """What a module names of extensions: imports, attributes, and module paths and code in strings.
+
+    helpers : modules of `helpers` that are about extensions, which it may not import either.
+    """
+    packages = [place.partition(".")[0] for place in DECLARED.values()]
+    calls = [name if "." in name else rf"stickslip(?:\.| import ){name}" for name in extensions.brought("calls")]
+    pattern = re.compile(rf"\b(?:{'|'.join([*packages, *calls, *(f'helpers.{name}' for name in helpers)])})\b")
+    texts = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            texts += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            texts += [f"{node.module}.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Attribute):
+            texts.append(ast.unparse(node))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            texts.append(node.value)
+    return [found[0] for found in map(pattern.search, texts) if found]
+
+
+@pytest.mark.parametrize("room", ["sweep", "kernels"])
+def test_no_test_of_the_engine_names_an_extension(room):
+    """With the folders of extensions and their tests deleted, those of the engine pass."""
+    helpers = [path.stem for path in (TESTS / "helpers").glob("*.py") if extension_names(path.read_text("utf-8"))]
+    named = {str(path): extension_names(path.read_text("utf-8"), helpers) for path in (TESTS / room).rglob("*.py")}
+    assert len(named) > 20 and {path: names for path, names in named.items() if names} == {}
+
+
+@pytest.mark.parametrize(("text", "named"), [
+    ("from stickslip_rig.api import RigTests", "stickslip_rig"), ("import stickslip_sound", "stickslip_sound"),
+    ("place = 'stickslip_explore.server.Explorer.run'", "stickslip_explore"),
+    ("from helpers.tables import rows", "helpers.tables"), ("import stickslip_kernels, stickslip_door", None),
+    ("from stickslip import theory; stickslip.run(x.compare)", None),
+])  # fmt: skip
+def test_names_of_extensions_are_found_in_imports_and_strings(text, named):
+    assert extension_names(text, ["tables"]) == ([named] if named else [])
+
+
+@all_installed
+@pytest.mark.parametrize(
+    "text", ["from stickslip import sound", "stickslip.sound.of(cell)", "code = 'stickslip.sound'"]
+)
+def test_names_that_extensions_bring_are_found_too(text):
+    assert extension_names(text)[0] == "stickslip.sound"

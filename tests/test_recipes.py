@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from helpers.installed import all_installed
+
 pytestmark = pytest.mark.slow  # each in processes of its own; by day test_extensions.py has a study of another tree
 ROOT = Path(__file__).resolve().parents[1]
 CELL = "dict(mass=1.0, stiffness=2.0, normal_load=3.0, belt_speed=0.1, a1=1.0, a2=0.1, a3=0.3, a4=0.1)"
@@ -96,6 +98,7 @@ assert "halving" in json_schema()["properties"]["friction"]["properties"]["law"]
 """)
 
 
+@all_installed
 def test_a_new_parameter_is_one_row_and_its_conversion(copy):
     """The share of the load that the contact carries: half of it is half the load."""
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
@@ -162,6 +165,7 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 """)
 
 
+@all_installed
 def test_an_added_mass_is_seen_wherever_the_mass_is_asked_for(copy):
     """Half of the mass as a parameter of its own is the mass."""
     row = '\n    Parameter("added_mass", "kg", "mass of the fixture", "system", default=0.0, at_least=0),'

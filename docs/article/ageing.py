@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -12,7 +14,9 @@ from article.recipe import Cell, Findings, Floats, Made, cell, cells, configurat
 from stickslip.api.runs import run
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.theory import static_friction
-from stickslip_materials.fit import AgeingFit, Ranking, fit_ageing, rank
+
+if TYPE_CHECKING:  # measured friction is an extension, which figures but one do without
+    from stickslip_materials.fit import AgeingFit, Ranking
 
 _SCATTER, _REPETITIONS, _SEED = 0.015, 3, 19  # of a measurement, made up: standard deviation over the mean
 _JUDGED_AFTER = 100.0  # s, the waiting time at which greases are compared
@@ -109,6 +113,8 @@ def figure_11() -> Made:
 
 def figure_19() -> Made:
     """Static friction of three greases, fitted and ranked, and the raw friction force of one waiting time."""
+    from stickslip.fit import fit_ageing, rank
+
     config = configuration("fig19")
     ds, every = run(config), cells(config)
     names = [str(name) for name in ds["grease"].values]

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+import yaml
 from scipy import stats
 from scipy.optimize import brentq, minimize_scalar
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import MEASURED_FORM
 from stickslip import theory
-from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.dataset.polylines import polylines
 from stickslip.errors import ConfigError
@@ -251,7 +251,7 @@ def test_the_command_computes_tells_and_draws_a_goal(tmp_path):
              "--quiet-over", "belt_speed=20..200mm/s", "--with", "90%",
              "--set", "goal.points=17", "--set", "goal.scan=5")  # fmt: skip
     files = ("-o", tmp_path / "goal.csv", "--plot", tmp_path / "goal.png")
-    done = CliRunner().invoke(main, list(map(str, words + files)))
+    done = call(*(words + files))
     assert done.exit_code == 0, done.output
     assert "quiet over belt speed 20 to 200 mm/s with a probability of 90 %" in done.output
     assert "alone mu static" in done.output and "together damping" in done.output
@@ -318,3 +318,17 @@ def test_bad_calls_say_what_is_wrong(cell, over, plane, says):
     given = cell if "system" in cell else COULOMB | {"mu_static": 0.45} | {n: v for n, v in cell.items() if n != "law"}
     with pytest.raises(ValueError, match=says):
         stickslip.goal(given, over, *plane, **law)
+
+
+def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(here):
+    data = measured(goal={"quiet_over": OVER, "axes": ["mu_reversal", "mu_start"], "points": 17, "scan": 9})
+    axes = data.pop("axes")["material"]["zip"]
+    data["friction"] = {name: values[0] for name, values in axes.items()}
+    data["system"]["damping"] = "3 %"
+    data["output"] = {"file": "own.nc", "plot": "own.png"}
+    (here / "goal.yaml").write_text(yaml.safe_dump(data))
+    done = call("goal", "goal.yaml")
+    assert done.exit_code == 0, done.output
+    assert (here / "own.png").stat().st_size > 0
+    with stickslip.open(here / "own.nc") as ds:
+        assert float(ds["damping"]) == pytest.approx(0.03 * 2.0 * np.sqrt(0.1 * 5e4))

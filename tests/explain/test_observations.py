@@ -4,10 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.errors import ConfigError, ContradictionError
 
@@ -79,7 +78,7 @@ def test_a_population_that_is_not_computed_yet_is_left_out(tmp_path):
 def test_that_no_population_is_computed_yet_is_said(tmp_path):
     stickslip.run_shard(parse_config(with_laws("stribeck", "rational")), "1/4", tmp_path / "none")
     stickslip.collect(tmp_path / "none", tmp_path / "none.nc")  # of no repetition all laws
-    done = CliRunner().invoke(main, ["inspect", str(tmp_path / "none.nc")])
+    done = call("inspect", tmp_path / "none.nc")
     assert (done.exit_code, done.output) == (0, "no population is computed yet\n")
 
 
@@ -120,7 +119,7 @@ def test_nothing_explains_and_the_observation_that_contradicts_is_named_with_its
     text = text.replace("  particles", "    - {belt_speed: 22 mm/s, normal_load: 10 N, regime: stuck}\n  particles")
     path = tmp_path / "felt.yaml"
     path.write_text(text)
-    done = CliRunner().invoke(main, ["explain", str(path), "-o", str(tmp_path / "felt.nc"), "--json"])
+    done = call("explain", path, "-o", tmp_path / "felt.nc", "--json")
     assert done.exit_code == 1, done.output
     assert f"{path}:6:7: nothing explains this: observation 3 (" in done.stderr
     assert json.loads(done.stdout)["observation"] == 2
@@ -149,17 +148,15 @@ def test_cells_without_a_verdict_widen_the_evidence():
 def test_the_command_tells_what_is_fixed_and_writes_all_it_is_asked_for(tmp_path):
     path, files = tmp_path / "felt.yaml", [tmp_path / name for name in ("felt.nc", "felt.png", "felt.html")]
     path.write_text(TEXT)
-    done = CliRunner().invoke(
-        main, ["explain", str(path), "-o", str(files[0]), "--plot", str(files[1]), "--report", str(files[2])]
-    )
+    done = call("explain", path, "-o", files[0], "--plot", files[1], "--report", files[2])
     assert done.exit_code == 0, done.output
     assert "direction ratio" in done.output and "stiffness" in done.output
     assert all(file.stat().st_size > 1000 for file in files)
-    assert CliRunner().invoke(main, ["explain", "configs/quickstart.yaml"]).exit_code == 2
+    assert call("explain", "configs/quickstart.yaml").exit_code == 2
     for words in (["validate", str(path)], ["plan", str(path)], ["plot", str(files[0]), "-o", str(tmp_path / "a.png")]):
-        done = CliRunner().invoke(main, words)
+        done = call(*words)
         assert done.exit_code == 0, (words, done.output)
-    assert "variance left" in CliRunner().invoke(main, ["inspect", str(files[0])]).output
+    assert "variance left" in call("inspect", files[0]).output
     assert stickslip.open(files[0]).stickslip.plot("probability").axes
 
 
@@ -237,3 +234,12 @@ def test_errors_in_them_name_places_and_keys_as_they_are_written(right, wrong, l
     with pytest.raises(ConfigError) as raised:
         parse_config(SHORT.replace(right, wrong))
     assert line in str(raised.value) and words in str(raised.value)
+
+
+def test_both_numbers_of_a_measurement_have_a_unit_or_the_first_takes_that_of_the_second():
+    force, texts = "regime: stick_slip, spring_force_max: 4.5 +- 0.1 N", ("54 +- 2 ms", "54 ms +- 2 ms")
+    for text in texts:
+        seen = parse_config(TEXT.replace(force, f"period: {text}"), "a").study.observed[0].period
+        assert (seen.value, seen.scatter) == (0.054, 0.002)
+    with pytest.raises(ConfigError, match="expected a unit with 2 as well, since others have"):
+        parse_config(TEXT.replace(force, "period: 54 ms +- 2"), "a")

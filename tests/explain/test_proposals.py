@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip_explain.proposals import _Outcomes
 
@@ -92,7 +91,7 @@ def test_the_command_proposes_places_and_says_what_they_narrow(tmp_path):
     stickslip.explain(observed, PRIOR, particles=60, repetitions=2, progress=False, output=tmp_path / "felt.nc")
     run = ["next", str(tmp_path / "felt.nc"), "--over", "belt_speed=0.002..0.2", "normal_load=5..20N", "--points", "6",
            "--draws", "40", "-o", str(tmp_path / "next.nc"), "--plot", str(tmp_path / "next.png")]  # fmt: skip
-    done = CliRunner().invoke(main, run)
+    done = call(*run)
     assert done.exit_code == 0, done.output
     assert done.output.count(" mm/s") == 3 and "period=0.33" in done.output
     found = stickslip.open(tmp_path / "next.nc")
@@ -112,9 +111,9 @@ def test_axes_that_nobody_can_choose_are_refused(tmp_path, over, words):
     observed = [{"belt_speed": 0.02, "regime": "stick_slip"}]
     path = tmp_path / "felt.nc"
     stickslip.explain(observed, PRIOR, particles=20, repetitions=2, progress=False, output=path)
-    done = CliRunner().invoke(main, ["next", str(path), "--over", over])
+    done = call("next", path, "--over", over)
     assert done.exit_code == 2 and words in done.output, done.output
-    assert CliRunner().invoke(main, ["next", str(path), "--over", "belt_speed", "--scatter", "perid=3"]).exit_code == 2
+    assert call("next", path, "--over", "belt_speed", "--scatter", "perid=3").exit_code == 2
 
 
 def test_what_differs_between_observations_is_an_axis_or_has_a_value(kernels):

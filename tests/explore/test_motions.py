@@ -4,12 +4,11 @@ import shlex
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.nightly import few
 from helpers.unstable_cycle import Cycle
-from stickslip.cli import main
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.models import CURVE_LAWS
@@ -171,7 +170,7 @@ def test_the_command_simulates_the_cell_that_is_seen(quickstart, tmp_path, monke
     assert words[:3] == ["stickslip", "simulate", "configs/quickstart.yaml"] and "mass=0.2 kg" in words
     words[words.index("cell.png")] = str(tmp_path / "cell.png")
     trace = tmp_path / "trace.nc"
-    done = CliRunner().invoke(main, [*words[1:], "-o", str(trace)])
+    done = call(*words[1:], "-o", trace)
     assert done.exit_code == 0, done.output
     ds = stickslip.open(trace)
     assert float(ds["mass"]) == 0.2 and float(ds["stiffness"]) == pytest.approx(at["stiffness"], rel=1e-5)
@@ -217,3 +216,11 @@ def test_a_motion_that_ends_early_is_drawn_as_far_as_it_is_known_and_says_why():
     assert few.stick.regime == "unresolved" and "max_steps" in few.stick.why
     assert few.stick.time.size > 10 and np.isfinite(few.stick.samples["displacement"]).all()
     assert few.stick.time[-1] < 20.0
+
+
+@pytest.mark.slow
+def test_stick_slip_that_never_repeats_is_drawn():
+    """Soft bristles without damping of their own ring from one slip to the next."""
+    cell = {"mass": 0.1, "stiffness": 500.0, "damping": 1.0, "normal_load": 10.0, "belt_speed": 0.043, "a1": 0.25,
+            "a2": 0.0, "a3": 0.05, "a4": 0.02, "contact_stiffness": 2e4, "contact_damping": 0.0}  # fmt: skip
+    assert motions_of(cell, Options(law="lugre_stribeck")).motions[0].time.size > 100

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import HOSTILE
 from helpers.pages import tags
 from stickslip.config.reader import parse_config
@@ -266,3 +267,9 @@ def test_of_jobs_asked_for_while_one_runs_the_last_is_done_and_the_running_one_i
     latest.close()
     assert stopped[0] == (0, 1) and done[-1] == 49 and len(done) < 50
     assert not any(thread.name.startswith("test_0") for thread in threading.enumerate())
+
+
+def test_a_missing_file_with_the_name_of_one_that_ships_is_refused_and_that_one_named(here):
+    """It may be somebody's copy, called from the wrong folder."""
+    done = call("explore", "quickstart.yaml")
+    assert done.exit_code == 2 and "`stickslip init --list` names those" in done.stderr

@@ -12,7 +12,9 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
+from helpers.installed import shipped
 from stickslip.config.reader import SECTIONS
+from stickslip.config.resolve import config_path
 from stickslip.config.yaml import parse_yaml
 from stickslip.vocabulary.quantities import QUANTITIES
 
@@ -21,7 +23,7 @@ EXAMPLES = int(os.environ.get("STICKSLIP_FUZZ", "0"))  # of each kind; 0: the fe
 TRIPWIRE = "stickslip-fuzz-tripwire"  # a file that code smuggled into a configuration would make
 
 GOOD = [
-    *(path.read_text(encoding="utf-8") for path in sorted((ROOT / "configs").glob("*.yaml"))),
+    *(config_path(name).read_text(encoding="utf-8") for name in shipped() if "/" not in name),
     "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n",
     """\
 title: measured

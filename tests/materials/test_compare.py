@@ -12,10 +12,13 @@ from openpyxl import load_workbook
 import stickslip
 from helpers.commands import call
 from helpers.measured import FILES, OPTIONS, SI, SYSTEM, law
+from helpers.plotted import draws_what_the_command_draws, refuses_what_it_cannot_draw
+from stickslip import progress
 from stickslip.config.resolve import points_path
+from stickslip.dataset import export
 from stickslip.errors import ConfigError, UnitWarning
 from stickslip_materials.compare.table import RankTable, material_page
-from stickslip_materials.fit import draw_curves, fit_curve, fit_materials
+from stickslip_materials.fit import CURVE_COLUMNS, draw_curves, fit_curve, fit_materials, read_materials
 
 FALLING = "speed [mm/s], mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n"
 SPEED = np.array([0.5, 1, 2, 5, 10, 20, 35, 50, 75, 100, 150, 200, 300, 400]) / 1000
@@ -272,3 +275,35 @@ def test_speeds_that_no_contact_has_are_asked_about_and_never_ranked(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         assert "did you mean 400 mm/s" in call("fit", tmp_path / "wrong.csv").stderr
+
+
+def test_a_plot_of_materials_says_what_to_give_instead():
+    refuses_what_it_cannot_draw(stickslip.plots.plot_materials)
+
+
+@pytest.mark.slow
+def test_a_comparison_is_drawn_as_the_command_draws_it(tmp_path):
+    ds = stickslip.compare(FILES[:1], **SYSTEM, draws=0)
+    assert draws_what_the_command_draws(ds, tmp_path) == "comparison"
+
+
+def test_how_far_a_comparison_is_rises_to_all_curves(tmp_path, monkeypatch):
+    monkeypatch.setattr(progress, "EVERY", 0.0)
+    moves = []
+    stickslip.compare(FILES[:2], **SYSTEM, draws=20, progress=lambda done, total: moves.append((done, total)))
+    assert moves[0][0] < 42 and moves[-1] == (42, 42) and (np.diff([done for done, _ in moves]) >= 0).all()
+    done = call("compare", FILES[0], *OPTIONS, "--draws", "20")
+    assert done.exit_code == 0 and "21 of 21 curves compared" in done.stderr
+
+
+def test_exported_curves_are_read_as_points_again(tmp_path):
+    """Material, speed and friction, by the headings of the export."""
+    speed = np.geomspace(1e-3, 0.4, 12)
+    points = {"dry": (speed, 0.3 + 0.1 * np.exp(-speed / 0.02) + 0.2 * speed), "oil": (speed, 0.1 + 0.2 * speed)}
+    ds = stickslip.compare(points, mass=0.1, stiffness=5000, normal_load=10, damping=1, draws=0)
+    export.write_table(ds, tmp_path / "curves.csv", ["friction"])
+    back = read_materials(tmp_path / "curves.csv", CURVE_COLUMNS)
+    for name in ("dry", "oil"):
+        one = ds["friction"].sel(material=name)
+        np.testing.assert_allclose(back[name]["mu"], one.values, rtol=5e-6)
+        np.testing.assert_allclose(back[name]["speed"], ds["slip_speed"].values, rtol=5e-6)

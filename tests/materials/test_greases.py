@@ -6,10 +6,9 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip_materials.compare.table import RankTable
 
 TRUE = {"Fett_A_1": (0.1, 0.6, 0.05, 15), "Fett_A_2": (0.103, 0.6, 0.05, 15), "Fett_A_3": (0.097, 0.6, 0.05, 15),
@@ -40,7 +39,7 @@ def test_every_repeat_and_every_number_reaches_programs_excel_and_the_page(folde
     table, page, whole = (folder / f"x.{suffix}" for suffix in ("csv", "html", "nc"))
     words = ["compare", *sorted(folder.glob("Fett*.csv")), *OPTIONS, "--damping", "2 %", "--draws", 120, "--json",
              "-o", table, "-o", whole, "--report", page, "--title", "Fette"]  # fmt: skip
-    done = CliRunner().invoke(main, list(map(str, words)))
+    done = call(*words)
     assert done.exit_code == 0, done.output
     read = json.loads(done.stdout)["read"]
     assert set(read) == set(TRUE) and all(columns["lines_above"] for columns in read.values())

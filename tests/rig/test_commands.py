@@ -1,12 +1,14 @@
 """`stickslip rig`, `rig features` and `rig calibrate`: from files to tables, plots and records."""
 
 import json
+import re
+import shlex
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from helpers.commands import invoke
+from helpers.commands import call, commands_of, completed, invoke
 from helpers.rig_signals import record, saw_tooth, times
 from stickslip.files import reading
 from stickslip_rig.api import RPN_NAME, RigTests, Risk, features, load_rig, load_settings, read_record
@@ -132,15 +134,12 @@ def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):
         (["--from", "soon"], "got 'soon', expected a time"),
     ],
 )
-def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(
-    tmp_path, config, monkeypatch, arguments, expected
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "file").write_text("")
+def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(here, config, arguments, expected):
+    (here / "file").write_text("")
     done = invoke("rig", config, *arguments)
     assert done.exit_code == 2
     assert expected in done.output
-    assert "tests:" not in done.output and {p.name for p in tmp_path.iterdir()} == {"rig.yaml", "file"}
+    assert "tests:" not in done.output and {p.name for p in here.iterdir()} == {"rig.yaml", "file"}
 
 
 def write(path, size=1.0, drive=True):
@@ -358,3 +357,32 @@ def test_what_was_understood_of_files_is_said_once_for_those_alike(tmp_path):
     first, second = done.stdout.partition("read ")[2].split("read ")
     assert "a, b\n" in first and "drive_speed 10 mm/s" in first and "spring_force in N" in first
     assert " c\n" in second and "normal_load 10 N" in second and "spring_force in mN" in second
+
+
+@pytest.mark.parametrize("words", [["rig"], ["rig", "run"]])
+def test_a_rig_is_computed_with_and_without_the_word_run(here, words):
+    done = call(*words, "rig/materials", "--plot", "none/x.png")
+    assert done.exit_code == 2 and "no folder none" in done.stderr  # it was the command, and it read its options
+    first_an_option = call(*words, "--plot", "none/x.png", "rig/materials")
+    assert first_an_option.exit_code == 2 and "no folder none" in first_an_option.stderr
+
+
+def test_examples_in_the_helps_of_the_group_are_commands():
+    for command in (command for name, command in commands_of().items() if name.startswith("rig ")):
+        for line in re.findall(r"^ +(stickslip .*)$", command.epilog, re.MULTILINE):
+            _, group, name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)
+            assert group == "rig" and name == command.name
+            assert command.make_context(name, arguments)
+
+
+def test_the_commands_of_the_group_are_completed_and_without_a_file_the_ones_here_are_named(here):
+    assert completed([], "r") >= ["rig"] and completed(["rig"]) == ["run", "features", "calibrate"]
+    (here / "small.yaml").write_text(TEXT)
+    done = call("rig", "run")
+    assert done.exit_code == 2 and "Configurations in this folder: small.yaml" in done.stderr
+
+
+def test_a_rig_that_ships_is_listed_and_copied_with_its_command(here):
+    assert "stickslip rig rig/materials " in call("init", "--list").stdout
+    done = call("init", "my.yaml", "--from", "rig/materials")
+    assert done.stdout == "wrote my.yaml; next: stickslip rig my.yaml\n"

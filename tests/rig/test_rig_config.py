@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from helpers.commands import call
 from helpers.rig_cases import rig
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import command_for, load_config, parse_config
@@ -124,3 +125,14 @@ def test_everything_of_a_rig_reads_back_equal_when_resolved():
     assert parse_rig(made.to_yaml()) == made
     _, _, features, risk = sections_of(made)
     assert features.bandwidth == 100.0 and risk.base == 2.0 and features.subtract_offset
+
+
+@pytest.mark.parametrize(
+    ("waiting_time", "noise", "bandwidth"),
+    [(1e30, 0, 300), (1, 1e308, 300), (1, 0, 1e-300), (1e12, 0, 300), (1, 0, 1e-9)],
+)
+def test_more_noise_than_there_is_force_or_a_bandwidth_of_nothing_is_refused(tmp_path, waiting_time, noise, bandwidth):
+    text = f"{TEXT}  waiting_time: {waiting_time}\nsensor: {{force_noise: {noise}, bandwidth: {bandwidth}}}\n"
+    (tmp_path / "rig.yaml").write_text(text)
+    done = call("rig", "run", tmp_path / "rig.yaml")
+    assert done.exit_code == 2 and "expected" in done.stderr, (done.output, done.exception)

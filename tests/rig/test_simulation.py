@@ -241,10 +241,35 @@ def test_a_test_that_runs_out_of_steps_is_missing_and_says_why():
     assert light.record is None and heavy.record is not None
 
 
-@pytest.mark.slow  # each of them is compiled; rigs of contacts with memory: test_memory.py, test_reversing_slip.py
+@pytest.mark.slow  # each of them is compiled
 @pytest.mark.parametrize("law", CURVE_LAWS[1:])
 def test_other_laws_have_rigs_too(law):
     friction = {"law": law} | ({"delta": 1.5} if law == "stribeck_delta" else {})
     test = one(rig(friction=friction))
     assert STATUSES[int(test.exact["status"])] == "horizon_reached"
     assert abs(test.exact["energy_error"]) < 1e-6
+
+
+# --- contacts with memory ---------------------------------------------------------------------------------------------
+
+
+BRISTLES = {
+    "system": {"mass": 0.1, "stiffness": 5e3, "damping": 1.0, "normal_load": 10.0, "belt_speed": 0.02},
+    "friction": {"a1": 0.25, "a2": 0.0, "a3": 0.2, "a4": 0.02, "contact_stiffness": 1e6, "contact_damping": 100.0},
+    "drive": {"stroke": 5e-3},
+}
+RATE_STATE = {
+    "system": {"mass": 1.0, "stiffness": 2e4, "normal_load": 10.0, "belt_speed": 1e-3},
+    "friction": {"law": "rate_state_ageing", "mu_0": 0.6, "v_0": 1e-6, "a": 0.010, "b": 0.018, "D_c": 1e-6},
+    "drive": {"stroke": 2e-3, "dwell": 1.0},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("data", "signal", "level", "within"), [
+    (BRISTLES, "spring_force", 4.5, 0.3), (RATE_STATE, "friction_force", 6.2, 0.5),
+])  # fmt: skip
+def test_a_rig_of_a_contact_with_memory_turns_round(data, signal, level, within):
+    (test,) = RigTests(make_rig(data)).tests([0])
+    force = test.record[signal].values
+    assert force.max() == pytest.approx(level, abs=within) and force.min() == pytest.approx(-level, abs=within)

@@ -15,7 +15,9 @@ from helpers.cycles import (
     faster,
     hard_cells,
 )  # fmt: skip
+from helpers.plotted import draws_what_the_command_draws
 from stickslip import sound
+from stickslip.config.reader import parse_config
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import REGIMES
@@ -180,3 +182,7 @@ def test_the_table_of_the_standard_is_met_at_all_third_octaves():
 def test_a_tone_of_one_kilohertz_is_not_weighted_and_a_constant_not_heard():
     assert a_weighting(1000.0) == 1.0
     assert a_weighting(0.0) == 0.0 and decibels(0.0) == -np.inf
+
+
+def test_a_map_of_levels_is_drawn_as_the_command_draws_it(tmp_path):
+    assert draws_what_the_command_draws(sound.levels(parse_config(PADS)), tmp_path) == "map"

@@ -155,10 +155,9 @@ def test_a_cell_that_failed_is_not_listened_to_and_the_reason_is_given(config):
     assert "no motion to listen to, negative_friction" in said
 
 
-def test_what_is_not_heard_is_written_as_minus_infinity(tmp_path, monkeypatch):
+def test_what_is_not_heard_is_written_as_minus_infinity(here):
     """50 kHz, without friction that changes."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "free.yaml").write_text(
+    (here / "free.yaml").write_text(
         "title: free\nsystem: {mass: 1 g, normal_load: 1 N, belt_speed: 1 m/s}\n"
         "friction: {a1: 0.5, a2: 0, a3: 0, a4: 1 m/s}\nstart: {velocity: 0.5 m/s}\n"
         "axes: {stiffness: [1 N/mm, 1e8 N/m]}\n"
@@ -169,9 +168,8 @@ def test_what_is_not_heard_is_written_as_minus_infinity(tmp_path, monkeypatch):
     call("plot", "levels.nc", "--variable", "acceleration_level_a", "-o", "levels.png")
 
 
-def test_levels_of_a_map_are_written_said_and_drawn(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    config = tmp_path / "pads.yaml"
+def test_levels_of_a_map_are_written_said_and_drawn(here):
+    config = here / "pads.yaml"
     config.write_text(PADS)
     said = call("listen", "pads.yaml", "--level", "-o", "levels.nc")
     with xr.open_dataset("levels.nc") as ds:

@@ -195,3 +195,10 @@ def test_it_plays_in_a_notebook():
 def test_numbers_that_make_no_sound_are_refused(wrong, words):
     with pytest.raises(ValueError, match=re.escape(words)):
         sound.of(PAIR, **wrong)
+
+
+def test_a_cell_of_a_law_that_this_process_does_not_know_names_register_law():
+    ds = stickslip.evaluate(PAIR | {"belt_speed": [0.1, 0.2]})
+    ds.attrs["configuration"] = ds.attrs["configuration"].replace("stribeck", "elsewhere")
+    with pytest.raises(ValueError, match="registered in another process, call register_law here"):
+        ds.stickslip.sound(cell=0)

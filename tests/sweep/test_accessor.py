@@ -9,17 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
-from matplotlib.image import imread
 
 import stickslip
 from helpers.nightly import few
-from stickslip import plots, sound
-from stickslip.cli import main
+from helpers.plotted import draws_what_the_command_draws
+from stickslip import plots
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
-from stickslip.files import writing
-from stickslip.plots.layout import Figure
 from stickslip.vocabulary.flags import REGIMES
 
 ROOT = Path(__file__).parents[2]
@@ -122,7 +118,6 @@ PLANE = CONFIG.replace(", belt_speed: 0.5 m/s", "").replace(
 SCATTER = "uncertain: {quantities: {belt_speed: {uniform: {low: 0.2, high: 1}}}, draws: 64}"
 KINDS = {
     "map": lambda: stickslip.run(parse_config(PLANE)),
-    "levels": lambda: sound.levels(parse_config(PLANE)),
     "borders": lambda: stickslip.run(parse_config(CONFIG + "border: {along: belt_speed, between: [0.05, 2]}")),
     "contours": lambda: stickslip.run(parse_config(PLANE + "contours: {points: 8, scan: 8}")),
     "margins": lambda: stickslip.run(parse_config(PLANE + "margins: {parameters: [stiffness]}")),
@@ -132,25 +127,13 @@ KINDS = {
     "ramp": lambda: stickslip.ramp(CELL, "belt_speed", (0.1, 1.0), 4),
     "trajectory": lambda: stickslip.simulate(duration=10.0, **PAIR),
     "cells": lambda: stickslip.evaluate(PAIR | {"stiffness": [1.0, 10.0]}),
-    "comparison": lambda: stickslip.compare(
-        [ROOT / "configs" / "measured" / "dry.csv"], mass=0.1, stiffness=5e3, normal_load=10.0, draws=0
-    ),
 }
 
 
 @pytest.mark.parametrize("kind", few(KINDS, 2))
 def test_the_accessor_draws_what_the_command_draws(kind, tmp_path):
-    ds = KINDS[kind]()
-    writing.write(ds, tmp_path / "result.nc")
-    done = CliRunner().invoke(main, ["plot", str(tmp_path / "result.nc"), "-o", str(tmp_path / "command.png")])
-    assert done.exit_code == 0, done.output
-    figure = stickslip.open(tmp_path / "result.nc").stickslip.plot()
-    assert isinstance(figure, Figure)
-    plots.save(figure, tmp_path / "accessor.png")
-    pictures = [imread(tmp_path / f"{name}.png") for name in ("command", "accessor")]
-    np.testing.assert_array_equal(*pictures)
-    expected = {"borders": "border", "probability": "uncertain"} | dict.fromkeys(("refined", "cells", "levels"), "map")
-    assert plots.kind_of(ds) == expected.get(kind, kind)
+    expected = {"borders": "border", "probability": "uncertain"} | dict.fromkeys(("refined", "cells"), "map")
+    assert draws_what_the_command_draws(KINDS[kind](), tmp_path) == expected.get(kind, kind)
 
 
 def test_what_has_no_plot_is_refused_with_the_reason(ds):
@@ -210,9 +193,6 @@ def test_the_accessor_is_there_in_whatever_order_things_are_imported(order, entr
         "print(own.stickslip.configuration.friction.a1)",
     ], entry)  # fmt: skip
     assert said == [str(ds["regime"].size), "2", "1.0"]
-
-
-# --- notebooks --------------------------------------------------------------------------------------------------------
 
 
 # --- what is wrong, in a notebook -------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from matplotlib.image import imread, imsave
 import stickslip
 from article import FIGURES, Written, borders, gallery, make
 from article.recipe import cell, config_name, configuration, stick_slip_border
+from helpers.installed import all_installed
 from stickslip import theory
 from stickslip.config.resolve import config_names
 
@@ -194,6 +195,7 @@ def test_figure_11_static_friction_is_linear_in_the_logarithm_of_waiting():
     assert numbers["off_line_max"] < 0.05 * numbers["ageing_rate"]
 
 
+@all_installed
 def test_figure_19_greases_a_and_b_age_alike_and_grease_c_is_best():
     numbers = found("fig19")
     for grease in "ABC":
@@ -241,6 +243,7 @@ def apart(page):
     return number.split(page), [float(found.replace(",", "")) for found in number.findall(page)]
 
 
+@all_installed
 def test_the_gallery_is_what_the_computation_says():
     written = [Written(name, Path(f"{name}.png"), Path(f"{name}.nc"), found(name)) for name in FIGURES]
     page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")

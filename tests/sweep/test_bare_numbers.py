@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pint
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.options import Look
@@ -63,21 +62,11 @@ def test_the_ranges_of_studies(section, field, expected):
     assert getattr(parse_config(f"{AT}{section}\n", "a").study, field) == expected
 
 
-def test_what_was_measured():
-    for text in ("54 +- 2 ms", "54 ms +- 2 ms"):
-        seen = f"explain: {{observed: [{{period: {text}}}]}}\n"
-        (one,) = parse_config(
-            f"{AT}uncertain: {{quantities: {{damping: {{uniform: [0, 1]}}}}}}\n{seen}", "a"
-        ).study.observed
-        assert (one.period.value, one.period.scatter) == (0.054, 0.002)
-
-
 @pytest.mark.parametrize("after", [
     "axes: {belt_speed: [5 mm/s, 10, 1 m/s, 2]}", "axes: {belt_speed: {start: 5 mm/s, stop: 60, num: 3}}",
     "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1}}}}",
     "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1 mm/s}, truncated: {high: 15}}}}",
     "border: {along: belt_speed, between: [5 mm/s, 600]}",
-    "uncertain: {quantities: {damping: {uniform: [0, 1]}}}\nexplain: {observed: [{period: 54 ms +- 2}]}",
     "axes: {belt_speed: [0.1, 0.2]}\nattractors: {displacement: [0, 1], velocity: [-1 m/s, 1000]}",
 ])  # fmt: skip
 def test_a_number_after_one_with_a_unit_is_refused(after):
@@ -108,10 +97,10 @@ def test_options_of_commands(tmp_path):
     for i, ends in enumerate((["5", "900 mm/s"], ["5 mm/s", "0.9 m/s"])):
         output = str(tmp_path / f"{i}.nc")
         words = ["border", str(config), "--along", "belt_speed", "--between", *ends, "-o", output]
-        assert CliRunner().invoke(main, words).exit_code == 0
+        assert call(*words).exit_code == 0
         assert parse_config(stickslip.open(output).attrs["configuration"]).study.between == (0.005, 0.9)
     config.write_text(TEXT)
-    done = CliRunner().invoke(main, ["validate", str(config), "--set", "axes.belt_speed=[5, 60 mm/s]"])
+    done = call("validate", config, "--set", "axes.belt_speed=[5, 60 mm/s]")
     assert "0.005, 0.06 m/s" in done.output and "warning" not in done.output.lower(), done.output
     result = stickslip.evaluate(CELL | {"belt_speed": 0.5}).rename(cell="belt_speed_of")
     for limits in ("period=5..60 ms", "period=5 ms..60 ms"):

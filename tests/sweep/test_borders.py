@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
-from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
 from stickslip.runs import work
@@ -311,7 +310,7 @@ def test_what_a_configuration_cannot_give_is_said(text, how, message):
 
 
 def command(*arguments):
-    return CliRunner().invoke(main, ["border", *map(str, arguments)])
+    return call("border", *arguments)
 
 
 def test_the_command_prints_borders_and_writes_them(tmp_path):
@@ -335,7 +334,7 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
         "friction: {a1: 0.1, a2: 0.3, a4: 0.02}\naxes: {a3: [0.1, 0.02, 0.0]}\n"
         "border: {along: belt_speed, between: [1 mm/s, 500 mm/s], scan: 16}\n"
     )
-    done = CliRunner().invoke(main, ["run", str(tmp_path / "b.yaml"), "-o", str(tmp_path / "b.csv")])
+    done = call("run", tmp_path / "b.yaml", "-o", tmp_path / "b.csv")
     assert done.exit_code == 0, done.output
     assert re.search(r"^0 +none: damped throughout$", done.stdout, re.M) and "2 on 2 of 3 lines" in done.stdout
     table = pd.read_csv(tmp_path / "b.csv")

@@ -16,6 +16,7 @@ import stickslip
 from helpers.commands import call, commands_of
 from helpers.configs import write_config
 from helpers.runs import until
+from stickslip import extensions
 from stickslip.runs.work import Work
 from stickslip.vocabulary.flags import STATUSES
 
@@ -123,8 +124,10 @@ def test_a_map_and_its_plot_are_made_without_what_they_do_not_need(here):
     assert (here / "map.png").exists()
     loaded = {name.strip(" '[]") for name in done.stdout.splitlines()[-1].split(",")}
     assert "matplotlib.figure" in loaded
-    assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba", "stickslip_rig.simulation"}
+    assert not loaded & {"scipy.special", "scipy.stats", "scipy.optimize", "dask", "numba"}
     assert not loaded & {"stickslip.api.studies", "stickslip.studies.attractors", "stickslip.dataset.export"}
+    of_extensions = {name for name in loaded if re.match(r"stickslip_(?!kernels)\w+\.(?!extension$)", name)}
+    assert of_extensions <= {place.partition(":")[0] for place in extensions.brought("quantities").values()}
     assert not loaded & {f"stickslip.cli.{other}" for other in ("cells", "stores", "studies")}
 
 
@@ -336,10 +339,10 @@ def test_plot_draws_maps_and_trajectories(here):
 
 def test_configurations_that_ship_are_listed_and_copied(here):
     listed = call("init", "--list").stdout
-    assert "stickslip run quickstart " in listed and "stickslip rig rig/materials " in listed
-    done = call("init", "my.yaml", "--from", "rig/materials")
-    assert done.stdout == "wrote my.yaml; next: stickslip rig my.yaml\n"
-    assert (here / "my.yaml").read_bytes() == (ROOT / "configs" / "rig" / "materials.yaml").read_bytes()
+    assert "stickslip run quickstart " in listed and "stickslip run article/fig3 " in listed
+    done = call("init", "my.yaml", "--from", "article/fig3")
+    assert done.stdout == "wrote my.yaml; next: stickslip run my.yaml\n"
+    assert (here / "my.yaml").read_bytes() == (ROOT / "configs" / "article" / "fig3.yaml").read_bytes()
     unknown = call("init", "other.yaml", "--from", "quickstrat")
     assert unknown.exit_code == 2 and "there are article/basins, " in unknown.stderr and not Path("other.yaml").exists()
 
@@ -352,7 +355,7 @@ def test_configurations_that_ship_are_found_from_any_folder_and_it_is_said(here,
     assert [path.name for path in here.iterdir()] == ["fig3.nc"]
 
 
-@pytest.mark.parametrize("command", ["run", "explore", "plan"])
+@pytest.mark.parametrize("command", ["run", "plan"])
 def test_a_missing_file_with_the_name_of_one_that_ships_is_refused_and_that_one_named(here, command):
     """It may be somebody's copy, called from the wrong folder."""
     done = call(command, "quickstart.yaml")

@@ -3,29 +3,18 @@
 import json
 import os
 import re
-import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from helpers.commands import call, commands_of
+from helpers.commands import call, commands_of, completed
 from helpers.configs import write_config
 from stickslip import extensions
 from stickslip.cli import SECTIONS, configs
 
 ROOT = Path(__file__).parents[2]
-
-
-def process(*arguments, **variables):
-    """The command as the entry point starts it, which leaves by os._exit."""
-    paths = os.pathsep.join(str(ROOT / root) for root in ("sweep", "kernels"))
-    environment = os.environ | {"PYTHONPATH": paths} | variables
-    done = subprocess.run(
-        [sys.executable, "-m", "stickslip", *arguments], env=environment, capture_output=True, text=True, check=False
-    )
-    return done
 
 
 # --- groups -----------------------------------------------------------------------------------------------------------
@@ -41,29 +30,13 @@ def test_help_lists_every_command_once_those_of_extensions_under_its_name():
     assert shown == [name for name in commands_of() if " " not in name] and len({*shown}) == len(shown)
 
 
-@pytest.mark.parametrize("words", [["rig"], ["rig", "run"]])
-def test_a_rig_is_computed_with_and_without_the_word_run(here, words):
-    done = call(*words, "rig/materials", "--plot", "none/x.png")
-    assert done.exit_code == 2 and "no folder none" in done.stderr  # it was the command, and it read its options
-    first_an_option = call(*words, "--plot", "none/x.png", "rig/materials")
-    assert first_an_option.exit_code == 2 and "no folder none" in first_an_option.stderr
-
-
-def test_examples_in_the_helps_of_the_group_are_commands():
-    for command in (command for name, command in commands_of().items() if name.startswith("rig ")):
-        for line in re.findall(r"^ +(stickslip .*)$", command.epilog, re.MULTILINE):
-            _, group, name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)
-            assert group == "rig" and name == command.name
-            assert command.make_context(name, arguments)
-
-
 # --- what is named by mistake -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["run", "plan", "validate", "rig", "simulate"])
+@pytest.mark.parametrize("command", ["run", "plan", "validate", "simulate"])
 def test_without_a_file_the_ones_here_are_named(here, command):
     write_config(here)
-    done = call(command, *(["run"] if command == "rig" else []))
+    done = call(command)
     assert done.exit_code == 2 and "Configurations in this folder: small.yaml" in done.stderr
 
 
@@ -175,16 +148,8 @@ def test_messages_name_topics_that_there_are_and_others_get_the_nearest():
 # --- completion and the screen ----------------------------------------------------------------------------------------
 
 
-def completed(words, incomplete=""):
-    """What is proposed after some words."""
-    line = " ".join(["stickslip", *words, incomplete])
-    done = process(_STICKSLIP_COMPLETE="bash_complete", COMP_WORDS=line, COMP_CWORD=str(len(words) + 1))
-    return [row.partition(",")[2] for row in done.stdout.splitlines()]
-
-
 def test_commands_and_options_are_completed():
-    assert "rig" in completed([], "r")
-    assert completed(["rig"]) == ["run", "features", "calibrate"]
+    assert completed([], "ru") == ["run"]
     assert "--plot" in completed(["run"], "--p")
 
 

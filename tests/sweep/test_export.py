@@ -12,7 +12,6 @@ import stickslip
 from helpers.commands import call
 from stickslip.dataset import export
 from stickslip.files import tables
-from stickslip_materials.fit import CURVE_COLUMNS, read_materials
 
 CELL = {"mass": 1.0, "normal_load": 1.0, "belt_speed": 0.1, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 MAP = """\
@@ -119,29 +118,15 @@ def test_the_command_exports_what_is_asked_for(small, tmp_path, monkeypatch):
         assert wrong.exit_code == 2 and said in wrong.stderr
 
 
-def test_a_run_keeps_its_map_and_makes_the_table_of_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "small.yaml").write_text(MAP)
+def test_a_run_keeps_its_map_and_makes_the_table_of_it(here):
+    (here / "small.yaml").write_text(MAP)
     done = call("run", "small.yaml", "-o", "found.csv")
     assert done.exit_code == 0, done.output
-    assert {p.name for p in tmp_path.iterdir()} == {"small.yaml", "found.nc", "found.csv"}
+    assert {p.name for p in here.iterdir()} == {"small.yaml", "found.nc", "found.csv"}
     assert len(pd.read_csv("found.csv")) == 24
-    (tmp_path / "found.csv").unlink()
+    (here / "found.csv").unlink()
     again = call("run", "small.yaml", "-o", "found.csv")
     assert "is complete already" in again.stdout and len(pd.read_csv("found.csv")) == 24
-
-
-def test_exported_curves_are_read_as_points_again(tmp_path):
-    """Material, speed and friction, by the headings of the export."""
-    speed = np.geomspace(1e-3, 0.4, 12)
-    points = {"dry": (speed, 0.3 + 0.1 * np.exp(-speed / 0.02) + 0.2 * speed), "oil": (speed, 0.1 + 0.2 * speed)}
-    ds = stickslip.compare(points, mass=0.1, stiffness=5000, normal_load=10, damping=1, draws=0)
-    export.write_table(ds, tmp_path / "curves.csv", ["friction"])
-    back = read_materials(tmp_path / "curves.csv", CURVE_COLUMNS)
-    for name in ("dry", "oil"):
-        one = ds["friction"].sel(material=name)
-        np.testing.assert_allclose(back[name]["mu"], one.values, rtol=5e-6)
-        np.testing.assert_allclose(back[name]["speed"], ds["slip_speed"].values, rtol=5e-6)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])

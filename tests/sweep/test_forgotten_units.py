@@ -3,12 +3,12 @@
 import warnings
 
 import pytest
-from click.testing import CliRunner
 
+from helpers.commands import call
 from helpers.configs import cell_at
-from stickslip.cli import main
+from helpers.installed import shipped
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.resolve import config_names, config_path
+from stickslip.config.resolve import config_path
 from stickslip.errors import UnitWarning
 
 QUIET = """\
@@ -17,11 +17,6 @@ friction: {a1: 0.2, a2: 0, a3: 0.1, a4: 20}
 axes:
   stiffness: {start: 1, stop: 100, num: 4, spacing: log}
   belt_speed: {start: 1, stop: 500, num: 5}
-"""
-RIG = """\
-system: {mass: 100 g, stiffness: 5 N/mm, normal_load: 10 N, belt_speed: 10 mm/s}
-friction: {a1: 0.3, a2: 0, a3: 0.1, a4: 20 mm/s}
-drive: {stroke: 20, strokes: 1}
 """
 
 
@@ -112,7 +107,7 @@ def test_axes_of_every_form_are_looked_at(tmp_path, axis):
     assert "a4: got 10 to 20 m/s; did you mean 10 to 20 mm/s?" in asked
 
 
-@pytest.mark.parametrize("name", config_names())
+@pytest.mark.parametrize("name", shipped())
 def test_no_configuration_that_ships_is_questioned(name):
     with warnings.catch_warnings(record=True) as questions:
         warnings.simplefilter("always")
@@ -133,10 +128,9 @@ def test_the_configuration_in_a_result_is_not_questioned(tmp_path):
 
 @pytest.mark.filterwarnings(f"default::{UnitWarning.__module__}.{UnitWarning.__name__}")
 @pytest.mark.parametrize("command", ["run", "plan", "validate"])
-def test_commands_ask_on_standard_error_before_they_compute(tmp_path, monkeypatch, command):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "map.yaml").write_text(QUIET)
-    done = CliRunner().invoke(main, [command, "map.yaml"])
+def test_commands_ask_on_standard_error_before_they_compute(here, command):
+    (here / "map.yaml").write_text(QUIET)
+    done = call(command, "map.yaml")
     assert done.exit_code == 0
     assert done.stderr.startswith("warning: map.yaml:2:37: friction.a4: got 20 m/s")
     assert "did you mean" not in done.stdout

@@ -11,14 +11,14 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 from matplotlib.text import Text
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import write_config
 from helpers.nightly import few
 from stickslip import plots
-from stickslip.cli import main, screen
+from stickslip.cli import screen
 from stickslip.dataset.export import write_table
 from stickslip.errors import ConfigError, visible
 
@@ -77,10 +77,9 @@ def test_nothing_that_is_printed_is_obeyed_by_a_terminal(capsys):
         assert "\\x1b[31mred" in line and visible(line) == line
 
 
-def test_a_name_with_control_characters_is_told_without_them(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a\x1b[2J.yaml").write_text("")
-    done = CliRunner().invoke(main, [])
+def test_a_name_with_control_characters_is_told_without_them(here):
+    (here / "a\x1b[2J.yaml").write_text("")
+    done = call()
     assert "\x1b" not in done.output and "a\\x1b[2J.yaml" in done.output
 
 
@@ -124,25 +123,12 @@ def test_a_silent_scheduler_ends_a_run_in_time_and_ctrl_c_says_what_it_interrupt
     assert not list(tmp_path.glob("*.parts"))
 
 
-def test_more_noise_than_there_is_force_or_a_bandwidth_of_nothing_is_refused(tmp_path):
-    text = (
-        "system: {{mass: 0.1, stiffness: 5000, belt_speed: 0.01, normal_load: 5}}\n"
-        "friction: {{a1: 0.28, a2: 0, a3: 0.12, a4: 0.02}}\n"
-        "drive: {{stroke: 0.004, strokes: 2, waiting_time: {}}}\nsensor: {{force_noise: {}, bandwidth: {}}}\n"
-    )
-    for values in ((1e30, 0, 300), (1, 1e308, 300), (1, 0, 1e-300), (1e12, 0, 300), (1, 0, 1e-9)):
-        (tmp_path / "rig.yaml").write_text(text.format(*values))
-        done = CliRunner().invoke(main, ["rig", "run", str(tmp_path / "rig.yaml")])
-        assert done.exit_code == 2 and "expected" in done.stderr, (values, done.output, done.exception)
-
-
 @pytest.mark.parametrize("unit", few(["blub", "$x^{$", "", "m/", "°", "m s-", "2", "kg**"], 3))
-def test_an_unknown_unit_in_a_file_of_others_is_told_without_a_traceback(unit, labelled, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_an_unknown_unit_in_a_file_of_others_is_told_without_a_traceback(unit, labelled, here):
     speeds = xr.DataArray([0.1, 0.2], dims="belt_speed", attrs={"units": unit})
     ds = labelled.isel(pad=[0, 1]).drop_vars(["pad", "belt_speed"]).rename(pad="belt_speed")
     ds.assign_attrs(title="theirs").assign_coords(belt_speed=speeds).to_netcdf("theirs.nc")
     for more in ((), ("--units", "belt_speed=mm/s"), ("--limits", "belt_speed=0.1..0.2 m/s")):
-        done = CliRunner().invoke(main, ["plot", "theirs.nc", "-o", "theirs.png", *more])
+        done = call("plot", "theirs.nc", "-o", "theirs.png", *more)
         assert isinstance(done.exception, SystemExit | None), (unit, more, done.exception)
         assert done.exit_code == (2 if more else 0), done.output

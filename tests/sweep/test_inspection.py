@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from stickslip.cli import main
+from helpers.commands import call
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import parse_config
 from stickslip.dataset.build import map_dataset, provenance
@@ -107,16 +106,6 @@ axes: {stiffness: {start: 1, stop: 10, num: 3, spacing: log}, belt_speed: [0.1, 
 solver: {max_steps: 6}
 output: {file: small.nc}
 """
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
 def test_run_reports_bad_cells_inspect_lists_them_and_simulate_shows_them(here):

@@ -10,10 +10,7 @@ from helpers.nightly import few
 from judge import memory
 from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
-from stickslip.engine import Options
 from stickslip.errors import ConfigError
-from stickslip_explore.motions import motions_of
-from stickslip_rig.api import RigTests
 
 PAIR = {
     "mass": 1.0,
@@ -45,11 +42,6 @@ BRISTLES = {
     "contact_stiffness": 1e6,
     "contact_damping": 100.0,
 }
-RIG = """
-system: {mass: 100 g, stiffness: 5 N/mm, damping: 1 N s/m, normal_load: 10 N, belt_speed: 20 mm/s}
-friction: {a1: 0.25, a2: 0, a3: 0.2, a4: 20 mm/s, contact_stiffness: 1 N/um, contact_damping: 100 N s/m}
-drive: {stroke: 5 mm}
-"""
 
 
 @pytest.mark.slow
@@ -291,13 +283,6 @@ def test_borders_margins_and_attractors_serve_bristles():
     np.testing.assert_array_equal(both["settling_share"], [0.0, 1.0])
 
 
-@pytest.mark.slow
-def test_a_rig_with_bristles_turns_round():
-    record = next(iter(RigTests(parse_config(RIG, apart="drive")).tests([0]))).record
-    force = record["spring_force"].values
-    assert force.max() == pytest.approx(4.5, abs=0.3) and force.min() == pytest.approx(-4.5, abs=0.3)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -330,8 +315,3 @@ def test_stick_slip_that_never_repeats_is_told():
     assert (found["regime"].values[0], found["status"].values[0]) == (1, 17) and np.isnan(found["period"].values[0])
     assert 0.0 < float(found["displacement_amplitude"][0]) < 10.0 / 500.0
     assert 0.0 < time_span(found).duration < 10.0
-
-
-@pytest.mark.slow
-def test_stick_slip_that_never_repeats_is_drawn():
-    assert motions_of(NEVER_REPEATS, Options(law="lugre_stribeck")).stick.time.size > 100

@@ -99,17 +99,16 @@ def test_a_run_writes_a_page_and_plot_writes_it_again(computed):
 
 
 @pytest.mark.slow
-def test_more_panels_than_fit_are_a_picture_of_a_part_said_before_and_after(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    config = write_config(tmp_path, num=4, more="output: {file: map.nc, plot: map.png}\n")
+def test_more_panels_than_fit_are_a_picture_of_a_part_said_before_and_after(here):
+    config = write_config(here, num=4, more="output: {file: map.nc, plot: map.png}\n")
     config.write_text(config.read_text().replace("axes:\n", "axes:\n  damping: {start: 0, stop: 1.9, num: 20}\n"))
     for command in ("validate", "plan"):
         assert "the middle damping" in call(command, config).output
     done = call("run", config, "--set", "output.report=map.html")
     assert done.exit_code == 0 and done.stderr.index("20 panels over damping (20)") < done.stderr.index("cells")
     assert done.stdout.count("drawn    damping = 1 N s/m") == 2 and "plot     map.png" in done.stdout
-    assert size_of(tmp_path / "map.png") == size_of_one_panel(tmp_path)
-    assert "panels over" not in (tmp_path / "map.html").read_text() and (tmp_path / "map.html").stat().st_size > 50_000
+    assert size_of(here / "map.png") == size_of_one_panel(here)
+    assert "panels over" not in (here / "map.html").read_text() and (here / "map.html").stat().st_size > 50_000
     refused = call("plot", "map.nc")
     assert refused.exit_code == 2 and "--select damping=" in refused.output and "select={'damping'" in refused.output
 

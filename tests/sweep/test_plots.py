@@ -10,7 +10,15 @@ from matplotlib.colors import LogNorm, to_rgb
 
 import stickslip
 from helpers.maps import axis, cell_dataset, make_map, plane
-from helpers.plotted import LUBRICANTS, legend_of, lubricants, panels_of, speeds, stiffnesses
+from helpers.plotted import (
+    LUBRICANTS,
+    legend_of,
+    lubricants,
+    panels_of,
+    refuses_what_it_cannot_draw,
+    speeds,
+    stiffnesses,
+)
 from stickslip import plots
 from stickslip.dataset.build import trace_dataset
 from stickslip.dataset.display import MapAxis
@@ -291,21 +299,6 @@ def test_plotting_needs_no_pyplot():
 # --- what is given ----------------------------------------------------------------------------------------------------
 
 
-def test_every_plot_of_a_dataset_says_what_to_give_instead():
-    ds = stickslip.evaluate(CELLS_OF_A_LIST)
-    drawers = [plots.plot_map, plots.plot_result, plots.plot_attractors, plots.plot_branches, plots.plot_ramp,
-               plots.plot_of_ramp, plots.plot_trace, plots.plot_probability, plots.plot_materials]  # fmt: skip
-    for draw in drawers:
-        with pytest.raises(plots.PlotError, match="the variable period alone.*\n.*give the dataset.*'period'"):
-            draw(ds["period"])
-        for given in ("map.nc", None, np.zeros((2, 2)), CELLS_OF_A_LIST, [ds]):
-            with pytest.raises(plots.PlotError, match=f"of type {type(given).__name__}, expected a dataset"):
-                draw(given)
-        if draw not in (plots.plot_map, plots.plot_result):
-            with pytest.raises(plots.PlotError, match="not a|holds no"):
-                draw(ds)
-
-
 CELLS_OF_A_LIST = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1,
                    "belt_speed": [0.5, 0.3, 0.4]}  # fmt: skip
 
@@ -320,3 +313,11 @@ def test_attractors_of_a_list_of_cells_are_drawn_over_what_they_differ_in():
     several = stickslip.attractors(CELLS_OF_A_LIST | {"damping": [0.0, 0.1, 0.2]}, box=box)
     upper, lower = plots.plot_attractors(several).axes
     assert all(line.get_linestyle() == "None" and line.get_marker() == "o" for line in (*upper.lines, *lower.lines))
+
+
+@pytest.mark.parametrize("draw", [
+    plots.plot_map, plots.plot_result, plots.plot_attractors, plots.plot_branches, plots.plot_ramp, plots.plot_of_ramp,
+    plots.plot_trace, plots.plot_probability,
+])  # fmt: skip
+def test_every_plot_of_a_dataset_says_what_to_give_instead(draw):
+    refuses_what_it_cannot_draw(draw, draws_cells=draw in (plots.plot_map, plots.plot_result))

@@ -27,15 +27,13 @@ def test_an_unknown_name_is_refused_with_those_that_exist(name):
 
 
 @pytest.mark.parametrize("name", ["quickstart", "configs/quickstart.yaml", "configs/quickstart"])
-def test_a_name_calls_the_configuration_that_ships_where_there_is_no_such_file(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_name_calls_the_configuration_that_ships_where_there_is_no_such_file(name, here):
     assert existing_config(name).samefile(ROOT / "configs" / "quickstart.yaml")
 
 
 @pytest.mark.parametrize("name", ["quickstart.yaml", "configs/quickstrat.yaml", "/configs/quickstart.yaml", "article"])
-def test_a_file_that_is_missing_is_not_replaced_by_one_that_ships(name, tmp_path, monkeypatch):
+def test_a_file_that_is_missing_is_not_replaced_by_one_that_ships(name, here):
     """quickstart.yaml may be somebody's copy, called from the wrong folder."""
-    monkeypatch.chdir(tmp_path)
     assert existing_config(name) == Path(name)
 
 

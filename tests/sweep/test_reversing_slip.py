@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 import stickslip
 from stickslip import engine
 from stickslip.engine import Options
-from stickslip_rig.api import RigTests, make_rig
 
 pytestmark = pytest.mark.slow  # drives of contacts with memory have kernels of their own
 LAWS = ("rate_state_ageing", "rate_state_slip")
@@ -171,19 +170,6 @@ def test_on_drives_over_decades_energy_is_balanced_and_the_mirror_image_exact(la
         for name in ("displacement", "velocity", "friction_force"):
             np.testing.assert_array_equal(mirrored[name], -signals[name])
         assert other["friction_heat"] == exact["friction_heat"]
-
-
-def test_a_rig_of_strokes_has_rate_and_state_friction():
-    rig = make_rig(
-        {
-            "system": {"mass": 1.0, "stiffness": 2e4, "normal_load": 10.0, "belt_speed": 1e-3},
-            "friction": {"law": LAWS[0], "mu_0": 0.6, "v_0": 1e-6, "a": 0.010, "b": 0.018, "D_c": 1e-6},
-            "drive": {"stroke": 2e-3, "dwell": 1.0},
-        }
-    )
-    (test,) = RigTests(rig).tests([0])
-    friction = test.record["friction_force"].values / 10.0
-    assert friction.max() == pytest.approx(0.62, abs=0.05) and friction.min() == pytest.approx(-0.62, abs=0.05)
 
 
 @pytest.mark.parametrize("law", LAWS)

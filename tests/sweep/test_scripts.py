@@ -16,6 +16,7 @@ from rich.console import Console
 import stickslip
 from helpers.commands import call, commands_of
 from helpers.configs import write_config
+from helpers.installed import is_command
 from stickslip import progress
 from stickslip.config.reader import parse_config
 from stickslip.errors import UnitWarning
@@ -53,7 +54,8 @@ def test_every_command_that_takes_a_configuration_takes_settings():
               if any(p.name in names and (isinstance(p, click.Argument) or p.required)
                      for p in params(command))}  # fmt: skip
     assert takers == set(commands_with("--set"))
-    assert takers >= {"run", "plan", "validate", "simulate", "border", "status", "rig run", "explore"}
+    some = ("run", "plan", "validate", "simulate", "border", "status", "rig run", "explore")
+    assert takers >= {name for name in some if is_command(name.split()[0])}
 
 
 @pytest.mark.parametrize("name", commands_with("--set"))

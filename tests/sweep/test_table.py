@@ -1,7 +1,5 @@
 """Measured tables as friction curves, against SciPy's splines and SciPy's integration of the motion on them."""
 
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,7 +10,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 import stickslip
 from helpers import scipy_oscillator
 from helpers.scipy_oscillator import Oscillator
-from stickslip.config.reader import load_config, parse_config
+from stickslip.config.reader import parse_config
 from stickslip.engine import Options
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
@@ -26,13 +24,13 @@ CLOSE = np.linspace(0.99, 1.01, 200), 0.3 + 0.1 * np.sin(np.linspace(0.0, 20.0, 
 THREE = np.array([0.0, 0.1, 0.4]), np.array([0.5, 0.3, 0.35])
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.1}
 YAML = """
-system: {mass: 100 g, normal_load: 10 N, damping: 2 N s/m}
-friction: {table: felt.csv}
+system: {{mass: 100 g, normal_load: 10 N, damping: 2 N s/m}}
+friction: {}
 axes:
-  stiffness: {start: 0.5 N/mm, stop: 50 N/mm, num: 4, spacing: log}
-  belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 5}
+  stiffness: {{start: 0.5 N/mm, stop: 50 N/mm, num: 4, spacing: log}}
+  belt_speed: {{start: 1 mm/s, stop: 200 mm/s, num: 5}}
 """
-FELT = "# felt\nspeed [mm/s], mu\n1, 0.398\n3, 0.381\n10, 0.347\n30, 0.297\n60, 0.288\n100, 0.291\n200, 0.300\n"
+FELT = "{speed: [1 mm/s, 10 mm/s, 60 mm/s], mu: [0.398, 0.347, 0.288]}"
 
 
 @dataclass
@@ -169,61 +167,24 @@ def test_speeds_with_units_are_converted():
 
 
 @pytest.mark.parametrize(
-    ("rows", "line"),
-    [("1, .4\n3, .3\n2, .3", 4), ("1, .4\n\n# slow\n1, .3", 5), ("1, .4\n2, 0", 3), ("1, .4\n2, x", 3)],
-)
-def test_wrong_rows_of_a_file_are_named_by_their_line(tmp_path, rows, line):
-    (tmp_path / "felt.csv").write_text(f"speed [mm/s], mu\n{rows}\n", encoding="utf-8")
-    (tmp_path / "felt.yaml").write_text(YAML, encoding="utf-8")
-    with pytest.raises(ConfigError, match=rf"felt\.csv:{line}:"):
-        load_config(tmp_path / "felt.yaml")
-
-
-@pytest.mark.parametrize(
     ("friction", "message"),
     [
-        ("{table: felt.csv, law: rational}", "besides a table"),
-        ("{table: felt.csv, fit: felt.csv}", "besides a table"),
-        ("{table: felt.csv, mu_start: 0.5}", "got mu_start with the law"),
-        ("{table: felt.csv, delta: 2}", "got delta with the law"),
+        (f"{{table: {FELT}, law: rational}}", "besides a table"),
+        (f"{{table: {FELT}, fit: felt.csv}}", "besides a table"),
+        (f"{{table: {FELT}, mu_start: 0.5}}", "got mu_start with the law"),
+        (f"{{table: {FELT}, delta: 2}}", "got delta with the law"),
         ("{table: 3}", "expected a CSV file"),
-        ("{table: {file: felt.csv, smooth: true}}", "unknown key"),
-        ("{table: {file: felt.csv, monotone: 3}}", "expected true or false"),
+        ("{table: {speed: [0, 1], mu: [1, 1], smooth: true}}", "unknown key"),
+        ("{table: {speed: [0, 1], mu: [1, 1], monotone: 3}}", "expected true or false"),
         ("{table: {speed: [0, 1], mu: [1, 0]}}", "above 0"),
         ("{table: {speed: [0, x], mu: [1, 1]}}", r"speed\[1\]: got 'x', expected a speed"),
         ("{table: {speed: 0, mu: [1, 1]}}", "expected two lists alike"),
         ("{table: none.csv}", "none.csv"),
     ],
 )
-def test_wrong_tables_in_a_configuration_are_refused(tmp_path, friction, message):
-    (tmp_path / "felt.csv").write_text(FELT, encoding="utf-8")
-    (tmp_path / "felt.yaml").write_text(YAML.replace("{table: felt.csv}", friction), encoding="utf-8")
+def test_wrong_tables_in_a_configuration_are_refused(friction, message):
     with pytest.raises((ConfigError, OSError), match=message):
-        load_config(tmp_path / "felt.yaml")
-
-
-@pytest.mark.slow
-def test_a_configuration_keeps_the_points_and_another_process_knows_them(tmp_path):
-    (tmp_path / "felt.csv").write_text(FELT, encoding="utf-8")
-    (tmp_path / "felt.yaml").write_text(YAML, encoding="utf-8")
-    config = load_config(tmp_path / "felt.yaml")
-    law = stickslip.Table(["1 mm/s", "3 mm/s", "10 mm/s", "30 mm/s", "60 mm/s", "100 mm/s", "200 mm/s"],
-                          [0.398, 0.381, 0.347, 0.297, 0.288, 0.291, 0.300])  # fmt: skip
-    assert config.friction.law == law
-    assert parse_config(config.to_yaml()) == config
-    with pytest.warns(ExtrapolationWarning, match="fastest point of the table is at 0.2 m/s"):
-        found = stickslip.run(config, tmp_path / "felt.nc")
-    cells = {name: found[name] for name in ("stiffness", "belt_speed")}
-    cells |= {"mass": 0.1, "normal_load": 10.0, "damping": 2.0}
-    with pytest.warns(ExtrapolationWarning, match="fastest point of the table is at 0.2 m/s"):
-        same = stickslip.evaluate(cells, law=law)
-    np.testing.assert_array_equal(found["spring_force_max"], same["spring_force_max"])
-    same.to_netcdf(tmp_path / "cells.nc")
-    script = (
-        "import sys, stickslip; from stickslip.config.grid import shared_by as of\n"
-        "for file in sys.argv[1:]: stickslip.Options(law=of(stickslip.open(file))['law'])"
-    )
-    subprocess.run([sys.executable, "-c", script, tmp_path / "felt.nc", tmp_path / "cells.nc"], check=True)
+        parse_config(YAML.format(friction))
 
 
 @pytest.mark.slow

@@ -5,12 +5,10 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
-from helpers.commands import told
+from helpers.commands import call, told
 from stickslip import plots
-from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
 from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
@@ -87,7 +85,7 @@ def test_the_ramp_command_tells_where_the_regime_changes(config, tmp_path):
     assert re.search(r"^up +stick_slip +damped +0.79\d+ m/s +0.79\d+ m/s$", said, re.MULTILINE)
     assert re.search(r"^down +damped +stick_slip +0.34\d+ m/s +0.33\d+ m/s$", said, re.MULTILINE)
     assert "plot     " in told("plot", tmp_path / "r.nc", "-o", tmp_path / "again.png")
-    done = CliRunner().invoke(main, ["ramp", str(config), "--along", "belt_sped"])
+    done = call("ramp", config, "--along", "belt_sped")
     assert done.exit_code == 2 and "did you mean belt_speed?" in done.output
 
 

@@ -5,8 +5,9 @@ import re
 
 import pytest
 
+from helpers.installed import shipped
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.resolve import config_names, config_path
+from stickslip.config.resolve import config_path
 from stickslip.errors import ConfigError
 
 FLOW = """\
@@ -121,7 +122,7 @@ def test_a_misspelt_key_is_the_only_thing_that_is_wrong():
 
 # --- mutations of files that are right --------------------------------------------------------------------------------
 
-TEXTS = {name: config_path(name).read_text(encoding="utf-8") for name in config_names()}
+TEXTS = {name: config_path(name).read_text(encoding="utf-8") for name in shipped()}
 _KEY = re.compile(r"(?<=[{ ,\n])([a-z][a-z_]{3,}): ")
 KEYS = {name: [m for m in _KEY.finditer(text) if "#" not in text[: m.start()].splitlines()[-1]]
         for name, text in TEXTS.items()}  # fmt: skip

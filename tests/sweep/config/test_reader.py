@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.configs import GOOD, message, with_line
+from helpers.installed import shipped
 from stickslip.config import sections
 from stickslip.config.reader import load_config, parse_config
-from stickslip.config.resolve import config_names, config_path
+from stickslip.config.resolve import config_path
 from stickslip.config.sections import System
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.studies import BESIDE, STUDIES
@@ -36,7 +37,7 @@ def test_words_stand_for_absent_quantities():
     assert plain["axes"] == {"mu_static": {"values": ["mu_start", 1.5]}}
 
 
-@pytest.mark.parametrize("name", config_names())
+@pytest.mark.parametrize("name", shipped())
 def test_configurations_that_ship_are_good(name):
     config = load_config(config_path(name), apart=None)
     assert parse_config(config.to_yaml()) == config

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.runs import FEW, same, stop_early, with_axes
-from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.locations import Url
@@ -126,7 +125,7 @@ def test_what_somebody_else_has_there_is_left_alone(config, url, computed, there
 def test_a_working_store_is_on_a_file_system(config, tmp_path, computed, keep):
     with pytest.raises(StoreError, match="a working store has to be on a file system\nhint: name a folder with store"):
         stickslip.run(config, tmp_path / "map.nc", **keep)
-    said = CliRunner().invoke(main, ["status", keep["store"]])
+    said = call("status", keep["store"])
     assert said.exit_code == 2 and "on a file system\nhint: name a folder with --store" in said.stderr
     assert computed == []
 

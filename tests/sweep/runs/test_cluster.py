@@ -8,13 +8,12 @@ import sys
 import threading
 
 import pytest
-from click.testing import CliRunner
 
 import stickslip
 from helpers.cluster import BLOCK, CLI, Cluster, environment
+from helpers.commands import call
 from helpers.configs import write_config
 from helpers.runs import block_files, opened, same, until
-from stickslip.cli import main
 from stickslip.runs import cluster as clusters
 from stickslip.runs import work
 
@@ -147,7 +146,7 @@ def test_workers_of_another_version_are_refused_by_name(cluster, config, output,
 def test_a_scheduler_that_is_not_there_is_told_before_anything_is_changed(config, output, monkeypatch, address):
     monkeypatch.setattr(clusters, "PATIENCE", 0.5)
     monkeypatch.chdir(output.parent)
-    done = CliRunner().invoke(main, ["run", str(config), "-o", str(output), "--set", f"execution.dask={address}"])
+    done = call("run", config, "-o", output, "--set", f"execution.dask={address}")
     assert done.exit_code == 2, done.output
     assert address in done.stderr and "Traceback" not in done.stderr
     assert not output.with_name("map µ.nc.parts").exists()

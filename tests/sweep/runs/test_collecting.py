@@ -6,11 +6,10 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.runs import FEW, block_files, interrupted_after, same, stop_early, with_axes
-from stickslip.cli import main
 from stickslip.errors import StoreError
 from stickslip.files.targets import folder_at
 from stickslip.runs import work
@@ -34,18 +33,18 @@ def test_status_names_the_shards_that_lack_blocks_whatever_became_of_them(config
     stickslip.run_shard(config, "1/3", store)
     with endless_block(2), pytest.raises(stickslip.Interrupted):
         stickslip.run_shard(config, "2/3", store, progress=interrupted_after(1))
-    done = CliRunner().invoke(main, ["status", store])
+    done = call("status", store)
     assert "shard     1/3" not in done.output
     stopped, idle = (re.search(rf"shard +{i}/3: (\d+) of 5 blocks missing; no process works on it: submit it again",
                                done.output) for i in (2, 3))  # fmt: skip
     assert 0 < int(stopped[1]) < 5 and int(idle[1]) == 5
-    answer = json.loads(CliRunner().invoke(main, ["status", store, "--json"]).stdout)["shards"]
+    answer = json.loads(call("status", store, "--json").stdout)["shards"]
     assert [(one["shard"], one["held"]) for one in answer] == [("2/3", False), ("3/3", False)]
     assert sum(len(one["missing"]) for one in answer) == int(stopped[1]) + 5
     stop_early(config, output)  # a whole run goes on, and has no shards
-    assert "\nshard " not in CliRunner().invoke(main, ["status", store]).output
+    assert "\nshard " not in call("status", store).output
     stickslip.run_shard(config, "4/4", store)
-    assert "shard     4/4" not in CliRunner().invoke(main, ["status", store]).output
+    assert "shard     4/4" not in call("status", store).output
 
 
 def test_a_part_is_collected_and_its_other_cells_are_not_computed(config, output, whole):
@@ -154,7 +153,7 @@ def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
     for command in ("status", "collect", "run"):
         folder.mkdir(exist_ok=True)
         (folder / "lock.json").write_text(json.dumps(lock))
-        done = CliRunner().invoke(main, [command, str(config)])
+        done = call(command, config)
         assert done.exit_code == 0, done.output
     assert not folder.exists()
     same(stickslip.open(output), whole)

@@ -62,9 +62,8 @@ def s3(server, monkeypatch):
     s3fs.S3FileSystem.clear_instance_cache()
 
 
-def test_a_run_to_s3_that_was_killed_resumes_to_the_bits_of_a_local_map(s3, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    config = write_config(tmp_path, num=200, more="solver: {horizon: 3000, early_stop: false}\n")
+def test_a_run_to_s3_that_was_killed_resumes_to_the_bits_of_a_local_map(s3, here):
+    config = write_config(here, num=200, more="solver: {horizon: 3000, early_stop: false}\n")
     config.write_text(config.read_text() + "output: {file: s3://bucket/maps/map.zarr}\n")
     url, parts = "s3://bucket/maps/map.zarr", Path("map.zarr.parts")
 
@@ -79,8 +78,8 @@ def test_a_run_to_s3_that_was_killed_resumes_to_the_bits_of_a_local_map(s3, tmp_
     told = "".join(called("run", config)[1:])
     assert "took over from a run that has died" in told and "were found finished in map.zarr.parts" in told
     assert not parts.exists() and not [key for key in Url("s3://bucket/maps").keys() if not key.startswith("map.zarr/")]
-    called("run", config, "-o", tmp_path / "map.zarr")
-    with stickslip.open(url) as there, stickslip.open(tmp_path / "map.zarr") as here:
+    called("run", config, "-o", here / "map.zarr")
+    with stickslip.open(url) as there, stickslip.open(here / "map.zarr") as here:
         assert set(there.variables) == set(here.variables)
         for name, values in here.variables.items():
             assert there[name].values.tobytes() == values.values.tobytes(), name
@@ -90,8 +89,8 @@ def test_a_run_to_s3_that_was_killed_resumes_to_the_bits_of_a_local_map(s3, tmp_
         assert plain["regime"].shape == (200, 200)
     assert "complete already" in called("run", config)[1]
     assert "stick_slip" in called("inspect", url)[1]
-    called("plot", url, "-o", tmp_path / "map.png")
-    assert (tmp_path / "map.png").is_file()
+    called("plot", url, "-o", here / "map.png")
+    assert (here / "map.png").is_file()
 
 
 def test_a_bucket_that_is_not_there_is_said_before_computing_and_not_made(s3, tmp_path):

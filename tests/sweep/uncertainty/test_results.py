@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from click.testing import CliRunner
 
 import stickslip
-from helpers.commands import told
+from helpers.commands import call, told
 from helpers.runs import same
 from stickslip import plots
-from stickslip.cli import main
 from stickslip.errors import ArgumentError, PlotError
 from stickslip.runs import work
 
@@ -91,5 +89,5 @@ def test_borders_and_margins_are_not_searched_among_uncertain_quantities(config)
     with pytest.raises(ValueError, match="uncertain quantities"):
         stickslip.margins(config, ["stiffness"])
     for words in (["border", "--along", "stiffness"], ["contours", "--over", "stiffness", "belt_speed"]):
-        done = CliRunner().invoke(main, [words[0], str(config), *words[1:]])
+        done = call(words[0], config, *words[1:])
         assert done.exit_code == 2 and "uncertain quantities" in done.output

@@ -10,30 +10,31 @@ from pathlib import Path
 
 import click
 import pytest
-from click.testing import CliRunner
 
 import stickslip
+from helpers.commands import call
 from helpers.configs import write_config
+from helpers.installed import MISSING, all_installed, code_asks_for_more, configuration_asks_for_more
 from helpers.nightly import few
 from helpers.pages import anchors, links
-from making import reference
 from making.contents import sections
 from making.played import differences, pictures, play, played_pages
-from stickslip import rig
 from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.config.yaml import parse_yaml
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 PATHS = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")))
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in PATHS}
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
 PLAYED = played_pages(DOCS)  # their blocks build on each other
+PLAYABLE = [page for page in PLAYED if not code_asks_for_more(PAGES[f"{page}.md"])]
 
 
 def blocks(language):
     """The fenced blocks of a language that stand for themselves, by page and number."""
+    asks_for_more = configuration_asks_for_more if language == "yaml" else code_asks_for_more
     shown = {}
     for name, text in PAGES.items():
         if language == "python" and name.removesuffix(".md") in PLAYED:
@@ -41,7 +42,8 @@ def blocks(language):
         fences = re.finditer(rf"(`:\n\n)?^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
         for number, (is_file, block) in enumerate(fence.groups() for fence in fences):
             needs_cluster = re.search(r"dask|distributed", block)
-            if not needs_cluster and not (is_file and name.removesuffix(".md") in PLAYED):
+            played = is_file and name.removesuffix(".md") in PLAYED
+            if not needs_cluster and not played and not asks_for_more(block):
                 shown[f"{name} {number}"] = block
     return shown
 
@@ -53,7 +55,7 @@ def commands():
     fenced = re.findall(r"^```(?:console|bash|sh|text)\n(.*?)^```", joined, re.MULTILINE | re.DOTALL)
     lines = re.findall(r"^ {2,4}(stickslip .*)$", joined, re.MULTILINE)
     lines += re.findall(r"^(?:\$ )?(stickslip [^$\n]*)$", "\n".join(fenced), re.MULTILINE)
-    return sorted({*lines, *in_the_readme()})
+    return sorted(line for line in {*lines, *in_the_readme()} if not code_asks_for_more(line))
 
 
 def in_the_readme():
@@ -64,7 +66,8 @@ def in_the_readme():
 
 def mentioned():
     """Commands in the middle of a text, of which arguments may be left out; none with a choice or a key in it."""
-    return sorted({line for text in PAGES.values() for line in re.findall(r"`(stickslip [a-z][^`\n|<]*)`", text)})
+    lines = {line for text in PAGES.values() for line in re.findall(r"`(stickslip [a-z][^`\n|<]*)`", text)}
+    return sorted(line for line in lines if not code_asks_for_more(line))
 
 
 def resolved(arguments):
@@ -74,12 +77,6 @@ def resolved(arguments):
         name, command, arguments = command.resolve_command(context, arguments)
         context = type(context)(command, parent=context, info_name=name)
     return command, arguments
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 # Kernels that tests by day do not run: of other laws, of tables, of drives of contacts with memory.
@@ -97,6 +94,7 @@ YAML = blocks("yaml")
 PYTHON = blocks("python")
 
 
+@all_installed
 def test_pages_have_blocks_to_try():
     assert {name.split()[0] for name in YAML} >= {"README.md", "materials.md", "rig.md", "borders.md", "uncertainty.md"}
     assert {name.split()[0] for name in PYTHON} >= {"README.md", "attractors.md", "borders.md", "runs.md"}
@@ -113,9 +111,9 @@ def test_every_configuration_of_the_docs_is_computed(here, name):
     (here / "my.yaml").write_text(text, encoding="utf-8")
     keys = parse_yaml(YAML[name]).data
     if "system" not in keys:  # it says how measured records are read
-        rig.load_settings(here / "my.yaml")
+        stickslip.rig.load_settings(here / "my.yaml")
         return
-    done = CliRunner().invoke(main, [*(["rig"] if "drive" in keys else []), "run", "my.yaml"])
+    done = call(*["rig"] if "drive" in keys else [], "run", "my.yaml")
     assert done.exit_code == 0, done.output
     for file in (keys["output"][key] for key in ("file", "plot") if key in keys["output"]):
         assert (here / file).stat().st_size > 0
@@ -129,7 +127,10 @@ def shown_and_run():
         re.MULTILINE,
     )
     return [
-        pytest.param(*found, id=f"{name} {found[1]}") for name, text in PAGES.items() for found in pair.findall(text)
+        pytest.param(*found, id=f"{name} {found[1]}")
+        for name, text in PAGES.items()
+        for found in pair.findall(text)
+        if not configuration_asks_for_more(found[0])
     ]
 
 
@@ -152,7 +153,11 @@ def test_every_python_block_of_the_docs_runs(here, name):
     exec(compile(PYTHON[name], name, "exec"), {"stickslip": stickslip})
 
 
-@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "notebook",
+    [path for path in NOTEBOOKS if not code_asks_for_more(path.read_text(encoding="utf-8"))],
+    ids=lambda path: path.stem,
+)
 def test_every_notebook_runs_on_a_small_grid(here, notebook):
     names = {}
     for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
@@ -165,7 +170,7 @@ def test_every_notebook_runs_on_a_small_grid(here, notebook):
 def expressions():
     """Python in the middle of a text that is about a dataset `ds`."""
     shown = {code for text in PAGES.values() for code in re.findall(r"(?<!`)`([^`\n]*\bds[.\[][^`\n]*)`", text)}
-    return sorted(code for code in shown if "..." not in code)
+    return sorted(code for code in shown if "..." not in code and not code_asks_for_more(code))
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +199,7 @@ def test_expressions_in_the_middle_of_a_text_work_on_every_map(in_memory_and_fro
         exec(compile(code, code, "exec"), {"stickslip": stickslip, "plots": stickslip.plots, "ds": ds})
 
 
-@pytest.mark.parametrize("page", few(PLAYED, [page for page in PLAYED if page != "own-curve"]))
+@pytest.mark.parametrize("page", few(PLAYABLE, [page for page in PLAYABLE if page != "own-curve"]))
 def test_what_a_page_shows_is_what_comes_out(tmp_path, page):
     """Of commands and Python, but for times and rates; and pictures are made. `make reference` writes all again."""
     shown = PAGES[f"{page}.md"]
@@ -212,7 +217,10 @@ def test_a_changed_output_and_a_missing_line_are_differences():
     assert differences(shown, shown.replace("stick_slip  2,419  20.0%\n", "")) != []
 
 
+@all_installed
 def test_the_site_has_tables_of_all_commands_keys_and_variables(tmp_path):
+    from making import reference
+
     reference.write(tmp_path)
     assert "## stickslip rig run" in (tmp_path / "commands.md").read_text(encoding="utf-8")
     assert "| `belt_speed` |" in (tmp_path / "keys.md").read_text(encoding="utf-8")
@@ -237,6 +245,7 @@ def test_files_of_the_package_that_docs_and_helps_name_are_there():
     assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
 
 
+@all_installed
 @pytest.mark.slow
 def test_every_command_of_the_readme_runs_as_it_stands(here, monkeypatch):
     """In its order, in an empty folder."""
@@ -245,7 +254,7 @@ def test_every_command_of_the_readme_runs_as_it_stands(here, monkeypatch):
     )
     monkeypatch.setattr("webbrowser.open", lambda _: True)
     for line in in_the_readme():
-        done = CliRunner().invoke(main, shlex.split(line)[1:])
+        done = call(*shlex.split(line)[1:])
         assert done.exit_code == 0, f"{line}\n{done.output}"
 
 
@@ -266,7 +275,7 @@ def test_links_lead_somewhere(path):
     """Files that exist, and headings of theirs."""
     for target, anchor in links(PAGES[path.name]):
         there = (path.parent / target).resolve() if target else path
-        assert there.exists(), target
+        assert there.exists() or there.name in MISSING, target  # tests of an extension
         if anchor:
             assert anchor in anchors(there.read_text(encoding="utf-8")), f"{target}#{anchor}"
 
@@ -276,6 +285,7 @@ def test_every_page_is_in_the_table_of_contents_once():
     assert sorted(listed) == sorted(path.stem for path in DOCS.glob("*.md") if path.name != "index.md")
 
 
+@all_installed
 @pytest.mark.slow
 def test_the_site_is_built_without_a_warning(tmp_path):
     """Each page is there, formulas are no TeX, and nothing is loaded from elsewhere."""
