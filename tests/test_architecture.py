@@ -15,9 +15,9 @@ SWEEP = ROOT / "sweep" / "stickslip"
 KERNELS = ROOT / "kernels" / "stickslip_kernels"
 EXTENSIONS = sorted(path for path in (ROOT / "sweep").glob("stickslip_*") if path.is_dir())
 CEILINGS = {  # lines of Python; to raise one is a decision that the message of the commit defends
-    "sweep/stickslip": 27_110, "sweep/stickslip_materials": 6_320, "sweep/stickslip_rig": 4_340,
-    "sweep/stickslip_explain": 2_780, "sweep/stickslip_explore": 2_280, "sweep/stickslip_sound": 1_090,
-    "kernels": 10_735, "tests": 36_610,
+    "sweep/stickslip": 25_790, "sweep/stickslip_materials": 5_840, "sweep/stickslip_rig": 4_840,
+    "sweep/stickslip_explain": 2_610, "sweep/stickslip_explore": 2_000, "sweep/stickslip_sound": 920,
+    "kernels": 10_965, "tests": 36_150,
 }  # fmt: skip
 
 # From the ground up. A room imports rooms of lower floors: none of its own floor, none above.

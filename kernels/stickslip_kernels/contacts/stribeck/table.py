@@ -36,7 +36,12 @@ class Table(NamedTuple):
 
 LAWS = {"table": Table(0.0)}
 
-with_stations.of(Table)(lambda law, stations: Table(columns_at(stations, (at.STATION_ROWS, at.STATIONS))))
+
+def _at_an_address(law, stations):
+    return Table(columns_at(stations, (at.STATION_ROWS, at.STATIONS)))
+
+
+with_stations.of(Table)(_at_an_address)
 
 
 def search(row, starts):
