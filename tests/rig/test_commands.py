@@ -371,12 +371,14 @@ def test_examples_in_the_helps_of_the_group_are_commands():
     for command in (command for name, command in commands_of().items() if name.startswith("rig ")):
         for line in re.findall(r"^ +(stickslip .*)$", command.epilog, re.MULTILINE):
             _, group, name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)
-            assert group == "rig" and name == command.name
+            if group != "rig":  # what comes next
+                continue
+            assert name == command.name
             assert command.make_context(name, arguments)
 
 
 def test_the_commands_of_the_group_are_completed_and_without_a_file_the_ones_here_are_named(here):
-    assert completed([], "r") >= ["rig"] and completed(["rig"]) == ["run", "features", "calibrate"]
+    assert completed([], "r") >= ["rig"] and completed(["rig"]) == ["run", "features", "friction", "calibrate"]
     (here / "small.yaml").write_text(TEXT)
     done = call("rig", "run")
     assert done.exit_code == 2 and "Configurations in this folder: small.yaml" in done.stderr

@@ -170,7 +170,6 @@ def test_speeds_with_units_are_converted():
     ("friction", "message"),
     [
         (f"{{table: {FELT}, law: rational}}", "besides a table"),
-        (f"{{table: {FELT}, fit: felt.csv}}", "besides a table"),
         (f"{{table: {FELT}, mu_start: 0.5}}", "got mu_start with the law"),
         (f"{{table: {FELT}, delta: 2}}", "got delta with the law"),
         ("{table: 3}", "expected a CSV file"),

@@ -306,7 +306,7 @@ def each_with_unit(given: Any, units: str) -> Any:
         unit = known[i] or unit
         if isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < math.inf:
             if not unit:
-                raise QuantityError(f"a unit with {value!r} as well, since others have one")
+                raise QuantityError(f"a unit with {value:g} as well, since others have one")
             values[i] = f"{value} {unit}"
     return values
 

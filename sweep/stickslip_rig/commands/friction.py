@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     "friction",
     epilog="""\b
 Examples:
-  stickslip rig friction felt.csv --mass "100 g" --stiffness "5 N/mm" -o friction.csv --plot friction.png
+  stickslip rig friction felt.csv --mass "100 g" --stiffness "5 N/mm" -o friction.csv
   stickslip fit friction.csv                                   # the curve, with mu_stop
   stickslip rig friction k*.csv --over stiffness --plot springs.png
   stickslip rig friction a.csv b.csv --stiffness "5 N/mm" --stiffness "20 N/mm" """,
