@@ -12,8 +12,6 @@ from stickslip.config.resolve import config_path
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models.stribeck import coefficients
-from stickslip_rig import api as rig
-from stickslip_rig.friction_plot import plot_over_stiffness
 
 _CONFIG = "rig/stiffness"
 _OF_A_CELL = ("mass", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")
@@ -24,6 +22,9 @@ _DAMPED = 0.05  # damping ratio
 
 def figure_springs() -> Made:
     """The tendency over the stiffness, measured on records and by the curve."""
+    from stickslip import rig  # an extension, which other figures do without
+    from stickslip_rig.friction_plot import plot_over_stiffness
+
     config = rig.load_rig(config_path(_CONFIG))
     tests = rig.RigTests(config)
     records = {test.name: test.record for test in tests.tests(range(tests.grid.size)) if test.record is not None}
