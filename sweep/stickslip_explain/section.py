@@ -320,7 +320,7 @@ def with_draws(document: Document) -> Document:
     if not isinstance(quantities, dict) or any("drawn" in row for row in quantities.values() if isinstance(row, dict)):
         return document
     file = FilePath(document.name).parent / uncertain[_KEY]
-    law, known, rows = _draws(document, file if file.exists() else FilePath(uncertain[_KEY]), friction.get("law"))
+    law, known, rows = _draws(document, file if file.exists() else FilePath(uncertain[_KEY]))
     axes = data.get("axes")
     given = {str(path[-1]) for path in varied_paths(axes if isinstance(axes, dict) else {})} | {*quantities, *friction}
     given |= {name for part in data.values() if isinstance(part, dict) for name in part}
@@ -332,10 +332,11 @@ def with_draws(document: Document) -> Document:
     return replace(document, data={**data, "friction": friction, "uncertain": section})
 
 
-def _draws(document: Document, file: FilePath, law: Any) -> tuple[str, dict[str, Any], dict[str, list[float]]]:
+def _draws(document: Document, file: FilePath) -> tuple[str, dict[str, Any], dict[str, list[float]]]:
     """The law of friction, what the explanation took as known of it, and the values of each quantity."""
     from stickslip.files.reading import open  # xarray takes its time
 
+    law = (document.data.get("friction") or {}).get("law")
     with open(file) as ds:
         if "posterior_law" not in ds or "configuration" not in ds.attrs:
             raise document.refused(_PATH, f"{file} holds no draws, expected what `stickslip explain` wrote")

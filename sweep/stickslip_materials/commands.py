@@ -186,7 +186,7 @@ Examples:
 @reports_errors
 def compare(
     files: tuple[Path, ...], speed: tuple[str, ...], outputs: tuple[Path, ...], plot: Path | None, title: str | None,
-    report: Path | None, **asked: Any,
+    report: Path | None, **options: Any,
 ) -> Answer:  # fmt: skip
     """Rank materials by the belt speed above which each is quiet.
 
@@ -198,9 +198,9 @@ def compare(
     from stickslip.files.targets import KINDS
     from stickslip_materials.compare.compare import compare as compared
 
-    fits = _fits(files, asked["normal_load"], ageing=False)
+    fits = _fits(files, options["normal_load"], ageing=False)
     with refuses_bad_input(""), screen.progress_bar("curves", " compared") as move:
-        ds = compared(fits, belt_speed=(speed[0] if len(speed) == 1 else speed) or None, progress=move, **asked)
+        ds = compared(fits, belt_speed=(speed[0] if len(speed) == 1 else speed) or None, progress=move, **options)
     units = (text.rpartition("..")[2].lstrip("+-.0123456789eE ").strip() for text in speed)
     if unit := next(filter(None, units), None):  # that in which the belt speeds were given
         speeds = [str(name) for name, values in ds.variables.items() if values.attrs.get("units") == "m s-1"]

@@ -25,7 +25,7 @@ from stickslip_rig.quantities import CONDITIONS
 from stickslip_rig.records import condition_of
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.signals import Floats, Positions, sample_rate
-from stickslip_rig.specimen import STEADY, Motion, motion_of
+from stickslip_rig.specimen import STEADY, SpecimenMotion, motion_of
 from stickslip_rig.sticks import Sticks, find_sticks
 
 FEWEST_SAMPLES, FEWEST_SLIPS = 8, 3  # of a slip; of a record
@@ -60,7 +60,7 @@ _COUNTS = (
 )
 
 
-class Estimate(NamedTuple):
+class CoefficientEstimate(NamedTuple):
     """A value, its standard deviation from slip to slip, and by how much it may be off besides."""
 
     value: float
@@ -123,7 +123,10 @@ def friction(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     sticks, remarks = find_sticks(record, settings), [defect.text for defect in wrong]
     motion = motion_of(sticks, load, settings.tolerance, remarks)
     slips, left_out = _slips(sticks, motion)
-    estimates, points = dict.fromkeys(COEFFICIENTS, Estimate(np.nan)), dict.fromkeys((v.name for v in _POINTS), _NONE)
+    estimates, points = (
+        dict.fromkeys(COEFFICIENTS, CoefficientEstimate(np.nan)),
+        dict.fromkeys((v.name for v in _POINTS), _NONE),
+    )
     if len(slips) >= FEWEST_SLIPS:
         estimates, points = _evaluated(slips, motion, motion.stiffness / load / sample_rate(sticks.time), remarks)
     else:
@@ -151,7 +154,7 @@ def friction_table(records: Mapping[str, xr.Dataset], settings: FeatureSettings 
 # --- slips -----------------------------------------------------------------------------------------------------------
 
 
-def _slips(sticks: Sticks, motion: Motion) -> tuple[list[_Slip], int]:
+def _slips(sticks: Sticks, motion: SpecimenMotion) -> tuple[list[_Slip], int]:
     """The slips that are long enough, under a steady drive and between two sticks, and how many others there are."""
     slips, speed = [], motion.slip_speed
     starts, ends = sticks.slips()
@@ -178,8 +181,8 @@ def _slips(sticks: Sticks, motion: Motion) -> tuple[list[_Slip], int]:
 
 
 def _evaluated(
-    slips: list[_Slip], motion: Motion, loading: float, remarks: list[str]
-) -> tuple[dict[str, Estimate], dict[str, Floats]]:
+    slips: list[_Slip], motion: SpecimenMotion, loading: float, remarks: list[str]
+) -> tuple[dict[str, CoefficientEstimate], dict[str, Floats]]:
     """The coefficients, their systematic parts with all that is known of them, and the points.
 
     loading : change of the coefficient in a stick from sample to sample, over the speed of the drive.
@@ -199,7 +202,7 @@ def _evaluated(
     _leave_out(estimates, sides[1], rise, len(slips), float(np.median([s.last - s.first + 1 for s in slips])), remarks)
     parts = (estimates["mu_start"], estimates["mu_reversal"], estimates["mu_stop"])
     value, *errors = (np.array(column) * (1.0, -2.0, 1.0) for column in zip(*parts, strict=True))
-    estimates["tendency"] = Estimate(float(value.sum()), *(float(np.linalg.norm(error)) for error in errors))
+    estimates["tendency"] = CoefficientEstimate(float(value.sum()), *(float(np.linalg.norm(error)) for error in errors))
     turn = (estimates["v_reversal"].value, estimates["mu_reversal"])
     ends = [[(0.0, estimates["mu_start"]), turn], [(0.0, estimates["mu_stop"])]]
     slow = _sides(slips, motion.slip_speed, friction, rise)
@@ -208,7 +211,11 @@ def _evaluated(
 
 
 def _check_break_away(
-    estimates: dict[str, Estimate], slips: list[_Slip], motion: Motion, loading: float, remarks: list[str]
+    estimates: dict[str, CoefficientEstimate],
+    slips: list[_Slip],
+    motion: SpecimenMotion,
+    loading: float,
+    remarks: list[str],
 ) -> None:
     """Take the friction at which sticks end for mu_start where it is above that with which slip begins.
 
@@ -222,7 +229,12 @@ def _check_break_away(
 
 
 def _leave_out(
-    estimates: dict[str, Estimate], falling: _Samples, rise: float, slips: int, length: float, remarks: list[str]
+    estimates: dict[str, CoefficientEstimate],
+    falling: _Samples,
+    rise: float,
+    slips: int,
+    length: float,
+    remarks: list[str],
 ) -> None:
     """Replace by NaN what the record does not tell, and say why. rise, length : of sensors and of slips, samples."""
     start, stop = estimates["mu_start"], estimates["mu_stop"]
@@ -231,14 +243,14 @@ def _leave_out(
         what = f"sensors take {rise:.2g} samples to follow a jump, a slip lasts {length:.0f}"
         names = listed(blurred, "and")
         remarks.append(f"{what}: {names} cannot be told; faster sensors, or a softer spring, show more")
-        estimates |= dict.fromkeys(blurred, Estimate(np.nan))
+        estimates |= dict.fromkeys(blurred, CoefficientEstimate(np.nan))
     elif not (half <= _WIDEST * drop and stop.value - start.value <= half + _half(start, slips)):
         slowest = quantity(float(np.quantile(falling.speed, 0.02)), "m s-1")
         remarks.append(f"mu_stop cannot be told: of the fall {slowest} is the slowest seen, below friction may change")
-        estimates["mu_stop"] = Estimate(np.nan)
+        estimates["mu_stop"] = CoefficientEstimate(np.nan)
 
 
-def _rise(slips: list[_Slip], motion: Motion) -> float:
+def _rise(slips: list[_Slip], motion: SpecimenMotion) -> float:
     """How many samples the sensors take to follow the jump of the acceleration at re-stick."""
     half = max(4, min((slip.last - slip.first) // 3 for slip in slips))
     around = np.arange(-half, half + 1)
@@ -259,7 +271,7 @@ def _sides(slips: list[_Slip], speed: Floats, friction: Floats, rise: float) -> 
     return sides[0], sides[1]
 
 
-def _coefficients(rising: _Samples, falling: _Samples) -> dict[str, Estimate]:
+def _coefficients(rising: _Samples, falling: _Samples) -> dict[str, CoefficientEstimate]:
     """The coefficients that samples give by themselves."""
     start = _at_standstill(rising, (2, 3), 4.0)
     steps = np.unique(np.quantile(rising.speed, np.linspace(0.0, 1.0, 41)))
@@ -277,14 +289,14 @@ def _coefficients(rising: _Samples, falling: _Samples) -> dict[str, Estimate]:
     return {
         "mu_start": start,
         "mu_reversal": turns[0]._replace(systematic=abs(turns[0].value - turns[1].value)),
-        "v_reversal": Estimate(float(peak.mean()), float(stats.sem(peak)), float(bend.mean() / 6.0)),
+        "v_reversal": CoefficientEstimate(float(peak.mean()), float(stats.sem(peak)), float(bend.mean() / 6.0)),
         "mu_stop": stop,
     }
 
 
 def _at_standstill(
     samples: _Samples, degrees: tuple[int, ...], reach: float, shape: Callable[[Floats], Floats] | None = None
-) -> Estimate:
+) -> CoefficientEstimate:
     """Friction at slip speed 0: a polynomial, and `shape`, 0 there, through all samples up to a speed.
 
     Of these speeds, at least `reach` times the lowest, and of the degrees it takes what is known best: deviation, and
@@ -297,13 +309,13 @@ def _at_standstill(
         (sizes <= samples.speed.size) & (samples.speed[sizes.clip(max=samples.speed.size) - 1] > reach * lowest)
     ]
     if not sizes.size:
-        return Estimate(np.nan)
+        return CoefficientEstimate(np.nan)
     fits = np.array([[_intercept(samples.those(slice(size)), degree, shape) for degree in (*degrees, degrees[-1] + 1)]
                      for size in sizes.tolist()])  # fmt: skip
     change = ndimage.maximum_filter1d(np.abs(np.diff(fits[:, :, 0], axis=1)), 3, axis=0, mode="nearest")
     i, degree = np.unravel_index(np.argmin(np.hypot(fits[:, :-1, 1], change)), change.shape)
     value, deviation = fits[i, degree].tolist()
-    return Estimate(value, deviation, float(change[i, degree]))
+    return CoefficientEstimate(value, deviation, float(change[i, degree]))
 
 
 def _intercept(samples: _Samples, degree: int, shape: Callable[[Floats], Floats] | None) -> tuple[float, float]:
@@ -331,21 +343,21 @@ def _fitted(columns: Floats, values: Floats, slip: Positions) -> tuple[float, fl
     return float(best[0] / scale[0]), float(np.sqrt(max(by_slips, by_samples)) / scale[0])
 
 
-def _at_turn(rising: _Samples, falling: _Samples, top: Floats, share: float) -> Estimate:
+def _at_turn(rising: _Samples, falling: _Samples, top: Floats, share: float) -> CoefficientEstimate:
     """Friction where the slip speed is greatest: lines in the distance from there on both sides, down to a share."""
     near = [side.those(side.speed > share * top[side.slip]) for side in (rising, falling)]
     away = [top[side.slip] - side.speed for side in near]
     columns = [np.column_stack([np.ones_like(way), way * (i == 0), way * (i == 1)]) for i, way in enumerate(away)]
     friction, slip = (np.concatenate([side[i] for side in near]) for i in (1, 2))
-    return Estimate(*_fitted(np.concatenate(columns), friction, slip))
+    return CoefficientEstimate(*_fitted(np.concatenate(columns), friction, slip))
 
 
-def _half(estimate: Estimate, slips: int) -> float:
+def _half(estimate: CoefficientEstimate, slips: int) -> float:
     """Half the 95 % interval of an estimate from so many slips."""
     return float(np.hypot(stats.t.ppf(0.975, slips - 1) * estimate.deviation, estimate.systematic))
 
 
-def _binned(side: _Samples, smooth: Floats, ends: Sequence[tuple[float, Estimate]], slips: int) -> Floats:
+def _binned(side: _Samples, smooth: Floats, ends: Sequence[tuple[float, CoefficientEstimate]], slips: int) -> Floats:
     """Points of one direction, in the order of `_POINTS`: the `ends` of the curve, and between them friction in the
     middle of bins of the slip speed, by a parabola in each; NaN for bins of few samples.
 
@@ -367,7 +379,7 @@ def _binned(side: _Samples, smooth: Floats, ends: Sequence[tuple[float, Estimate
 
 
 def _dataset(
-    estimates: Mapping[str, Estimate], points: Mapping[str, Floats], counts: tuple[int, int],
+    estimates: Mapping[str, CoefficientEstimate], points: Mapping[str, Floats], counts: tuple[int, int],
     conditions: Mapping[str, Any], record: xr.Dataset,
 ) -> xr.Dataset:  # fmt: skip
     """The result of one record."""

@@ -28,7 +28,7 @@ _SURE = 4.0  # standard errors of a delay or a stiffness that is taken from the 
 _LEFT = 0.2  # of the mean square of what rings: what a decaying oscillation may leave
 
 
-class Motion(NamedTuple):
+class SpecimenMotion(NamedTuple):
     """What a record says of the specimen at each sample, in SI. noise : of the slip speed in sticks."""
 
     slip_speed: Floats
@@ -40,7 +40,7 @@ class Motion(NamedTuple):
     mass: float
 
 
-def motion_of(sticks: Sticks, load: float, tolerance: float, remarks: list[str]) -> Motion:
+def motion_of(sticks: Sticks, load: float, tolerance: float, remarks: list[str]) -> SpecimenMotion:
     """The motion of the specimen, and with it slip speed and friction coefficient. Raises ValueError.
 
     remarks : gets what is not as the conditions of the record say.
@@ -63,7 +63,7 @@ def motion_of(sticks: Sticks, load: float, tolerance: float, remarks: list[str])
     bent = np.pad(np.diff(place, 2) / step**2, 1, mode="edge")
     friction = (stiffness * place + damping * velocity + mass * bent) / load
     noise = float(stats.median_abs_deviation((drive - velocity)[inside], scale="normal"))
-    return Motion(drive - velocity, friction, bent, drive, noise, stiffness, mass)
+    return SpecimenMotion(drive - velocity, friction, bent, drive, noise, stiffness, mass)
 
 
 def _drive(sticks: Sticks, tolerance: float) -> Floats:

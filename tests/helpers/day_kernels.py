@@ -23,7 +23,7 @@ def prepare(folder, say):
     from stickslip.engine import compiling
     from stickslip_kernels import objects
 
-    missing = sum(compiling.kept(name) is None for name in OBJECTS)
+    missing = sum(compiling.stored(name) is None for name in OBJECTS)
     if missing:
         say(f"compiling {missing} kernels, two at a time; a machine takes about 12 s")
     with ThreadPoolExecutor(2) as pool:

@@ -6,7 +6,7 @@ import warnings
 
 import llvmlite.binding as llvm
 
-from stickslip.engine.compiling import compile_apart, kept
+from stickslip.engine.compiling import compile_apart, stored
 from stickslip.vocabulary.models import kernel_of, own_law
 from stickslip_kernels import objects, runtime
 from stickslip_kernels.allocate import NO_STATIONS
@@ -36,8 +36,8 @@ def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
 
 def is_cached(name: str, signals: bool = False) -> bool:
     """Return whether other processes will find the kernels of a law compiled."""
-    law = kept(kernel_of(name))
-    return law is not None and kept(law.machine(signals)) is not None
+    law = stored(kernel_of(name))
+    return law is not None and stored(law.machine(signals)) is not None
 
 
 def warm_up(name: str = "stribeck", signals: bool = False) -> None:

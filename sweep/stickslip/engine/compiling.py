@@ -24,7 +24,7 @@ _WITH_ITS_PARENT = (
 )
 
 
-def kept(name: str) -> Object | None:
+def stored(name: str) -> Object | None:
     """The object of this name, of the package or from the cache."""
     if brought := objects.shipped(name):
         return brought

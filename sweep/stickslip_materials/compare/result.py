@@ -187,13 +187,13 @@ class Comparison(Result):
                     at = {name: value for name, value in row.items() if name not in material}
                     material.setdefault("at", []).append(at | {"belt_speed": speed})
         columns = table_of(ds).columns
-        asked = ("belt_speed", "speed_range_from", "speed_range_to", "searched_from", "searched_to", "confidence",
+        settings = ("belt_speed", "speed_range_from", "speed_range_to", "searched_from", "searched_to", "confidence",
                  "draws", "seed")  # fmt: skip
         return {
             "materials": materials,
             "units": {name: str(array.attrs["units"]) for name, array in columns.items() if "units" in array.attrs},
             "system": {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")},
-            **{name: ds.attrs[name] for name in asked if name in ds.attrs},
+            **{name: ds.attrs[name] for name in settings if name in ds.attrs},
             "remarks": ranking.remarks(),
             "written": {},
         }
