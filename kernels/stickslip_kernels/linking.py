@@ -150,7 +150,7 @@ def door(function, tag):
 
 @by_law(inline=True)
 def with_stations(law, stations):
-    """The tag with the numbers of a array."""
+    """The tag with the numbers of an array."""
     return law
 
 

@@ -133,7 +133,7 @@ def friction(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         remarks.append(f"{len(slips)} slips of {FEWEST_SAMPLES} samples or more under a steady drive, expected "
                        f"{FEWEST_SLIPS}: nothing is told; sample faster, or use a softer spring")  # fmt: skip
     if left_out > _LEFT_OUT * len(slips):
-        remarks.append(f"{left_out} slips are left out: shorter than {FEWEST_SAMPLES} samples, or of an unsteady drive")
+        remarks.append(f"slips left out: {left_out}, shorter than {FEWEST_SAMPLES} samples, or of an unsteady drive")
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
     for name in ("mass", "stiffness"):  # as they were taken
         conditions[name] = xr.Variable((), getattr(motion, name), {"units": CONDITIONS[name].units, "long_name": name})
