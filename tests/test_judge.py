@@ -8,7 +8,7 @@ import pytest
 
 from helpers.scipy_oscillator import Oscillator
 from judge import INPUTS, TIGHT, judge
-from test_adversary import CELL, HYSTERETIC, SETTLING
+from test_adversary import EACH
 
 pytestmark = pytest.mark.slow  # by day what the judge said stands in data/judge.json
 DATA = Path(__file__).parent / "data"
@@ -85,7 +85,7 @@ def test_scipy_with_short_steps_agrees(given):
     assert found["restick_displacement"][0] == pytest.approx(xi, rel=1e-9)
 
 
-@pytest.mark.parametrize("cell", [CELL, HYSTERETIC, SETTLING], ids=["plain", "hysteretic", "settling"])
+@EACH
 def test_the_book_says_what_the_judge_says(cell, monkeypatch):
     monkeypatch.setenv("STICKSLIP_JUDGE", "read")
     written = judge(cell)

@@ -5,8 +5,11 @@ Drawn in kernel units (m = k = N = 1) and carried to SI by random mass, stiffnes
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from judge import DEFAULTS
 from judge import layout as at
 from judge.curve import slope_of_curve
 
@@ -26,24 +29,11 @@ def some(rng, share, n, values, otherwise=0.0):
 
 def article_like(rng, n):
     """Cells like the article's, in kernel units: which the families vary."""
-    a3 = log_uniform(rng, 1e-2, 1.0, n)
-    a4 = log_uniform(rng, 1e-3, 1.0, n)
-    return {
-        "damping": some(rng, 0.5, n, log_uniform(rng, 1e-4, 0.2, n)),
-        "belt_speed": log_uniform(rng, 1e-3, 3.0, n),
-        "a1": rng.uniform(0.1, 1.0, n),
-        "a2": some(rng, 0.7, n, log_uniform(rng, 1e-4, 0.3, n)),
-        "a3": a3,
-        "a4": a4,
-        "delta": np.ones(n),
-        "mu_stop": np.full(n, NAN),
-        "mu_static": np.full(n, NAN),
-        "ageing_rate": np.zeros(n),
-        "ageing_time": np.ones(n),
-        "displacement": np.zeros(n),
-        "velocity": np.full(n, NAN),
-        "contact_time": np.zeros(n),
-    }
+    a3, a4 = log_uniform(rng, 1e-2, 1.0, n), log_uniform(rng, 1e-3, 1.0, n)
+    return {name: np.full(n, value) for name, value in DEFAULTS.items()} | {
+        "damping": some(rng, 0.5, n, log_uniform(rng, 1e-4, 0.2, n)), "belt_speed": log_uniform(rng, 1e-3, 3.0, n),
+        "a1": rng.uniform(0.1, 1.0, n), "a2": some(rng, 0.7, n, log_uniform(rng, 1e-4, 0.3, n)), "a3": a3, "a4": a4,
+    }  # fmt: skip
 
 
 def mu_start(cells):
@@ -112,15 +102,8 @@ def near_vh(rng, n):
 
 def slope_at_belt(cells, i):
     row = np.zeros(at.CELL_ROWS)
-    for name, place in (
-        ("a1", at.A1),
-        ("a2", at.A2),
-        ("a3", at.A3),
-        ("a4", at.A4),
-        ("delta", at.DELTA),
-        ("law", at.LAW),
-    ):
-        row[place] = cells[name][i]
+    for name in ("a1", "a2", "a3", "a4", "delta", "law"):
+        row[getattr(at, name.upper())] = cells[name][i]
     return slope_of_curve(row, abs(cells["belt_speed"][i]))
 
 
@@ -201,20 +184,10 @@ def draw(family, n, rng):
         laws = np.array(LAWS)[rng.integers(0, len(LAWS), n)]
     else:
         laws = np.full(n, LAWS_OF.get(family, "stribeck"))
-    gentle_cubic(rng, laws, cells)
-    return laws, to_si(
-        cells, log_uniform(rng, 1e-3, 1e3, n), log_uniform(rng, 1.0, 1e6, n), log_uniform(rng, 0.1, 1e4, n)
-    )
-
-
-def gentle_cubic(rng, laws, cells):
-    """The cubic law is meaningless far beyond its minimum, at a4: belts go up to 1.5 times that speed."""
+    # The cubic law is meaningless far beyond its minimum, at a4: belts go up to 1.5 times that speed.
     least = np.abs(cells["belt_speed"]) / rng.uniform(0.3, 1.5, laws.size)
     cells["a4"] = np.where((laws == "cubic") & (cells["a4"] < least), least, cells["a4"])
-
-
-def to_si(cells, mass, stiffness, load):
-    """Kernel units to SI."""
+    mass, stiffness, load = (log_uniform(rng, *ends, n) for ends in ((1e-3, 1e3), (1.0, 1e6), (0.1, 1e4)))
     time, length = np.sqrt(mass / stiffness), load / stiffness
     speed = length / time
     by = {
@@ -222,15 +195,27 @@ def to_si(cells, mass, stiffness, load):
         "displacement": length, "ageing_time": time, "contact_time": time,
     }  # fmt: skip
     si = {name: values * by.get(name, 1.0) for name, values in cells.items()}
-    return {"mass": mass, "stiffness": stiffness, "normal_load": load, **si}
+    return laws, {"mass": mass, "stiffness": stiffness, "normal_load": load, **si}
 
 
-def to_units(cell):
-    """One cell of SI numbers as the same cell with mass, stiffness and load 1."""
-    m, k, load = (cell[name] for name in ("mass", "stiffness", "normal_load"))
-    plain = to_si(
-        {n: v for n, v in cell.items() if n not in ("mass", "stiffness", "normal_load")}, 1 / m, 1 / k, 1 / load
-    )
-    return {name: float(value) for name, value in plain.items()} | dict.fromkeys(
-        ("mass", "stiffness", "normal_load"), 1.0
-    )
+def take(columns, chosen):
+    """Some of the cells, or of what is known of them."""
+    return {name: values[chosen] for name, values in columns.items()}
+
+
+@dataclass
+class Dispute:
+    """A cell (arrays of one by name) on which engine and judge disagree."""
+
+    family: str
+    law: str
+    rtol: float
+    horizon: float | None
+    cell: dict
+
+    def line(self, what, ours, judged, error):
+        """To paste into Python. error : of a number, in units of rtol."""
+        given = ", ".join(f"{name}={float(value[0])!r}" for name, value in self.cell.items() if not np.isnan(value[0]))
+        how = f", early_stop=False, horizon={self.horizon:.6g}" if self.horizon else ""
+        call = f'stickslip.evaluate(dict({given}), rtol={self.rtol:g}, law="{self.law}"{how})'
+        return f"{call}  # {self.family}: {what}: ours {ours}, judge {judged} ({error:.3g} rtol)"

@@ -1,14 +1,16 @@
-"""Engine against judge: where they disagree, whether that stands, and the shortest way to say so."""
+"""Engine against judge, rigid contacts: where they disagree, and whether that stands.
+
+Cells, verdicts and answers of the engine are arrays by name.
+"""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 import stickslip
-from helpers.adversary_cells import to_units
-from judge import BAND_SHARE, DEFAULTS, INPUTS, TIGHT, judge, to_kernel
+from helpers import adversary_cells
+from helpers.adversary_cells import take
+from judge import BAND_SHARE, TIGHT, judge, to_kernel
 from judge.curve import weakened
 from stickslip.vocabulary.flags import REGIMES, STATUSES
 
@@ -26,58 +28,37 @@ BANDS = (0.99, 1.01)  # what changes between these bands, in units of the true o
 HORIZON_LOOPS = 60
 SLOWEST_DECREMENT = 1e-4  # decay or growth this slow: whether it decays is a matter of definition
 LITTLE_HEAT = 0.01  # of the work of static friction over the displacement of the belt: less heat is a small difference
+HORIZON_RATIO = 3.0  # cells whose horizons differ by less run together
 MOST_JUDGED = 2e5
 
 
-@dataclass
-class Dispute:
-    """One cell on which engine and judge disagree. `what` is "regime", "late sticks", one of BY_BAND or NUMBERS."""
-
-    family: str
-    law: str
-    rtol: float
-    early_stop: bool
-    what: str
-    ours: object
-    judged: object
-    cell: dict
-    error: float = np.nan  # of a number, in units of rtol
-    sensitivity: float = np.nan  # what rtol in the inputs does to the number, in units of rtol
-
-    def line(self):
-        """To paste into Python."""
-        given = ", ".join(f"{n}={v!r}" for n, v in self.cell.items() if not _is_default(n, v))
-        how = "" if self.early_stop else f", early_stop=False, horizon={horizon_of([self.cell], self.law):.6g}"
-        call = f'stickslip.evaluate(dict({given}), rtol={self.rtol:g}, law="{self.law}"{how})'
-        more = f" ({self.error:.3g} rtol; inputs +-rtol: {self.sensitivity:.2g} rtol)" if self.what in NUMBERS else ""
-        return f"{call}  # {self.family}: {self.what}: ours {_text(self.ours)}, judge {_text(self.judged)}{more}"
+def draw(family, n, rng):
+    """{law: cells}, n cells in all."""
+    laws, cells = adversary_cells.draw(family, n, rng)
+    return {law: take(cells, laws == law) for law in dict.fromkeys(laws.tolist())}
 
 
-def _is_default(name, value):
-    return name in DEFAULTS and (value == DEFAULTS[name] or (np.isnan(value) and np.isnan(DEFAULTS[name])))
+def judged(cells, law, most_steps=MOST_JUDGED, **options):
+    return judge(cells, law, most_steps=most_steps, **options)
 
 
-def _text(value):
-    return value if isinstance(value, str) else f"{value:.10g}"
+def parts(cells, verdict):
+    """(indices, horizon): all with none, and cells of like horizon together.
 
-
-def columns(cells):
-    """A list of cells as arrays by name."""
-    return {name: np.array([c[name] for c in cells]) for name in INPUTS}
-
-
-def horizon_of(cells, law, verdict=None):
-    """Some 60 cycles or free oscillations after the first break-away (s): the longest of the cells."""
-    c = columns(cells)
-    verdict = verdict or judge(c, law, most_steps=MOST_JUDGED)
-    loop = 2 * np.pi * np.sqrt(c["mass"] / c["stiffness"])
+    A horizon is some 60 cycles or free oscillations after the first break-away (s): the longest of the cells.
+    """
+    yield np.arange(cells["mass"].size), None
+    loop = 2 * np.pi * np.sqrt(cells["mass"] / cells["stiffness"])
     start = np.fmax(np.nan_to_num(verdict["breakaway_time"]), np.nan_to_num(verdict["restick_time"]))
-    return float(np.max(start + HORIZON_LOOPS * np.fmax(verdict["period"], loop)))
+    each = start + HORIZON_LOOPS * np.fmax(verdict["period"], loop)
+    bins = np.floor(np.log(each) / np.log(HORIZON_RATIO))
+    for b in np.unique(bins):
+        yield np.flatnonzero(bins == b), float(each[bins == b].max())
 
 
 def run_engine(cells, law, rtol, horizon=None, threads=1):
     """`evaluate` as arrays, with regimes by class, and the stick time per period."""
-    ds = stickslip.evaluate(columns(cells), rtol, horizon, early_stop=horizon is None, threads=threads, law=law)
+    ds = stickslip.evaluate(cells, rtol, horizon, early_stop=horizon is None, threads=threads, law=law)
     ours = {name: ds[name].values for name in ds.data_vars}
     names = np.array(REGIMES)[ours["regime"]]
     ours["kind"], ours["regime"] = names, np.array([CLASS.get(name, name) for name in names])
@@ -88,21 +69,22 @@ def run_engine(cells, law, rtol, horizon=None, threads=1):
 
 def scales(cells, verdict):
     """What the error of each number is measured by."""
-    c = columns(cells)
-    impedance = np.sqrt(c["stiffness"] * c["mass"])
-    force = np.fmax(c["normal_load"] * (c["a1"] + c["a3"]), impedance * np.abs(c["belt_speed"]))
-    force = np.fmax(force, np.fmax(c["stiffness"] * np.abs(c["displacement"]), impedance * np.abs(c["velocity"])))
+    impedance = np.sqrt(cells["stiffness"] * cells["mass"])
+    force = np.fmax(cells["normal_load"] * (cells["a1"] + cells["a3"]), impedance * np.abs(cells["belt_speed"]))
+    force = np.fmax(
+        force, np.fmax(cells["stiffness"] * np.abs(cells["displacement"]), impedance * np.abs(cells["velocity"]))
+    )
     scale = {name: np.abs(verdict[name]) for name in NUMBERS}
     for name in ("spring_force_max", "spring_force_min", "cycle_force_max", "cycle_force_min"):
         scale[name] = force
     for name in ("restick_displacement", "settled_displacement", "displacement_amplitude"):
-        scale[name] = force / c["stiffness"]
+        scale[name] = force / cells["stiffness"]
     scale["velocity_amplitude"] = scale["slip_speed_max"]
     scale["tendency"] = scale["mu_reversal"] = scale["mu_breakaway"]
-    way = np.abs(c["belt_speed"]) * np.nan_to_num(verdict["period"])
+    way = np.abs(cells["belt_speed"]) * np.nan_to_num(verdict["period"])
     scale["energy_per_cycle"] = np.fmax(scale["energy_per_cycle"], LITTLE_HEAT * force * way)
     scale["stick_time"] = np.abs(verdict["period"])
-    scale["acceleration_max"] = np.fmax(scale["acceleration_max"], force / c["mass"])
+    scale["acceleration_max"] = np.fmax(scale["acceleration_max"], force / cells["mass"])
     return scale
 
 
@@ -148,8 +130,9 @@ def kind_of(verdict):
 
 def time_allowed(cells, verdict):
     """By how much times of settling may differ."""
-    c = columns(cells)
-    return SAME_TIME * (np.nan_to_num(verdict["settling_time"]) + 2 * np.pi * np.sqrt(c["mass"] / c["stiffness"]))
+    return SAME_TIME * (
+        np.nan_to_num(verdict["settling_time"]) + 2 * np.pi * np.sqrt(cells["mass"] / cells["stiffness"])
+    )
 
 
 def by_band(cells, ours, verdict, i):
@@ -168,76 +151,59 @@ def by_band(cells, ours, verdict, i):
     return wrong
 
 
-def stands_by_band(dispute):
+def stands_by_band(dispute, what, ours, judged_kind):
     """ "undecided" where a slightly different band would say what the engine says, or something else again."""
-    one = [dispute.cell]
-    others = [judge(columns(one), dispute.law, most_steps=MOST_JUDGED, band=BAND_SHARE * b) for b in BANDS]
-    if dispute.what == "settling_time":
-        times, allowed = [v["settling_time"][0] for v in others], time_allowed(one, others[0])[0]
-        inside = min(times) - allowed <= dispute.ours <= max(times) + allowed
+    others = [judged(dispute.cell, dispute.law, band=BAND_SHARE * b) for b in BANDS]
+    if what == "settling_time":
+        times, allowed = [v["settling_time"][0] for v in others], time_allowed(dispute.cell, others[0])[0]
+        inside = min(times) - allowed <= ours <= max(times) + allowed
         return "undecided" if inside or not np.isfinite(times).all() else "stands"
-    counts = {dispute.judged} | {
-        str(kind_of(v)[0]) if dispute.what == "damped/creep" else v[dispute.what][0] for v in others
-    }
-    return "undecided" if len(counts) > 1 else "stands"
+    counts = {str(kind_of(v)[0]) if what == "damped/creep" else v[what][0] for v in others}
+    return "undecided" if len(counts | {judged_kind}) > 1 else "stands"
 
 
 # --- re-judging ---
 
 
-def stands(dispute):
+def stands(dispute, what, ours):
     """ "stands", "undecided" or "sensitive": the word of a tighter judge, and of judges of slightly different cells."""
-    one, law, rtol = [dispute.cell], dispute.law, dispute.rtol
-    first = judge(columns(one), law, most_steps=MOST_JUDGED)
-    tight = judge(columns(one), law, most_steps=4 * MOST_JUDGED, **TIGHT)
-    if tight["regime"][0] != first["regime"][0] or tight["regime"][0] == "undecided":
+    one, law, rtol = dispute.cell, dispute.law, dispute.rtol
+    first, tight = judged(one, law), judged(one, law, 4 * MOST_JUDGED, **TIGHT)
+    regime = tight["regime"][0]
+    if regime != first["regime"][0] or regime == "undecided":
         return "undecided"
-    near = neighbours(dispute.cell, rtol)
-    others = judge(columns(near), law, most_steps=MOST_JUDGED)
-    if (others["regime"] != tight["regime"][0]).any():
+    near = neighbours(one, rtol)
+    others = judged(near, law)
+    if (others["regime"] != regime).any():
         return "undecided"
-    if dispute.what in ("regime", "late sticks"):
+    if what in BY_BAND:
+        kind = str(kind_of(first)[0]) if what == "damped/creep" else first[what][0]
+        return stands_by_band(dispute, what, ours, kind)
+    if what not in NUMBERS:
         return "stands"
-    if dispute.what in BY_BAND:
-        return stands_by_band(dispute)
-    if errors(one, first, tight, rtol)[dispute.what][0] > 0.1 * OWED:
+    if errors(one, first, tight, rtol)[what][0] > 0.1 * OWED:
         return "undecided"
-    moved = errors(near, {n: np.full(len(near), tight[n][0]) for n in NUMBERS}, others, rtol)[dispute.what]
-    dispute.sensitivity = float(np.max(moved))
-    return "sensitive" if dispute.sensitivity > 0.3 * OWED else "stands"
+    moved = errors(near, {n: np.full(6, tight[n][0]) for n in NUMBERS}, others, rtol)[what]
+    return "sensitive" if np.max(moved) > 0.3 * OWED else "stands"
 
 
 def neighbours(cell, rtol):
-    """Cells whose inputs differ by up to rtol, one from another."""
+    """Six cells whose inputs differ by up to rtol, one from another; what must be equal, or no smaller, stays so."""
     rng = np.random.default_rng(1)
-    near = [{n: v * (1.0 + rtol * rng.choice((-1.0, 1.0))) for n, v in cell.items()} for _ in range(6)]
-    for other in near:  # what must be equal, or may not be smaller, stays so
-        for name in ("mu_static", "mu_stop"):
-            if cell[name] == cell["a1"] + cell["a3"]:
-                other[name] = other["a1"] + other["a3"]
-        other["mu_static"] = max(other["mu_static"], other["a1"] + other["a3"])
-        if cell["velocity"] == cell["belt_speed"]:
-            other["velocity"] = other["belt_speed"]
-        other["delta"] = max(other["delta"], 1.0)
+    near = {n: v * (1.0 + rtol * rng.choice((-1.0, 1.0), 6)) for n, v in cell.items()}
+    static = near["a1"] + near["a3"]
+    for name in ("mu_static", "mu_stop"):
+        near[name] = np.where(cell[name] == cell["a1"] + cell["a3"], static, near[name])
+    near["mu_static"] = np.where(near["mu_static"] < static, static, near["mu_static"])
+    near["velocity"] = np.where(cell["velocity"] == cell["belt_speed"], near["belt_speed"], near["velocity"])
+    near["delta"] = np.maximum(near["delta"], 1.0)
     return near
-
-
-def disagreement(cell, law, rtol, early_stop, what=None):
-    """The first disagreement on a cell as (what, ours, judged, error), or None. what : look at this alone."""
-    one = [cell]
-    verdict = judge(columns(one), law, most_steps=MOST_JUDGED)
-    horizon = None if early_stop else horizon_of(one, law, verdict)
-    ours = run_engine(one, law, rtol, horizon)
-    found = compare(one, law, rtol, ours, verdict, horizon)
-    kinds = [f for f in found[0] if what is None or f[0] == what]
-    return kinds[0] if kinds else None
 
 
 def grazes(cells, verdict, rtol):
     """Whether the stick phases are so short that the slip speed, without them, would dip by less than a tolerance."""
-    c = columns(cells)
-    phase = np.sqrt(c["stiffness"] / c["mass"]) * verdict["stick_time"] / np.fmax(verdict["loops"], 1.0)
-    return 0.5 * np.abs(c["belt_speed"]) * phase**2 < rtol * verdict["slip_speed_max"]
+    phase = np.sqrt(cells["stiffness"] / cells["mass"]) * verdict["stick_time"] / np.fmax(verdict["loops"], 1.0)
+    return 0.5 * np.abs(cells["belt_speed"]) * phase**2 < rtol * verdict["slip_speed_max"]
 
 
 def compare(cells, law, rtol, ours, verdict, horizon=None):
@@ -246,15 +212,15 @@ def compare(cells, law, rtol, ours, verdict, horizon=None):
     error = errors(cells, ours, verdict, rtol)
     slow = np.abs(2 * np.pi * ours["damping_ratio"]) < SLOWEST_DECREMENT
     slow |= np.abs(verdict["decrement"]) < SLOWEST_DECREMENT
-    grazing = grazes(cells, verdict, rtol)
-    late = late_sticks_wrong(cells, ours, verdict, horizon) if horizon else np.zeros(len(cells), bool)
+    grazing, negative = grazes(cells, verdict, rtol), negative_friction(cells, law, ours, verdict)
+    late = late_sticks_wrong(cells, ours, verdict, horizon) if horizon else np.zeros(len(error["period"]), bool)
     outcome = []
-    for i in range(len(cells)):
+    for i in range(len(error["period"])):
         ruled, said = verdict["regime"][i], ours["regime"][i]
         near = slow[i] if {ruled, said} == {"settles", "rings"} else grazing[i] and ruled == "stick_slip"
         if ruled == "undecided" or (near and said != ruled):
             outcome.append("undecided")
-        elif said == "unresolved" or negative_friction(cells[i], law, ours, verdict, i):
+        elif said == "unresolved" or negative[i]:
             outcome.append(STATUSES[ours["status"][i]])
         elif said != ruled:
             outcome.append([("regime", str(said), str(ruled), np.nan)])
@@ -269,47 +235,9 @@ def compare(cells, law, rtol, ours, verdict, horizon=None):
     return outcome
 
 
-def negative_friction(cell, law, ours, verdict, i):
+def negative_friction(cells, law, ours, verdict):
     """Whether the engine rightly gives no verdict because friction would drive the motion."""
-    if STATUSES[ours["status"][i]] != "negative_friction":
-        return False
-    row = to_kernel(columns([cell]), law)[0]
-    speed = cell["normal_load"] / np.sqrt(cell["stiffness"] * cell["mass"])
-    return cell["a1"] + cell["a3"] - weakened(row, verdict["slip_speed_max"][i] / speed) < 0.0
-
-
-# --- minimising ---
-
-
-def minimised(dispute):
-    """The same disagreement on the plainest cell that still shows it: defaults, few digits, m = k = N = 1."""
-    best = dict(dispute.cell)
-
-    def survives(cell):
-        nonlocal best
-        try:
-            found = disagreement(cell, dispute.law, dispute.rtol, dispute.early_stop, dispute.what)
-        except ValueError:  # not a cell
-            return False
-        if found is None:
-            return False
-        trial = Dispute(dispute.family, dispute.law, dispute.rtol, dispute.early_stop, *found[:3], cell, found[3])
-        if stands(trial) != "stands":
-            return False
-        best = cell
-        dispute.ours, dispute.judged, dispute.error, dispute.sensitivity = *found[1:], trial.sensitivity
-        return True
-
-    survives(to_units(best))
-    for name, plain in DEFAULTS.items():
-        if not _is_default(name, best[name]):
-            survives({**best, name: plain})
-    for name in INPUTS:
-        if _is_default(name, best[name]):
-            continue
-        for digits in range(1, 9):
-            shorter = float(f"{best[name]:.{digits}g}")
-            if shorter == best[name] or survives({**best, name: shorter}):
-                break
-    dispute.cell = best
-    return dispute
+    speeds = verdict["slip_speed_max"] * np.sqrt(cells["stiffness"] * cells["mass"]) / cells["normal_load"]
+    drops = np.array([weakened(row, w) for row, w in zip(to_kernel(cells, law), speeds, strict=True)])
+    negative = cells["a1"] + cells["a3"] - drops < 0.0
+    return negative & (ours["status"] == STATUSES.index("negative_friction"))

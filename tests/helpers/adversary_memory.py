@@ -1,9 +1,6 @@
-"""Contacts with memory, engine against judge: random cells over decades, what is compared, what stands, in words."""
+"""Engine against judge, contacts with memory: random cells over decades, what is compared, what stands."""
 
 from __future__ import annotations
-
-from collections import Counter
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -119,122 +116,87 @@ def draw(family, n, rng):
 # --- the court --------------------------------------------------------------------------------------------------------
 
 
-@dataclass
-class MemoryDispute:
-    """One cell on which engine and judge disagree."""
-
-    family: str
-    law: str
-    rtol: float
-    what: str
-    ours: object
-    judged: object
-    error: float
-    cell: dict
-
-    def line(self):
-        """To paste into Python."""
-        given = ", ".join(f"{n}={v!r}" for n, v in self.cell.items() if n not in PLAIN or not same(v, PLAIN[n]))
-        call = f'stickslip.evaluate(dict({given}), rtol={self.rtol:g}, law="{self.law}", max_steps={MOST_STEPS})'
-        return f"{call}  # {self.family}: {self.what}: ours {self.ours}, judge {self.judged} ({self.error:.3g} rtol)"
-
-
-def same(a, b):
-    return a == b or (np.isnan(a) and np.isnan(b))
-
-
-def take(cells, chosen):
-    return {name: values[chosen] for name, values in cells.items()}
-
-
 def judged(cells, law, **options):
     """Verdicts in SI by the names of `evaluate`; of belts that run backwards mirrored back."""
     whole = {**{n: np.full(cells["mass"].size, v) for n, v in PLAIN.items()}, **cells}
     rows = memory.kernel_rows(whole, law)
     out = np.full((len(rows), memory.ANSWERS), NAN)
     out[:, memory.REGIME] = memory.UNDECIDED
-    turns = law.startswith("rate_state") & ~(whole["velocity"] / cells["belt_speed"] < 1.0)  # NaN: forwards
-    turns &= ~np.isnan(whole["velocity"])
+    rate_state = law.startswith("rate_state")
+    turns = rate_state & ~np.isnan(whole["velocity"]) & ~(whole["velocity"] / cells["belt_speed"] < 1.0)
     cut = (rows[:, [memory.CUT_1, memory.CUT_2]] > 0.0).any(axis=1)
-    out[:, memory.REGIME] = memory.UNDECIDED
     out[~turns] = memory.judge_memory(rows[~turns], **options)
-    if law.startswith("rate_state"):  # where logarithms do not lead to an end, neither do they here
+    if rate_state:  # where logarithms do not lead to an end, neither do they here
         turns |= out[:, memory.REGIME] == memory.UNDECIDED
         turns &= ~cut  # slip both ways has none in the judge
         rows[turns] = memory.kernel_rows(whole, law, regularised=True)[turns]
         out[turns] = memory.judge_memory(rows[turns], **options)
     m, k, load = cells["mass"], cells["stiffness"], cells["normal_load"]
     time, speed, back = np.sqrt(m / k), load / np.sqrt(k * m), cells["belt_speed"] < 0.0
-    cycle = out[:, memory.REGIME] == memory.CYCLE
-    slowest = out[:, memory.SLOWEST] / rows[:, memory.BELT]
-    damped = np.where(out[:, memory.CROSSINGS] >= 2.0, "damped", "creep")
+    by = {name: out[:, getattr(memory, name)] for name in memory.NAMES}
+    cycle, slowest = by["REGIME"] == memory.CYCLE, by["SLOWEST"] / rows[:, memory.BELT]
+    damped = np.where(by["CROSSINGS"] >= 2.0, "damped", "creep")
     sticks = np.where(slowest < 1e-3, "stick_slip", "sustained")
-    regime = np.where(cycle, sticks, np.where(out[:, memory.REGIME] == memory.SETTLES, damped, "undecided"))
-    force = {"cycle_force": (memory.F_MAX, memory.F_MIN), "spring_force": (memory.WHOLE_MAX, memory.WHOLE_MIN)}
-    verdict = {"regime": regime, "slowest": slowest, "cycle": cycle, "growth": rows[:, memory.GROWTH] / time}
-    of_cycle = cycle
-    out[of_cycle, memory.WHOLE_ACCELERATION] = out[of_cycle, memory.ACCELERATION]
-    for name, (high, low) in force.items():
-        high, low = out[:, high].copy(), out[:, low].copy()
-        if name == "spring_force":
-            high = np.where(of_cycle, out[:, memory.F_MAX], high)
-            low = np.where(of_cycle, out[:, memory.F_MIN], low)
-        verdict[f"{name}_max"] = np.where(back, -low, high) * load
-        verdict[f"{name}_min"] = np.where(back, -high, low) * load
-    fastest = np.maximum(out[:, memory.FASTEST], -out[:, memory.SLOWEST])
-    verdict |= {
-        "period": out[:, memory.PERIOD] * time, "slip_speed_min": out[:, memory.SLOWEST] * speed,
-        "slip_speed_max": np.where(of_cycle, fastest, out[:, memory.WHOLE_FASTEST]) * speed,
-        "acceleration_max": out[:, memory.WHOLE_ACCELERATION] * load / m,
-        "energy_per_cycle": out[:, memory.HEAT] * load * load / k,
-        "settling_time": out[:, memory.SETTLING] * time, "equilibrium_crossings": out[:, memory.CROSSINGS],
-        "at_band": out[:, memory.AT_BAND], "time": time, "steps": out[:, memory.STEPS],
+    settles = np.where(by["REGIME"] == memory.SETTLES, damped, "undecided")
+    high, low = (np.where(cycle, by[f"F_{end}"], by[f"WHOLE_{end}"]) for end in ("MAX", "MIN"))
+    forces = {"cycle_force": (by["F_MAX"], by["F_MIN"]), "spring_force": (high, low)}
+    fastest = np.maximum(by["FASTEST"], -by["SLOWEST"])
+    return {
+        "regime": np.where(cycle, sticks, settles), "slowest": slowest, "cycle": cycle, "time": time,
+        **{f"{name}_max": np.where(back, -low, high) * load for name, (high, low) in forces.items()},
+        **{f"{name}_min": np.where(back, -high, low) * load for name, (high, low) in forces.items()},
+        "period": by["PERIOD"] * time, "slip_speed_min": by["SLOWEST"] * speed,
+        "slip_speed_max": np.where(cycle, fastest, by["WHOLE_FASTEST"]) * speed,
+        "acceleration_max": np.where(cycle, by["ACCELERATION"], by["WHOLE_ACCELERATION"]) * load / m,
+        "energy_per_cycle": by["HEAT"] * load * load / k, "settling_time": by["SETTLING"] * time,
+        "equilibrium_crossings": by["CROSSINGS"], "at_band": by["AT_BAND"],
     }  # fmt: skip
-    return verdict
+
+
+def parts(cells, verdict):
+    """(indices, horizon): all, with none."""
+    yield np.arange(cells["mass"].size), None
+
+
+def run_engine(cells, law, rtol, horizon=None, threads=1):
+    ds = stickslip.evaluate(cells, rtol, horizon, law=law, max_steps=MOST_STEPS, threads=threads)
+    return {name: ds[name].values for name in ds.data_vars}
 
 
 def errors(cells, law, ours, verdict, rtol):
     """In units of rtol, by name."""
     force = np.fmax(np.abs(verdict["spring_force_max"]), np.abs(verdict["spring_force_min"]))
-    if "a1" in cells:
-        force = np.fmax(force, cells["normal_load"] * (cells["a1"] + cells["a3"]))
-    else:
-        force = np.fmax(force, cells["normal_load"] * 10.0 * cells["a"])
+    own = 10.0 * cells["a"] if "a" in cells else cells["a1"] + cells["a3"]
+    force, belt, cycle = np.fmax(force, cells["normal_load"] * own), np.abs(cells["belt_speed"]), verdict["cycle"]
+    impedance = np.sqrt(cells["stiffness"] * cells["mass"])
     with np.errstate(all="ignore"):  # of a cycle that is small beside the load, errors of the load are all of it
         small = np.fmax(0.1 * force / (verdict["cycle_force_max"] - verdict["cycle_force_min"]), 1.0)
-    found = {}
-    for name in NUMBERS:
-        a, b = ours[name], verdict[name]
-        scale = force if "force" in name else np.abs(b)
-        if name == "slip_speed_min":
-            if law.startswith("rate_state"):  # over decades: of its logarithm
-                with np.errstate(all="ignore"):
-                    a, b = np.log(a / np.abs(cells["belt_speed"])), np.log(b / np.abs(cells["belt_speed"]))
+        found = {}
+        for name in NUMBERS:
+            a, b, of_force = ours[name], verdict[name], "force" in name
+            scale = force if of_force else np.abs(b)
+            if name == "slip_speed_min" and law.startswith("rate_state"):  # over decades: of its logarithm
+                a, b = np.log(a / belt), np.log(b / belt)
                 scale = np.fmax(np.abs(b), 1.0)
-            else:
-                scale = np.fmax(np.abs(b), np.abs(cells["belt_speed"]))
-        if name == "energy_per_cycle":
-            scale = np.fmax(scale, 0.1 * force * np.abs(cells["belt_speed"]) * np.nan_to_num(verdict["period"]))
-        with np.errstate(all="ignore"):
+            elif name == "slip_speed_min":
+                scale = np.fmax(scale, belt)
+            if name == "energy_per_cycle":
+                scale = np.fmax(scale, 0.1 * force * belt * np.nan_to_num(verdict["period"]))
             error = np.abs(a - b) / scale / rtol
-        if law not in ("rate_state_ageing", "rate_state_slip") and "force" not in name:
-            error = np.where(verdict["cycle"], error / small, error)
-        if (
-            name.startswith("spring_force") or name == "slip_speed_max"
-        ):  # in the band, motions that settle are not followed
-            inside = memory.BAND * np.fmax(
-                force, verdict["slip_speed_max"] * np.sqrt(cells["stiffness"] * cells["mass"])
-            )
-            inside /= scale * (1.0 if "force" in name else np.sqrt(cells["stiffness"] * cells["mass"]))
-            error = np.where(verdict["cycle"], error, np.fmax(error - inside / rtol, 0.0))
-        error = np.where(np.isnan(b) | (a == b), 0.0, np.where(np.isnan(a), np.inf, error))
-        found[name] = np.where(verdict["cycle"] | ~np.isin(name, ("period", "slip_speed_min")), error, 0.0)
-        if name.startswith("cycle") or name == "energy_per_cycle":
-            found[name] = np.where(verdict["cycle"], found[name], 0.0)
+            if not law.startswith("rate_state") and not of_force:
+                error = np.where(cycle, error / small, error)
+            if name.startswith("spring_force") or name == "slip_speed_max":
+                # in the band, motions that settle are not followed
+                inside = memory.BAND * np.fmax(force, verdict["slip_speed_max"] * impedance)
+                inside /= scale * (1.0 if of_force else impedance)
+                error = np.where(cycle, error, np.fmax(error - inside / rtol, 0.0))
+            found[name] = np.where(np.isnan(b) | (a == b), 0.0, np.where(np.isnan(a), np.inf, error))
+            if name.startswith("cycle") or name in ("energy_per_cycle", "period", "slip_speed_min"):
+                found[name] = np.where(cycle, found[name], 0.0)
     return found
 
 
-def compare(cells, law, rtol, ours, verdict):
+def compare(cells, law, rtol, ours, verdict, horizon=None):
     """For every cell a list of (what, ours, judged, error), or a word."""
     error, outcome = errors(cells, law, ours, verdict, rtol), []
     for i, ruled in enumerate(verdict["regime"]):
@@ -269,25 +231,21 @@ def by_band(ours, verdict, i):
     return wrong
 
 
-def stands(cells, law, rtol, what, said):
-    """ "stands", "undecided" or "sensitive", of one cell: by a tighter judge, and of cells that differ by rtol."""
-    rng = np.random.default_rng(1)
+def stands(dispute, what, said):
+    """ "stands", "undecided" or "sensitive": by a tighter judge, and of cells that differ by rtol."""
+    cells, law, rtol, rng = dispute.cell, dispute.law, dispute.rtol, np.random.default_rng(1)
     first, tight = judged(cells, law), judged(cells, law, tolerance=1e-11, most_steps=400_000)
     near = {n: np.repeat(v, 6) * (1.0 + rtol * rng.choice((-1.0, 1.0), 6)) for n, v in cells.items()}
-    for name, plain in PLAIN.items():
-        if name in near:
-            near[name] = np.where(np.repeat(cells[name], 6) == plain, plain, near[name])
+    for name in PLAIN.keys() & near.keys():
+        near[name] = np.where(np.repeat(cells[name], 6) == PLAIN[name], PLAIN[name], near[name])
     others = judged(near, law)
     if tight["regime"][0] != first["regime"][0] or (others["regime"] != first["regime"][0]).any():
         return "undecided"
     if what in NUMBERS and np.isfinite(said):
-        off = errors(cells, law, first, tight, rtol)[what][0]
-        if off > 0.1 * OWED:
+        if errors(cells, law, first, tight, rtol)[what][0] > 0.1 * OWED:
             return "undecided"
         ours = {n: np.full(6, tight[n][0]) for n in NUMBERS}
         return "sensitive" if errors(near, law, ours, others, rtol)[what].max() > 0.3 * OWED else "stands"
-    if what in NUMBERS and not np.isfinite(said):
-        return "stands"
     if what == "regime" and set(first["regime"]) <= {"damped", "creep"}:
         return by_band_edge(cells, law, "equilibrium_crossings", first, others, rtol, NAN)
     return by_band_edge(cells, law, what, first, others, rtol, said) if what in BY_BAND else "stands"
@@ -302,32 +260,3 @@ def by_band_edge(cells, law, what, first, others, rtol, said):
         allowed = SAME_TIME * (first[what][0] + 2.0 * np.pi * first["time"][0])
         return "undecided" if min(edges) - allowed <= said <= max(edges) + allowed else "stands"
     return "undecided" if len(set(edges)) > 1 else "stands"
-
-
-def challenge(family, cells, seed, rtols=(1e-6, 1e-8), threads=1):
-    """Disputes that stand, and counts, of so many cells of a family."""
-    rng = np.random.default_rng([seed, sum(map(ord, family))])
-    disputes, counts = [], Counter()
-    for law, group in draw(family, cells, rng).items():
-        verdict = judged(group, law)
-        for rtol in rtols:
-            ds = stickslip.evaluate(group, rtol, law=law, max_steps=MOST_STEPS, threads=threads)
-            ours = {name: ds[name].values for name in ds.data_vars}
-            counts["max steps"] = max(counts["max steps"], int(np.nanmax(ours["steps"])))
-            for i, found in enumerate(compare(group, law, rtol, ours, verdict)):
-                counts["cells"] += 1
-                if isinstance(found, str):
-                    counts[found] += 1
-                    continue
-                standing = []
-                for what, said, ruled, error in found:
-                    word = stands(take(group, slice(i, i + 1)), law, rtol, what, said)
-                    if word == "stands":
-                        cell = {n: float(v[i]) for n, v in group.items()}
-                        standing.append(MemoryDispute(family, law, rtol, what, said, ruled, error, cell))
-                if standing:
-                    counts["regime" if standing[0].what == "regime" else "wrong number"] += 1
-                    disputes += standing
-                else:
-                    counts["agree" if not found else word] += 1
-    return disputes, counts

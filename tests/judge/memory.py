@@ -18,14 +18,16 @@ from .memory_motion import (
 )  # fmt: skip
 from .radau import MATRIX, SIZE, STAGES, STATES, at_share, error_of, polynomial_of, step
 
-# answers
+NAMES = (  # of answers
+    "REGIME", "PERIOD", "F_MAX", "F_MIN", "FASTEST", "SLOWEST", "HEAT", "ACCELERATION", "WHOLE_MAX", "WHOLE_MIN",
+    "WHOLE_FASTEST", "CROSSINGS", "SETTLING", "LOOPS", "STEPS", "DECIDED", "WHOLE_ACCELERATION", "AT_BAND",
+)  # fmt: skip
+ANSWERS = len(NAMES)
 (
     REGIME, PERIOD, F_MAX, F_MIN, FASTEST, SLOWEST, HEAT, ACCELERATION, WHOLE_MAX, WHOLE_MIN, WHOLE_FASTEST, CROSSINGS,
     SETTLING, LOOPS, STEPS, DECIDED, WHOLE_ACCELERATION, AT_BAND,
-) = range(18)  # fmt: skip
-ANSWERS = 18
+) = range(ANSWERS)  # fmt: skip
 UNDECIDED, CYCLE, SETTLES = range(3)
-REGIMES = ("undecided", "cycle", "settles")
 BAND = 1e-4
 MOST_LOOPS, LOOPS_OF_CYCLE = 3000, 12
 SAME, LEFT = 1e-9, 1e-8  # change of the state in the section over a cycle, and what is left of the changes
