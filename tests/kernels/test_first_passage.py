@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from stickslip_kernels.contacts.stribeck.first_passage import first_passage
 
-SIGNED = st.floats(1e-3, 2.0).flatmap(lambda x: st.sampled_from([x, -x]))
-RATES = st.one_of(st.just(0.0), SIGNED)
+RATES = st.one_of(st.just(0.0), st.floats(1e-3, 2.0).flatmap(lambda x: st.sampled_from([x, -x])))
 GROWTHS = st.one_of(st.just(0.0), st.floats(1e-3, 0.5))
 LEFT = 5.0
 TINY = 1e-12
@@ -20,18 +19,13 @@ def excess(load, rate, alpha, limit, growth, later, t):
     return load + rate * t + 0.5 * alpha * t * t - limit - growth * np.log1p(t / later)
 
 
-def look(*case, until):
-    """The excess at many times up to `until`, dense near zero as well."""
-    times = np.union1d(np.linspace(0.0, until, 4001), until * np.geomspace(1e-9, 1.0, 400))
-    return times, excess(*case, times)
-
-
 @settings(max_examples=400)
 @given(st.floats(-2.0, 2.0), RATES, RATES, st.floats(0.05, 1.5), GROWTHS, st.floats(0.01, 10.0))
 def test_it_is_the_first_time_at_which_the_load_exceeds_the_limit(load, rate, alpha, limit, growth, later):
     case = (load, rate, alpha, limit, growth, later)
     found = first_passage(*case, LEFT)
-    times, over = look(*case, until=LEFT)
+    times = np.union1d(np.linspace(0.0, LEFT, 4001), LEFT * np.geomspace(1e-9, 1.0, 400))
+    over = excess(*case, times)
     if found == math.inf:
         assert over.max() <= TINY
         return
@@ -60,22 +54,17 @@ def test_a_load_that_only_just_touches_the_limit_passes_it_if_it_is_above(rate, 
 @pytest.mark.parametrize("ulps", range(-4, 5))
 def test_a_load_at_the_limit_but_for_rounding_is_not_above_it(ulps):
     load = 0.4 + ulps * math.ulp(0.4)
-    assert first_passage(load, -0.1, 0.0, 0.4, 0.0, 1.0, LEFT) == math.inf
-    assert first_passage(load, -0.1, 0.1, 0.4, 0.0, 1.0, LEFT) == pytest.approx(2.0, rel=1e-12)
-    assert first_passage(load, 0.1, 0.0, 0.4, 0.0, 1.0, LEFT) == pytest.approx(0.0, abs=1e-14)
+    for rate, alpha, passes in ((-0.1, 0.0, math.inf), (-0.1, 0.1, 2.0), (0.1, 0.0, 0.0)):
+        assert first_passage(load, rate, alpha, 0.4, 0.0, 1.0, LEFT) == pytest.approx(passes, rel=1e-12, abs=1e-14)
 
 
-def test_a_load_above_the_limit_passes_it_now():
-    assert first_passage(0.5, -1.0, -1.0, 0.4, 0.0, 1.0, LEFT) == 0.0
-
-
-def test_a_steady_load_never_passes():
-    assert first_passage(0.4, 0.0, 0.0, 0.4, 0.0, 1.0, LEFT) == math.inf
-    assert first_passage(0.4, 0.0, 0.0, 0.4, 0.1, 1.0, LEFT) == math.inf
-
-
-def test_nothing_passes_in_no_time():
-    assert first_passage(0.3, 1.0, 1.0, 0.4, 0.0, 1.0, 0.0) == math.inf
+@pytest.mark.parametrize(("case", "left", "passes"), [
+    ((0.5, -1.0, -1.0, 0.4, 0.0), LEFT, 0.0),  # above it already
+    ((0.4, 0.0, 0.0, 0.4, 0.0), LEFT, math.inf), ((0.4, 0.0, 0.0, 0.4, 0.1), LEFT, math.inf),  # a steady load
+    ((0.3, 1.0, 1.0, 0.4, 0.0), 0.0, math.inf),  # no time
+])  # fmt: skip
+def test_what_passes_now_or_never(case, left, passes):
+    assert first_passage(*case, 1.0, left) == passes
 
 
 @given(st.floats(0.01, 1.0), st.floats(0.0, 0.39), st.floats(0.01, 0.2), st.floats(0.1, 5.0))

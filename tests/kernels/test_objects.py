@@ -11,29 +11,28 @@ from stickslip.engine.compiling import compile_apart
 from stickslip_kernels import objects, runtime
 
 
-def test_what_is_written_is_read(tmp_path):
-    path = tmp_path / "kernels.o"
-    made = objects.Object("stribeck", ["exp"], b"machine\ncode")
+def flipped(where):
+    def damage(content):
+        content[where] ^= 1
+
+    return damage
+
+
+def cut_to(left):
+    def damage(content):
+        del content[left:]
+
+    return damage
+
+
+@pytest.mark.parametrize("damage", [*map(flipped, (0, 31, 32, 40, -1)), *map(cut_to, (0, 10, 40))])
+def test_what_is_written_is_read_and_what_is_damaged_is_not(tmp_path, damage):
+    path, made = tmp_path / "kernels.o", objects.Object("stribeck", ["exp"], b"machine\ncode")
     objects.write(path, made)
-    assert objects.read(path) == made
-    assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("where", [0, 31, 32, 40, -1])
-def test_a_flipped_bit_is_seen(tmp_path, where):
-    path = tmp_path / "kernels.o"
-    objects.write(path, objects.Object("stribeck", ["exp"], b"machine code"))
+    assert objects.read(path) == made and list(tmp_path.iterdir()) == [path]
     content = bytearray(path.read_bytes())
-    content[where] ^= 1
+    damage(content)
     path.write_bytes(content)
-    assert objects.read(path) is None
-
-
-@pytest.mark.parametrize("left", [0, 10, 40])
-def test_a_truncated_file_is_seen(tmp_path, left):
-    path = tmp_path / "kernels.o"
-    objects.write(path, objects.Object("stribeck", ["exp"], b"machine code"))
-    path.write_bytes(path.read_bytes()[:left])
     assert objects.read(path) is None
 
 
@@ -60,8 +59,8 @@ def test_an_object_that_needs_what_this_process_or_its_law_lacks_is_not_loaded(k
 
 
 def test_importing_the_kernels_leaves_the_settings_of_numba_alone():
-    script = (
+    code = (
         "import numba; a = numba.config.CACHE_DIR; import stickslip_kernels.block; assert a == numba.config.CACHE_DIR"
     )
     environment = os.environ | {"PYTHONPATH": str(Path(objects.__file__).parents[1])}
-    subprocess.run([sys.executable, "-c", script], env=environment, check=True)
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)

@@ -1,4 +1,4 @@
-"""Roots inside a step: any, and by the short way."""
+"""The motion inside a step, a polynomial: its values, its roots, and its extremes."""
 
 import numpy as np
 import pytest
@@ -10,81 +10,89 @@ from helpers.nightly import few
 from helpers.slip_step import LANE, exact, holding, lanes, numbers, polynomials
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck import taylor
+from stickslip_kernels.contacts.stribeck.equations import state_at
 from stickslip_kernels.contacts.stribeck.extreme_slope import extreme_slope
 from stickslip_kernels.contacts.stribeck.laws import LAWS
-from stickslip_kernels.dense import rise_and_work, speed
+from stickslip_kernels.dense import horner, integral_by_ends, rise_and_work, speed, work_by_ends
 from stickslip_kernels.roots import (
-    FOR_A_VALUE,
-    TO_ROUNDING,
-    arrival,
-    crossing,
-    extreme_speed,
-    inverse_cubic,
-    sign_before,
-)
+    FOR_A_VALUE, TO_ROUNDING, arrival, crossing, extreme_speed, inverse_cubic, sign_before,
+)  # fmt: skip
 
-LAW = LAWS["stribeck"]
+
+def crossing_of(coefficients, order, level, end):
+    s = holding(coefficients)
+    return crossing(s, LANE, order, level, end, speed(s, LANE, end), TO_ROUNDING)
+
+
+def is_root(f, t, level, within):
+    around = [f(max(t - 1e-7, 0.0)) - level, f(min(t + 1e-7, 1.0)) - level]
+    return 0.0 <= t <= 1.0 and (abs(f(t) - level) < within or around[0] * around[1] <= 0.0)
+
+
+@given(polynomials, st.floats(0.0, 1.0))
+def test_values_are_those_of_the_polynomial_and_its_derivatives(p, t):
+    f = np.polynomial.Polynomial(p)
+    w = [f(t), *(f.deriv(n)(t) for n in (1, 2, 3, 4))]
+    assert speed(holding(p), LANE, t) == pytest.approx(w[:4], abs=1e-9)
+    expected = [*w[:2], w[2] / 2, w[3] / 6, f.integ(1)(t), f.integ(2)(t), w[4] / 24]
+    assert horner(holding(p), LANE, t) == pytest.approx(expected, abs=1e-9)
+
+
+@given(st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6), st.floats(0.1, 2.0))
+def test_the_integral_from_both_ends_is_exact_for_polynomials_of_degree_five(p, h):
+    f = np.polynomial.Polynomial(p)
+    ends = [f.deriv(n)(t) if n else f(t) for n in range(3) for t in (0.0, h)]
+    assert integral_by_ends(h, *ends) == pytest.approx(f.integ()(h), abs=1e-9)
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.05, 1.0])
+def test_state_and_friction_work_inside_a_step_are_those_of_scipy(gamma):
+    s = lanes(gamma=gamma)
+    taylor.try_step(LAWS["stribeck"], s, 1e-10)
+    for t in np.array([0.0, 0.3, 1.0]) * s[at.TAKEN]:
+        y, *rest = exact(t, gamma=gamma)
+        assert state_at(LAWS["stribeck"], s, LANE, t) == pytest.approx((y, *rest), rel=1e-9, abs=1e-12)
+        assert rise_and_work(s, LANE, t)[1] == pytest.approx(y - exact(0.0, gamma=gamma)[0], abs=1e-10)
+    assert work_by_ends(s, LANE, t) == pytest.approx(rest[-1], rel=1e-7)
 
 
 @given(polynomials, st.integers(0, 2), numbers)
 def test_a_crossing_is_a_root_before_which_the_sign_does_not_change_for_good(p, order, level):
     f = np.polynomial.Polynomial(p).deriv(order) if order else np.polynomial.Polynomial(p)
-    s = holding(p)
-    assume(sign_before(s, LANE, order, level) * (f(1.0) - level) < -1e-3)
-    t = crossing(s, LANE, order, level, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
-    assert 0.0 <= t <= 1.0
-    around = [f(max(t - 1e-7, 0.0)) - level, f(min(t + 1e-7, 1.0)) - level]
-    assert abs(f(t) - level) < 1e-10 or around[0] * around[1] <= 0.0
+    assume(sign_before(holding(p), LANE, order, level) * (f(1.0) - level) < -1e-3)
+    assert is_root(f, crossing_of(p, order, level, 1.0), level, 1e-10)
 
 
 @pytest.mark.parametrize("root", [5e-6, 5e-8, 1e-3, 0.3])
 def test_a_crossing_close_to_the_zero_one_stands_on_is_found_as_exactly_as_any(root):
     """Hypothesis found 1.04e-5 for 5e-6: the tolerance counted from the length of the step."""
-    f = np.polynomial.Polynomial([0.0, -root, 1.0]).integ(2)
-    s = holding(f.coef)
-    found = crossing(s, LANE, 2, 0.0, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
-    assert found == pytest.approx(root, rel=1e-9)
+    p = np.polynomial.Polynomial([0.0, -root, 1.0]).integ(2).coef
+    assert crossing_of(p, 2, 0.0, 1.0) == pytest.approx(root, rel=1e-9)
 
 
-@pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
-def test_a_crossing_just_before_the_motion_turns_back_is_found_as_exactly_as_any(gap):
-    """A slip that just re-sticks: w passes zero at 0.6 - gap and would again at 0.6 + gap."""
-    s = holding([0.36 - gap**2, -1.2, 1.0])
-    found = crossing(s, LANE, 0, 0.0, 0.6 + 0.3 * gap, speed(s, LANE, 0.6 + 0.3 * gap), TO_ROUNDING)
-    assert found == pytest.approx(0.6 - gap, abs=1e-3 * gap)
-
-
-def test_without_a_change_of_sign_the_end_returns():
-    s = holding([1.0, 0.0, 1.0])
-    assert crossing(s, LANE, 0, 0.0, 0.7, speed(s, LANE, 0.7), TO_ROUNDING) == 0.7
+@pytest.mark.parametrize(("coefficients", "end", "root", "within"), [
+    *(([0.36 - gap**2, -1.2, 1.0], 0.6 + 0.3 * gap, 0.6 - gap, 1e-3 * gap) for gap in (1e-2, 1e-4, 1e-6)),  # re-sticks
+    ([0.08, -0.6, 1.0], 0.3, 0.2, 1e-14),  # the far end is the lowest point, where Newton's method fails
+    ([1.0, 0.0, 1.0], 0.7, 0.7, 0.0),  # no change of sign: the end
+])  # fmt: skip
+def test_a_crossing_just_before_the_motion_turns_back_is_found_as_exactly_as_any(coefficients, end, root, within):
+    assert crossing_of(coefficients, 0, 0.0, end) == pytest.approx(root, abs=within)
 
 
 @given(st.floats(0.1, 0.9), st.integers(1, 2))
 def test_the_zero_one_stands_on_is_not_the_crossing(where, multiplicity):
     """Every break-away starts on w = 0, and on w' = 0 too where static friction ends on the curve."""
     p = np.polynomial.Polynomial.fromroots([0.0] * multiplicity + [where])
-    s = holding(p.coef)
-    found = crossing(s, LANE, 0, 0.0, 1.0, speed(s, LANE, 1.0), TO_ROUNDING)
-    assert found == pytest.approx(where, abs=1e-12)
-
-
-def test_the_far_end_may_be_an_extremum_where_newton_fails():
-    """A slip that dips below zero: the end of the search is its lowest point."""
-    s = holding([0.08, -0.6, 1.0])  # zero at 0.2 and 0.4, lowest at 0.3
-    found = crossing(s, LANE, 0, 0.0, 0.3, speed(s, LANE, 0.3), TO_ROUNDING)
-    assert found == pytest.approx(0.2, abs=1e-14)
+    assert crossing_of(p.coef, 0, 0.0, 1.0) == pytest.approx(where, abs=1e-12)
 
 
 @given(polynomials, numbers)
 def test_an_arrival_is_a_crossing_with_what_went_on_till_then(p, level):
     f, s = np.polynomial.Polynomial(p), holding(p)
     s[at.B + LANE] = 0.7
-    side = 1.0 if f(1.0) > level else -1.0
     assume(sign_before(s, LANE, 0, level) * (f(1.0) - level) < -1e-3)
-    t, rise, work = arrival(s, LANE, level, side, 1.0, speed(s, LANE, 1.0))
-    assert 0.0 <= t <= 1.0
-    around = [f(max(t - 1e-7, 0.0)) - level, f(min(t + 1e-7, 1.0)) - level]
-    assert abs(f(t) - level) < 1e-9 or around[0] * around[1] <= 0.0
+    t, rise, work = arrival(s, LANE, level, 1.0 if f(1.0) > level else -1.0, 1.0, speed(s, LANE, 1.0))
+    assert is_root(f, t, level, 1e-9)
     assert rise == pytest.approx(0.7 * t - f.integ()(t), abs=1e-9)
     assert work == pytest.approx(rise_and_work(s, LANE, t)[2], abs=1e-9)
 
@@ -128,29 +136,6 @@ def test_the_largest_slope_is_that_of_the_motion_however_steep_the_curve(law, ra
     assert found == pytest.approx(-high.fun, rel=1e-9)
 
 
-def test_extreme_values_of_a_step_are_as_good_as_the_step():
-    s = lanes(y=0.16, w=0.6)  # a little before a peak of the slip speed
-    taylor.try_step(LAW, s, 1e-10)
-    end = s[at.TAKEN]
-    at_end = speed(s, 0, end)
-    assert s[at.DW] > 0.0 > s[at.DW_NEW]
-    fine = speed(s, 0, crossing(s, 0, 1, 0.0, end, at_end, TO_ROUNDING))[0]
-    rough = speed(s, 0, crossing(s, 0, 1, 0.0, end, at_end, FOR_A_VALUE))[0]
-    assert rough == pytest.approx(fine, rel=1e-12) and fine > s[at.W] > s[at.W_NEW]
-    assert extreme_speed(s, 0, end, at_end, FOR_A_VALUE)[1] == pytest.approx(fine, rel=1e-12)
-    when, value = extreme_speed(s, 0, end, at_end, TO_ROUNDING)
-    assert when == pytest.approx(crossing(s, 0, 1, 0.0, end, at_end, TO_ROUNDING), rel=1e-14)
-    assert value == pytest.approx(fine, rel=1e-15)
-    s = lanes(y=0.4, w=0.4)  # a little before the acceleration peaks
-    taylor.try_step(LAW, s, 1e-10)
-    end = s[at.TAKEN]
-    at_end = speed(s, 0, end)
-    assert s[at.JERK] > 0.0 > s[at.JERK_NEW]
-    fine = speed(s, 0, crossing(s, 0, 2, 0.0, end, at_end, TO_ROUNDING))[1]
-    assert fine > s[at.DW]
-    assert extreme_slope(LAW, s, 0, end, at_end) == pytest.approx(fine, rel=1e-11)
-
-
 @given(st.floats(0.05, 0.95), st.floats(0.2, 2.0))
 def test_the_first_guess_is_exact_for_a_cubic_of_t_over_f(root, bend):
     """t(f) = root + f + bend f^3 is monotone; f runs from -1 to 1 less what the ends ask for."""
@@ -162,7 +147,3 @@ def test_the_first_guess_is_exact_for_a_cubic_of_t_over_f(root, bend):
     t0, end = time(f0), time(f1) - time(f0)
     slopes = [1.0 / (1.0 + 3.0 * bend * f * f) for f in (f0, f1)]
     assert inverse_cubic(f0, slopes[0], f1, slopes[1], end) == pytest.approx(-t0, rel=1e-12)
-
-
-def test_no_guess_where_the_slopes_differ_in_sign():
-    assert not 0.0 < inverse_cubic(1.0, 1.0, -1.0, -1.0, 1.0) <= 1.0
