@@ -15,7 +15,13 @@ from stickslip_kernels.contacts.stribeck.extreme_slope import extreme_slope
 from stickslip_kernels.contacts.stribeck.laws import LAWS
 from stickslip_kernels.dense import horner, integral_by_ends, rise_and_work, speed, work_by_ends
 from stickslip_kernels.roots import (
-    FOR_A_VALUE, TO_ROUNDING, arrival, crossing, extreme_speed, inverse_cubic, sign_before,
+    FOR_A_VALUE,
+    TO_ROUNDING,
+    arrival,
+    crossing,
+    extreme_speed,
+    inverse_cubic,
+    sign_before,
 )  # fmt: skip
 
 
