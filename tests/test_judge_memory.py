@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from helpers.adversary_memory import judged
 from judge import memory, radau
 from judge.memory_motion import rates
 
@@ -88,3 +89,15 @@ def check(cell, answer, row, highest, lowest):
     assert answer[memory.F_MIN] * load == pytest.approx(float(row[lowest]), rel=WITHIN)
     assert answer[memory.FASTEST] * speed == pytest.approx(float(row["w_max"]), rel=WITHIN)
     assert answer[memory.SLOWEST] * speed == pytest.approx(float(row["w_min"]), rel=WITHIN)
+
+
+def test_the_largest_acceleration_between_samples_is_found():
+    """A peak just after the start: DOP853 at 1e-12 has 0.9164991587574 m/s2."""
+    cell = {
+        "mass": 10.297950532599097, "stiffness": 302.0667341376537, "normal_load": 211.0604033352879,
+        "belt_speed": -0.26407360793465956, "damping": 35.720093056264886, "a1": 0.1760085137839149,
+        "a2": 0.007916049974693978, "a3": 0.48752974785126824, "a4": 4.230984755325421, "delta": 2.1397764769079712,
+        "contact_stiffness": 211749.10525533473, "contact_damping_speed": 27.022804335570477,
+    }  # fmt: skip
+    verdict = judged({name: np.array([value]) for name, value in cell.items()}, "stribeck_delta")
+    assert verdict["acceleration_max"][0] == pytest.approx(0.9164991587574, rel=1e-11)

@@ -24,17 +24,23 @@ def cell(
     column[at.A1], column[at.A2], column[at.A3], column[at.A4] = curve
     column[at.MU_STATIC] = curve[0] + curve[2] if mu_static is None else mu_static
     column[at.MU_STOP], column[at.XI_START], column[at.ETA_START], column[at.HORIZON] = mu_stop, xi, eta, horizon
-    column[at.DELTA], column[at.AGEING], column[at.AGEING_TIME], column[at.CONTACT_START] = (
-        delta,
-        ageing,
-        ageing_time,
-        contact,
-    )
+    column[at.DELTA], column[at.AGEING] = delta, ageing
+    column[at.AGEING_TIME], column[at.CONTACT_START] = ageing_time, contact
     return column
 
 
 def block_of(*columns):
     return np.ascontiguousarray(np.array(columns).T)
+
+
+def columns_of(**rows):
+    """Cells (CELL_ROWS, n) from rows by their names in `layout.py` in small letters, sticking at first."""
+    rows = {"delta": 1.0, "eta_start": NAN, "horizon": INF} | rows
+    values = np.broadcast_arrays(*(np.atleast_1d(value) for value in rows.values()))
+    cells = np.zeros((at.CELL_ROWS, values[0].size))
+    for name, value in zip(rows, values, strict=True):
+        cells[getattr(at, name.upper())] = value
+    return cells
 
 
 def run(cells, rtol=1e-6, max_steps=1e6, until=at.UNTIL_METRICS, stop=0, law="stribeck"):

@@ -12,8 +12,6 @@ from helpers.scipy_rig import Rig, trapezoidal
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck.laws import LAWS
 
-# --- against SciPy --------------------------------------------------------------------------------------------------
-
 
 def random_rig(seed):
     """A rig in SI: its drive and the other arguments of `Rig`."""
@@ -69,9 +67,6 @@ def test_motion_is_that_of_scipy(seed):
     assert abs(expected.balance()) < 1e-9
 
 
-# --- closed forms ---------------------------------------------------------------------------------------------------
-
-
 def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
     """Over the displacement of the belt the force rises with slope one, the stiffness, to the plateau at +-mu. Each
     stroke S
@@ -92,45 +87,16 @@ def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
     np.testing.assert_allclose(np.abs(xi[sliding]), mu, atol=3.0 * speed)
 
 
-@pytest.mark.parametrize("contact", [
-    {"curve": (0.4, 0.0, 0.0, 1.0), "gamma": 0.3},
-    {"curve": (0.4, 0.05, 0.2, 0.1), "gamma": 0.05},
-    {"curve": (0.4, 0.05, 0.2, 0.1), "gamma": 0.05, "mu_stop": 0.35},
-], ids=["Coulomb", "weakening", "hysteretic"])  # fmt: skip
-def test_symmetric_strokes_draw_symmetric_signals(contact):
-    """Once the transient is over: after it has stuck in a dwell that it entered the same way."""
-    drive = strokes(0.3, 2.0, 30.0, dwell=14.0, count=20)
-    per_stroke = 96
-    found = outcome(drive, 20 * per_stroke + 1, rtol=1e-11, **contact)
-    there, back = (found.signals[:, -1 - n * per_stroke : -1 - (n - 1) * per_stroke] for n in (2, 1))
-    for row in (at.SIGNAL_XI, at.SIGNAL_ETA, at.SIGNAL_FRICTION):
-        np.testing.assert_allclose(back[row], -there[row], atol=1e-6)
-    np.testing.assert_array_equal(back[at.SIGNAL_MODE], there[at.SIGNAL_MODE])
-    assert np.abs(there[at.SIGNAL_XI]).max() > 0.3
-
-
-# --- the largest acceleration ---------------------------------------------------------------------------------------
-
-
-def test_largest_acceleration_of_a_coulomb_slip_is_the_closed_form():
-    """From the break-away on w' = d cos t + b sin t, d being mu_static - mu_kinetic: u'' = -w'."""
-    d, belt = 0.2, 0.05
-    found = outcome(drive_of((60.0, 0.0), start=belt), rtol=1e-10, curve=(0.4, 0.0, 0.0, 1.0), mu_static=0.4 + d)
-    assert found.acceleration_max == pytest.approx(math.hypot(d, belt), rel=1e-9)
-
-
-def test_the_jump_at_a_break_away_counts_as_acceleration():
-    """Just after, w' is mu_static less what the curve starts with; a strong damper leaves it no time to grow."""
-    d, contact = 0.2, {"curve": (0.3, 0.0, 0.1, 10.0), "gamma": 1.0}
-    found = outcome(drive_of((30.0, 0.0), start=0.05), mu_static=0.4 + d, **contact)
-    assert found.acceleration_max == pytest.approx(d, rel=1e-12)
-
-
-def test_a_belt_that_runs_off_from_under_the_specimen_drags_it_no_faster_than_friction_can():
-    """Its own acceleration, 50, is never that of the specimen, which starts with mu(0)."""
-    found = outcome(drive_of((0.1, 50.0), (5.0, 0.0)), curve=(0.4, 0.0, 0.0, 1.0), samples=11)
-    assert found.acceleration_max == pytest.approx(0.4, rel=1e-9)
-    assert found.signals[at.SIGNAL_FRICTION, 0] == pytest.approx(0.4, rel=1e-12)
+@pytest.mark.parametrize(("drive", "contact", "largest", "within"), [
+    # From the break-away on w' = d cos t + b sin t, d = 0.2 being mu_static - mu_kinetic: u'' = -w'.
+    (drive_of((60.0, 0.0), start=0.05), {"curve": (0.4, 0.0, 0.0, 1.0), "mu_static": 0.6}, math.hypot(0.2, 0.05), 1e-9),
+    # Just after a break-away w' is mu_static less what the curve starts with; a damper leaves it no time to grow.
+    (drive_of((30.0, 0.0), start=0.05), {"curve": (0.3, 0.0, 0.1, 10.0), "gamma": 1.0, "mu_static": 0.6}, 0.2, 1e-12),
+    # A belt that runs off drags the specimen no faster than friction can: its own acceleration is 50.
+    (drive_of((0.1, 50.0), (5.0, 0.0)), {"curve": (0.4, 0.0, 0.0, 1.0)}, 0.4, 1e-9),
+], ids=["Coulomb slip", "jump at break-away", "belt that runs off"])  # fmt: skip
+def test_the_largest_acceleration_is_the_closed_form(drive, contact, largest, within):
+    assert outcome(drive, rtol=1e-10, **contact).acceleration_max == pytest.approx(largest, rel=within)
 
 
 @pytest.mark.slow
@@ -154,15 +120,8 @@ def test_largest_acceleration_on_a_steep_curve_is_that_of_scipy(belt, drop, a4, 
         return state[1] if t > 1e-3 else 1.0
 
     standstill.terminal, standstill.direction = True, -1
-    slip = solve_ivp(
-        motion,
-        (0, 20),
-        [max(0.5 + drop - gamma * belt, 0.0), 0.0],  # a damper may tear it away at once
-        "DOP853",
-        events=(extremal, standstill),
-        rtol=1e-12,
-        atol=1e-14,
-    )
+    start = [max(0.5 + drop - gamma * belt, 0.0), 0.0]  # a damper may tear it away at once
+    slip = solve_ivp(motion, (0, 20), start, "DOP853", events=(extremal, standstill), rtol=1e-12, atol=1e-14)
     looked = [*slip.y_events[0], *slip.y_events[1], slip.y[:, -1]]
     largest = max(abs(motion(0, state)[1]) for state in looked)
     contact = {"curve": (0.5, 0.0, drop, a4), "delta": delta, "gamma": gamma, "law": "stribeck_delta"}
@@ -187,9 +146,6 @@ def test_largest_acceleration_is_that_of_a_dense_look(law, hysteretic):
     assert close >= 13
 
 
-# --- samples --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("samples", [2, 7, 1000, 1001])
 @pytest.mark.parametrize("law", few(LAWS, 1))
 def test_every_sample_is_taken_to_the_very_end(law, samples):
@@ -202,28 +158,11 @@ def test_every_sample_is_taken_to_the_very_end(law, samples):
         np.testing.assert_allclose(end, (found.xi_end, found.eta_end), atol=1e-9)
 
 
-def test_sampling_may_start_later():
-    drive, contact = strokes(0.3, 1.0, 12.0, dwell=2.0, count=3), {"gamma": 0.05}
-    start = 7.25
-    whole = outcome(drive, 193, **contact)
-    late = outcome(drive, 193 - 29, start=start, **contact)
-    assert whole.time[29] == pytest.approx(start)
+def test_samples_do_not_disturb_the_motion_and_may_start_later():
+    drive, contact = strokes(0.3, 1.0, 12.0, dwell=2.0, count=3), {"gamma": 0.05, "mu_stop": 0.9}
+    none, whole = outcome(drive, **contact), outcome(drive, 193, **contact)
+    late = outcome(drive, 193 - 29, start=7.25, **contact)
+    assert whole.time[29] == pytest.approx(7.25)
     np.testing.assert_allclose(late.signals, whole.signals[:, 29:], atol=1e-12)
-    np.testing.assert_array_equal(late.values, whole.values)
-
-
-def test_samples_do_not_disturb_the_motion():
-    drive, contact = strokes(0.3, 1.0, 12.0, count=3), {"gamma": 0.05, "mu_stop": 0.9}
-    np.testing.assert_array_equal(outcome(drive, **contact).values, outcome(drive, 5000, **contact).values)
-
-
-def test_energies_of_a_steady_slide_are_force_times_way():
-    """Coulomb friction, damped until it slides steadily: over one more minute the drive works mu b a time."""
-    mu, belt, gamma = 0.4, 0.3, 0.5
-    early, late = (
-        outcome(drive_of((t, 0.0), start=belt), rtol=1e-10, curve=(mu, 0.0, 0.0, 1.0), gamma=gamma)
-        for t in (100.0, 160.0)
-    )
-    assert late.drive_work - early.drive_work == pytest.approx(60.0 * mu * belt, rel=1e-9)
-    assert late.friction_heat - early.friction_heat == pytest.approx(60.0 * mu * belt, rel=1e-9)
-    assert late.damper_heat == pytest.approx(early.damper_heat, rel=1e-9)
+    for one in (none, late):
+        np.testing.assert_array_equal(one.values, whole.values)
