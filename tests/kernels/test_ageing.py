@@ -54,21 +54,20 @@ def test_break_away_is_exact_to_rounding(load, rate, growth, scale, age):
     assert abs(mpmath.mpf(found) - expected) <= 1e-12 * expected
 
 
+PUBLISHED = {"curve": (0.2, 0.0, 0.1, 1.0), "ageing": 0.02 / math.log(10)}
+
+
 def test_the_published_example_is_met():
     """N = 10, k = 1000, v = 1e-3, mu0 = 0.3, beta = 0.02 per decade, t0 = 0.1, start at 1 N: 2.275137760859198 s."""
-    cells = block_of(cell(0.1, (0.2, 0.0, 0.1, 1.0), ageing=0.02 / math.log(10), ageing_time=0.1))
+    cells = block_of(cell(0.1, **PUBLISHED, ageing_time=0.1))
     assert dwell(cells, 1.0 / 10, 1000 * 1e-3 / 10, 0.0) == pytest.approx(2.275137760859198, rel=1e-14)
 
 
-def test_a_load_at_the_limit_waits_if_friction_first_grows_faster():
+def test_a_load_at_the_limit_waits_only_if_friction_first_grows_faster():
     """The trap: t = 0 is a zero, and the true one comes later (0.547898 s)."""
-    cells = block_of(cell(0.1, (0.2, 0.0, 0.1, 1.0), ageing=0.02 / math.log(10), ageing_time=1e-3))
-    assert dwell(cells, limit(cells, 0.0), 0.1, 0.0) == pytest.approx(0.547898, abs=5e-7)
-
-
-def test_a_load_at_the_limit_breaks_away_if_friction_grows_slower():
-    cells = block_of(cell(0.1, ageing=0.01, ageing_time=1.0))
-    assert dwell(cells, limit(cells, 0.0), 0.5, 0.0) == 0.0
+    faster, slower = block_of(cell(0.1, **PUBLISHED, ageing_time=1e-3)), block_of(cell(0.1, ageing=0.01))
+    assert dwell(faster, limit(faster, 0.0), 0.1, 0.0) == pytest.approx(0.547898, abs=5e-7)
+    assert dwell(slower, limit(slower, 0.0), 0.5, 0.0) == 0.0
 
 
 def test_waiting_longer_breaks_away_higher_by_the_logarithm():
@@ -110,15 +109,3 @@ def test_the_converged_cycle_is_the_fixed_point_of_the_return_map(belt, growth, 
     assert found.cycle_stick_time == pytest.approx(stick_time, rel=1e-8)
     assert found.xi_min <= restick
     assert found.xi_max >= load
-
-
-def test_without_ageing_the_first_cycle_is_the_last():
-    plain, aged = outcome(0.1), outcome(0.1, ageing=1e-12)
-    assert aged.period == pytest.approx(plain.period, rel=1e-9)
-    assert aged.steps > plain.steps
-
-
-def test_ageing_lengthens_the_cycle_and_raises_the_peak():
-    found = [outcome(0.1, ageing=g) for g in (0.0, 0.02, 0.1)]
-    assert found[0].period < found[1].period < found[2].period
-    assert found[0].xi_max < found[1].xi_max < found[2].xi_max

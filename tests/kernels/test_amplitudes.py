@@ -1,10 +1,11 @@
-"""Settling by the amplitude map: as when every turn is followed, and as SciPy has it."""
+"""The amplitude map: settling, and cycles of slip, as when every loop is followed, and as SciPy has them."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from helpers.kernel_runs import NAN, block_of, cell, run
+from helpers.kernel_runs import NAN, block_of, cell, outcome, run
 from helpers.nightly import few
 from stickslip_kernels import layout as at
 
@@ -29,23 +30,33 @@ def draw(law, count, hysteretic=False):
     return block_of(*columns)
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
-def test_settling_is_that_of_motions_whose_turns_are_followed(law, rtol):
-    """A run to the horizon follows every turn."""
-    cells = draw(law, 60)
+def weakly_damped(law, rtol, hysteretic=False):
+    """What is mapped of cells that settle, and the same followed: a run to the horizon follows every turn."""
+    cells = draw(law, 60, hysteretic)
     mapped = run(cells, rtol, law=law)
     settled = mapped[at.REGIME] == at.DAMPED
     assert settled.sum() > 15
-    cells = np.ascontiguousarray(cells[:, settled])
-    cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0))[settled] + 50.0
-    followed = run(cells, 1e-10, until=at.UNTIL_HORIZON, law=law)
+    cells, mapped = np.ascontiguousarray(cells[:, settled]), mapped[:, settled]
+    cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0)) + 50.0
+    return mapped, run(cells, 1e-10, until=at.UNTIL_HORIZON, law=law)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_settling_is_that_of_motions_whose_turns_are_followed(law, rtol):
+    mapped, followed = weakly_damped(law, rtol)
     for row in (at.REGIME, at.CROSSINGS, at.XI_SETTLED):
-        np.testing.assert_array_equal(mapped[row, settled], followed[row])
-    off = np.abs(mapped[at.SETTLING_TIME, settled] / followed[at.SETTLING_TIME] - 1.0)
+        np.testing.assert_array_equal(mapped[row], followed[row])
+    off = np.abs(mapped[at.SETTLING_TIME] / followed[at.SETTLING_TIME] - 1.0)
     assert (off <= 3.0 * rtol / followed[at.DAMPING_RATIO]).all()  # an error of the loss in a loop, over that loss
     for row in (at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.ACCELERATION_MAX):
-        np.testing.assert_allclose(mapped[row, settled], followed[row], rtol=30.0 * rtol, atol=30.0 * rtol)
+        np.testing.assert_allclose(mapped[row], followed[row], rtol=30.0 * rtol, atol=30.0 * rtol)
+
+
+def test_on_a_hysteretic_curve_too():
+    mapped, followed = weakly_damped("stribeck", 1e-6, hysteretic=True)
+    np.testing.assert_array_equal(mapped[at.CROSSINGS], followed[at.CROSSINGS])
+    np.testing.assert_allclose(mapped[at.SETTLING_TIME], followed[at.SETTLING_TIME], rtol=3e-5)
 
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-11])
@@ -55,18 +66,6 @@ def test_a_map_that_is_refused_costs_no_settling_time(rtol):
     found = run(block_of(*(cell(b * 10 ** (0.5 * k), (1.0, 0.1 * 10 ** (-0.5 * k), 0.3, 0.1 * 10 ** (0.5 * k)))
                            for b, k in zip(belts, turns, strict=True))), rtol, max_steps=1e5)  # fmt: skip
     assert (found[at.STATUS] == at.SETTLED).all() and not np.isnan(found[at.SETTLING_TIME]).any()
-
-
-def test_on_a_hysteretic_curve_too():
-    cells = draw("stribeck", 60, hysteretic=True)
-    mapped = run(cells)
-    settled = mapped[at.REGIME] == at.DAMPED
-    assert settled.sum() > 15
-    cells = np.ascontiguousarray(cells[:, settled])
-    cells[at.HORIZON] = 1.05 * (mapped[at.SETTLING_TIME] + np.fmax(mapped[at.BREAKAWAY_TIME], 0.0))[settled] + 50.0
-    followed = run(cells, 1e-10, until=at.UNTIL_HORIZON)
-    np.testing.assert_array_equal(mapped[at.CROSSINGS, settled], followed[at.CROSSINGS])
-    np.testing.assert_allclose(mapped[at.SETTLING_TIME, settled], followed[at.SETTLING_TIME], rtol=3e-5)
 
 
 @pytest.mark.parametrize(("b", "a2", "a3", "a4", "gamma"), [
@@ -102,32 +101,29 @@ def test_settling_is_that_of_scipy(b, a2, a3, a4, gamma):
     assert found[at.CROSSINGS] == pytest.approx(np.count_nonzero(np.abs(extremes) > band), abs=1)
 
 
-def test_a_motion_of_hundreds_of_turns_takes_fewer_steps_than_turns():
-    found = run(block_of(cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
-    assert found[at.REGIME] == at.DAMPED and found[at.CROSSINGS] > 400
-    assert found[at.STEPS] < 0.6 * found[at.CROSSINGS]
-    backwards = run(block_of(cell(-3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
-    for row in (at.SETTLING_TIME, at.CROSSINGS, at.STEPS):
-        assert backwards[row] == found[row]
-    assert backwards[at.XI_SETTLED] == -found[at.XI_SETTLED]
+LONG = {"belt": 3.0, "curve": (0.3, 0.0, 0.05, 0.3), "gamma": 0.013}  # hundreds of turns
 
 
-def test_a_horizon_on_the_way_ends_the_motion_there():
-    whole = run(block_of(cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)))[:, 0]
-    column = cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013, horizon=0.5 * whole[at.SETTLING_TIME])
-    cut = run(block_of(column))[:, 0]
-    followed = run(block_of(column), rtol=1e-10, until=at.UNTIL_HORIZON)[:, 0]
-    assert cut[at.REGIME] == at.UNRESOLVED and cut[at.STATUS] == at.HORIZON_REACHED
-    assert cut[at.XI_END] == pytest.approx(followed[at.XI_END], abs=1e-5)
-    assert cut[at.ETA_END] == pytest.approx(followed[at.ETA_END], abs=1e-5)
+def test_a_motion_of_hundreds_of_turns_takes_fewer_steps_than_turns_in_either_direction():
+    found, backwards = (outcome(**LONG | {"belt": belt}) for belt in (3.0, -3.0))
+    assert found.regime == at.DAMPED and found.crossings > 400 and found.steps < 0.6 * found.crossings
+    for name in ("settling_time", "crossings", "steps"):
+        assert getattr(backwards, name) == getattr(found, name)
+    assert backwards.xi_settled == -found.xi_settled
 
 
-def test_a_budget_that_ends_while_the_map_is_measured_leaves_the_motion_where_it_was():
-    column = cell(3.0, (0.3, 0.0, 0.05, 0.3), gamma=0.013)
-    for most in range(250, 420, 7):
-        found = run(block_of(column), max_steps=most)[:, 0]
-        assert found[at.REGIME] == at.DAMPED or found[at.STATUS] in (at.STEP_LIMIT, at.SETTLING_CERTAIN)
-        assert abs(found[at.XI_END] - 0.3) < 3.1
+def test_a_horizon_or_a_budget_on_the_way_ends_the_motion_there():
+    horizon = 0.5 * outcome(**LONG).settling_time
+    found, followed = (
+        outcome(**LONG, horizon=horizon),
+        outcome(**LONG, horizon=horizon, rtol=1e-10, until=at.UNTIL_HORIZON),
+    )
+    assert found.regime == at.UNRESOLVED and found.status == at.HORIZON_REACHED
+    assert (found.xi_end, found.eta_end) == pytest.approx((followed.xi_end, followed.eta_end), abs=1e-5)
+    for most in range(250, 420, 7):  # while the map is measured
+        found = outcome(**LONG, max_steps=most)
+        assert found.regime == at.DAMPED or found.status in (at.STEP_LIMIT, at.SETTLING_CERTAIN)
+        assert abs(found.xi_end - 0.3) < 3.1
 
 
 @pytest.mark.parametrize("law, start", [
@@ -156,3 +152,76 @@ def test_no_period_is_shorter_than_its_stick_phase(law):
     found = run(block_of(*columns), max_steps=2e4, law=law)
     sticks = found[at.REGIME] == at.STICK_SLIP
     assert (found[at.PERIOD, sticks] > found[at.CYCLE_STICK_TIME, sticks]).all()
+
+
+# --- cycles of slip, which need the Gaussian law ---
+
+ATTRACTOR = (at.PERIOD, at.CYCLE_HEAT, at.CYCLE_XI_MAX, at.CYCLE_XI_MIN, at.CYCLE_SPEED_RANGE)
+WHOLE = (at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.ACCELERATION_MAX, at.RESTICK_MARGIN)
+
+
+def cycling(count):
+    """Cells over decades whose steady sliding repels, and whose loops from rest stay clear of standstill."""
+    random, columns = np.random.default_rng(8), []
+    while len(columns) < count:
+        tried = []
+        for _ in range(400):
+            a3, a4, belt = 10 ** random.uniform([-2.0, -2.0, -2.0], [0.0, 0.5, 0.7])
+            friction = (0.3, 10 ** random.uniform(-3.0, 0.0), a3, a4)
+            tried.append(cell(belt, friction, gamma=10 ** random.uniform(-4.0, -0.3)))
+        cells = block_of(*tried)
+        seen = run(cells, until=at.UNTIL_REGIME, law="gaussian")
+        ratio = seen[at.DAMPING_RATIO]
+        fits = (seen[at.REGIME] == at.SUSTAINED) & (-0.1 < ratio) & (ratio < -(10**-2.7))
+        columns += [cells[:, i] for i in np.flatnonzero(fits)]
+    return np.ascontiguousarray(np.stack(columns[:count], axis=1))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+def test_cycles_are_those_of_motions_whose_loops_are_followed(rtol):
+    """A cell with a horizon follows every loop, however far away that is; errors grow as loops differ less and less."""
+    cells = cycling(24)
+    mapped = run(cells, rtol, law="gaussian")
+    cells[at.HORIZON] = 1e9
+    followed = run(cells, 1e-10, law="gaussian")
+    assert (mapped[at.REGIME] == at.SUSTAINED).all() and (followed[at.REGIME] == at.SUSTAINED).all()
+    allowed = rtol * (1.0 + 0.05 / np.abs(followed[at.DAMPING_RATIO]))
+    for row in ATTRACTOR:
+        off = np.abs(mapped[row] - followed[row]) / np.abs(followed[row])
+        assert (off <= allowed).all(), row
+    for row in WHOLE:
+        np.testing.assert_allclose(mapped[row], followed[row], rtol=rtol, atol=rtol)
+    assert np.median(mapped[at.STEPS]) < 0.35 * np.median(run(cells, rtol, law="gaussian")[at.STEPS])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("b", "a2", "a3", "a4", "gamma"), [
+    (1.3, 0.01, 0.2, 1.3, 0.093), (-1.3, 0.01, 0.2, 1.3, 0.093), (0.6, 0.09, 0.24, 0.5, 0.176),
+])  # fmt: skip
+def test_a_cycle_is_that_of_scipy(b, a2, a3, a4, gamma):
+    """SciPy integrates one loop; the cycle is where it closes."""
+    found = run(block_of(cell(b, (0.3, a2, a3, a4), gamma=gamma)), law="gaussian")[:, 0]
+    assert found[at.REGIME] == at.SUSTAINED and found[at.STEPS] < 300
+
+    def mu(w):
+        return np.sign(w) * (0.3 + a2 * abs(w) + a3 * np.exp(-((w / a4) ** 2)))
+
+    def motion(_, state):
+        u, v = state
+        return [v, mu(b - v) - u - gamma * v]
+
+    def top(_, state):
+        return state[1]
+
+    top.direction = -1.0
+
+    def loop(amplitude):
+        tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 0.1}
+        solved = solve_ivp(motion, (0.0, 8.0), [mu(b) + amplitude, 0.0], events=top, **tight)
+        late = solved.t_events[0] > 1.0
+        return solved.t_events[0][late][0], solved.y_events[0][late][0, 0] - mu(b)
+
+    amplitude = brentq(lambda a: loop(a)[1] - a, 0.2 * abs(b), 0.99 * abs(b), xtol=1e-12)
+    assert found[at.PERIOD] == pytest.approx(loop(amplitude)[0], rel=1e-8)
+    assert found[at.CYCLE_XI_MAX] - mu(b) == pytest.approx(amplitude, rel=2e-6)

@@ -32,18 +32,8 @@ def test_numbers_do_not_depend_on_lane_neighbours_or_block(cells, random, until)
     np.testing.assert_array_equal(np.array(alone).T, together[:, :3])
 
 
-def test_every_cell_of_a_long_queue_is_computed_once():
-    cells = block_of(*(cell(b) for b in np.linspace(0.05, 0.7, 1000)))
-    results = run(cells)
-    assert (results[at.STATUS] == at.CYCLE_CLOSED).all()
-    np.testing.assert_allclose(results[at.BREAKAWAY_TIME], 1.3 / cells[at.BELT], rtol=1e-15)
-
-
-def test_an_empty_block_is_done_at_once():
-    assert run(np.empty((at.CELL_ROWS, 0))).shape == (at.RESULT_ROWS, 0)
-
-
-def test_a_stopped_block_leaves_its_cells_not_computed():
+def test_a_stopped_block_leaves_its_cells_not_computed_and_an_empty_one_is_done_at_once():
     results = run(block_of(*(cell(0.1) for _ in range(100))), stop=1)
     assert (results[at.STATUS] == at.NOT_RUN).all()
     assert (results[at.REGIME] == at.NOT_COMPUTED).all()
+    assert run(np.empty((at.CELL_ROWS, 0))).shape == (at.RESULT_ROWS, 0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from helpers.kernel_runs import ARTICLE, NAN, block_of, cell, outcome, run
+from helpers.kernel_runs import ARTICLE, block_of, cell, outcome, run
 from helpers.nightly import few
 from helpers.scipy_oscillator import SHAPES, TIGHT, Oscillator
 from stickslip_kernels import layout as at
@@ -89,29 +89,27 @@ def test_on_a_hysteretic_curve_margin_is_the_least_trough_on_the_line_or_the_dep
     assert 3 < sum(sides) < 9
 
 
-def border_of(make, low, high, law="stribeck"):
-    """Where cells stop to stick-slip between two belt speeds, by halving the regime."""
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        sticks = run(block_of(make(middle)), rtol=1e-12, law=law)[at.REGIME, 0] == at.STICK_SLIP
-        low, high = (middle, high) if sticks else (low, middle)
+def border_of(make, low, high, law):
+    """Where cells stop to stick-slip between two belt speeds, by the regimes of 64 cells, again and again."""
+    for _ in range(10):
+        belts = np.linspace(low, high, 64)
+        sticks = run(block_of(*map(make, belts)), rtol=1e-12, law=law)[at.REGIME] == at.STICK_SLIP
+        last = np.flatnonzero(sticks)[-1]
+        low, high = belts[last], belts[min(last + 1, 63)]
     return 0.5 * (low + high)
 
 
-@pytest.mark.parametrize(
-    ("law", "extra", "between"),
-    [
-        ("stribeck", {}, (0.3, 2.0)),
-        ("stribeck", {"gamma": 0.05}, (0.3, 2.0)),
-        ("stribeck", {"mu_static": 1.4}, (0.3, 2.0)),
-        ("stribeck", {"mu_stop": 1.1}, (0.3, 2.0)),
-        ("stribeck", {"mu_stop": 1.2, "gamma": 0.03}, (0.3, 2.0)),
-        ("stribeck", {"curve": (1.0, 0.1, 0.3, 0.01)}, (0.05, 2.0)),
-        ("stribeck", {"curve": (0.3, 0.0, 0.0, 1.0), "mu_static": 0.45, "gamma": 0.1}, (0.01, 3.0)),
-        pytest.param("stribeck_delta", {"delta": 2.0}, (0.05, 2.0), marks=pytest.mark.slow),
-        pytest.param("rational", {}, (0.05, 2.0), marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("law", "extra", "between"), [
+    ("stribeck", {}, (0.3, 2.0)),
+    ("stribeck", {"gamma": 0.05}, (0.3, 2.0)),
+    ("stribeck", {"mu_static": 1.4}, (0.3, 2.0)),
+    ("stribeck", {"mu_stop": 1.1}, (0.3, 2.0)),
+    ("stribeck", {"mu_stop": 1.2, "gamma": 0.03}, (0.3, 2.0)),
+    ("stribeck", {"curve": (1.0, 0.1, 0.3, 0.01)}, (0.05, 2.0)),
+    ("stribeck", {"curve": (0.3, 0.0, 0.0, 1.0), "mu_static": 0.45, "gamma": 0.1}, (0.01, 3.0)),
+    pytest.param("stribeck_delta", {"delta": 2.0}, (0.05, 2.0), marks=pytest.mark.slow),
+    pytest.param("rational", {}, (0.05, 2.0), marks=pytest.mark.slow),
+])  # fmt: skip
 def test_margin_has_a_simple_zero_where_stick_slip_ends_by_grazing(law, extra, between):
     def make(belt):
         return cell(belt, **extra)
@@ -160,25 +158,15 @@ def test_margin_is_below_zero_exactly_where_a_cell_stick_slips_whatever_the_fric
     assert np.isnan(margin[~known]).all()
 
 
-@pytest.mark.parametrize(
-    "start",
-    [
-        {"belt": 0.9, "xi": 1.0, "eta": 0.2},  # settles as it began, in slip
-        {"belt": 0.0, "xi": 0.5},  # sticks for ever
-        {"belt": 2.0, "gamma": 1.0},  # torn away at once
-        {"belt": 0.3, "horizon": 3.0},  # not seen to its end
-    ],
-)
+@pytest.mark.parametrize("start", [
+    {"belt": 0.9, "xi": 1.0, "eta": 0.2},  # settles as it began, in slip
+    {"belt": 0.0, "xi": 0.5},  # sticks for ever
+    {"belt": 2.0, "gamma": 1.0},  # torn away at once
+    {"belt": 0.3, "horizon": 3.0},  # not seen to its end
+])  # fmt: skip
 def test_without_a_slip_after_a_break_away_there_is_no_margin(start):
     assert np.isnan(outcome(**start).restick_margin)
 
 
 def test_a_cell_that_starts_in_slip_has_the_margin_of_the_cycle_it_ends_in():
     assert outcome(0.3, xi=3.0, eta=-1.0).restick_margin == pytest.approx(outcome(0.3).restick_margin, rel=1e-5)
-
-
-def test_the_margin_does_not_depend_on_the_direction_of_the_belt():
-    for belt in (0.3, 0.9):
-        for mu_stop in (NAN, 1.1):
-            there, back = (outcome(b, ARTICLE, 0.01, mu_stop=mu_stop) for b in (belt, -belt))
-            assert there.restick_margin == back.restick_margin

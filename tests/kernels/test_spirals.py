@@ -43,19 +43,13 @@ def compare(law, count, seed):
     np.testing.assert_allclose(alone[at.RESTICK_MARGIN, sticks], full[at.RESTICK_MARGIN, sticks], rtol=1e-4)
     off = (alone[at.RESTICK_MARGIN] - full[at.RESTICK_MARGIN])[decided] / np.abs(cells[at.BELT, decided])
     assert np.nanmax(np.abs(off)) < 1e-4
-    damped, hysteretic = decided & (full[at.REGIME] == at.DAMPED), ~np.isnan(cells[at.MU_STOP])
-    assert (damped & ~hysteretic).sum() > count / 20
-    return [
-        (alone[at.STEPS, some].sum(), full[at.STEPS, some].sum())
-        for some in (damped & ~hysteretic, damped & hysteretic)
-    ]
+    damped = decided & (full[at.REGIME] == at.DAMPED)
+    assert damped.sum() > count / 20 and alone[at.STEPS, damped].sum() < 0.9 * full[at.STEPS, damped].sum()
 
 
 @pytest.mark.parametrize("law", few(LAWS, 1))
 def test_the_regime_alone_is_that_of_the_motion_followed_to_its_end(law):
-    plain, hysteretic = compare(law, 1500, 1)
-    assert plain[0] < 0.75 * plain[1]
-    assert hysteretic[0] < 0.9 * hysteretic[1]
+    compare(law, 1500, 1)
 
 
 @pytest.mark.slow

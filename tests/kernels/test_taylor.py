@@ -7,11 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.nightly import few
-from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, jerk, lanes, slope
+from helpers.slip_step import DROP, GAMMA, RATE, SLOPE, W0, Y0, B, end_of_step, exact, lanes
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck import taylor
 from stickslip_kernels.contacts.stribeck.laws import LAWS, RECURRENCES
-from stickslip_kernels.contacts.stribeck.resolvable import may_bend_twice
 
 RTOL = 1e-9
 WITH_SERIES = [name for name, tag in LAWS.items() if type(tag) in RECURRENCES]
@@ -62,39 +61,6 @@ def test_a_step_is_as_exact_as_asked(law, rtol, gamma):
 
 
 @EVERY_LAW
-def test_the_error_of_a_step_falls_with_the_power_after_its_order(law):
-    """Far above rounding: steps of twice and four times what a tight tolerance allows."""
-    errors = []
-    for h in (0.8, 0.4):
-        s = lanes(law)
-        taylor.expand(LAWS[law], s)
-        s[at.TAKEN : at.TAKEN + at.WIDTH] = h
-        taylor.sum_series(s)
-        errors.append(abs(s[at.W_NEW] - exact(h, law)[1]))
-    assert np.log2(errors[0] / errors[1]) > at.ORDER - 1.5 or errors[1] < 1e-14
-
-
-@EVERY_LAW
-def test_the_end_of_a_step_has_the_friction_and_the_jerk_of_the_law(law):
-    s = lanes(law)
-    taylor.try_step(LAWS[law], s, RTOL)
-    y, w, dw, _ = end_of_step(s)
-    assert s[at.WEAK_NEW] == pytest.approx(DROP * float(SHAPES[law](mpmath.mpf(RATE * w))), rel=1e-14)
-    assert dw == pytest.approx(slope(LAWS[law], s, y, w), abs=1e-14)
-    assert s[at.JERK_NEW] == pytest.approx(jerk(LAWS[law], s, y, w, dw), rel=1e-13)
-
-
-@EVERY_LAW
-def test_the_step_follows_the_tolerance_to_the_power_of_its_order(law):
-    sizes = []
-    for rtol in (1e-10, 1e-8):
-        s = lanes(law)
-        taylor.try_step(LAWS[law], s, rtol)
-        sizes.append(s[at.TAKEN])
-    assert np.log(sizes[1] / sizes[0]) / np.log(100.0) == pytest.approx(1 / at.ORDER, abs=0.01)
-
-
-@EVERY_LAW
 def test_a_step_ends_with_the_horizon_and_no_later_than_allowed(law):
     for s in (lanes(law, end=0.01), lanes(law, step=0.01)):
         taylor.try_step(LAWS[law], s, RTOL)
@@ -103,7 +69,7 @@ def test_a_step_ends_with_the_horizon_and_no_later_than_allowed(law):
 
 
 @EVERY_LAW
-def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(law):
+def test_a_step_whose_series_disagrees_with_the_equations_or_is_no_number_is_refused(law):
     s = lanes(law)
     taylor.expand(LAWS[law], s)
     taylor.choose_step(s, RTOL)
@@ -111,6 +77,9 @@ def test_a_step_whose_series_disagrees_with_the_equations_is_refused_and_halved(
     taylor.sum_series(s)
     taylor.judge_step(LAWS[law], s)
     assert s[at.GOOD] == 0.0 and s[at.STEP] == 2.0
+    s = lanes(law, w=np.nan)
+    taylor.try_step(LAWS[law], s, RTOL)
+    assert s[at.GOOD] == 0.0 and not s[at.STEP] >= at.SMALLEST_STEP
 
 
 @pytest.mark.slow
@@ -125,23 +94,6 @@ def test_a_step_across_a_gaussian_zone_that_neither_end_shows_is_refused():
     taylor.judge_step(LAWS["gaussian"], s)
     assert s[at.W_NEW] < -0.01 and s[at.DW_NEW] == pytest.approx(series_end, rel=1e-9)
     assert s[at.GOOD] == 0.0 and s[at.STEP] == 0.01
-
-
-def test_an_acceleration_that_peaks_between_two_ends_where_it_falls_is_not_passed_over():
-    """w'' of one sign at both ends, and of the other between: here told by its tangent at the start."""
-    s = np.zeros(at.LANE_NUMBERS)
-    s[at.JERK], s[at.SERIES + 3 * at.WIDTH] = 1.0, -1.0
-    assert may_bend_twice(s, 0, 1.0, 0.0, 0.5) and not may_bend_twice(s, 0, 0.1, 0.0, 0.5)
-    assert not may_bend_twice(s, 0, 1.0, 0.0, -0.5)
-    s[at.DW_TOP] = 2.0
-    assert not may_bend_twice(s, 0, 1.0, 0.5, 0.5)
-
-
-@EVERY_LAW
-def test_what_is_not_a_number_is_never_good(law):
-    s = lanes(law, w=np.nan)
-    taylor.try_step(LAWS[law], s, RTOL)
-    assert s[at.GOOD] == 0.0 and not s[at.STEP] >= at.SMALLEST_STEP
 
 
 @EVERY_LAW
