@@ -17,12 +17,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
+from helpers.coverage import LEAST, MOST, held, table, wrong
 from stickslip.theory import reversal_speed, stick_slip_limit, stribeck
 from stickslip.theory.curve import SHAPES
 from stickslip_materials.fit import draw_curves, fit_curve
@@ -31,23 +32,18 @@ COUNTS, SPEEDS = (5, 6, 8, 10, 14, 20, 30, 60), ("log", "linear", "clusters")
 NOISES = ("equal", "proportional", "uneven", "sigma given")
 KINDS = ("falling", "falling", "falling", "rising", "flat", "outlier", "other law")
 NAMES = ("a1", "a2", "a3", "a4", "mu_start")
-LEAST, MOST, ENOUGH = 0.92, 0.98, 200  # coverage of 95 % intervals that is right, in rows of so many fits
+ENOUGH = 200  # fits of which an interval is printed
 
 
 @dataclass
 class Trial:
     """One fit. held : by coefficient and `border`, whether a printed interval holds the truth."""
 
-    count: int
-    speeds: str
-    noise: str
     kind: str
     good: bool
     determined: bool
     extrapolated: bool
     bias: float
-    left_out: bool = False
-    shape: bool = False
     held: dict[str, bool] = field(default_factory=dict)
 
 
@@ -83,9 +79,8 @@ def trial(seed: tuple[int, int]) -> Trial:
         y = np.maximum(y, 1e-4)
     fit = fit_curve(w, y, sigma if noise == "sigma given" else None, law=law)
     truth = {"a1": a1, "a2": rise, "a3": drop, "a4": a4, "mu_start": a1 + drop}
-    one = Trial(int(count), str(how), str(noise), str(kind), fit.good, fit.determined,
-                fit.mu_start > 2 * y.max(), fit.mu_start / truth["mu_start"] - 1, bool(fit.outliers),
-                "another shape" in fit.quality)  # fmt: skip
+    bias, extrapolated = fit.mu_start / truth["mu_start"] - 1, fit.mu_start > 2 * y.max()
+    one = Trial(str(kind), fit.good, fit.determined, extrapolated, bias)
     for name in NAMES:
         low, high = fit.interval[name]
         if not (low <= 0 and np.isinf(high)) and not (name == "a4" and drop == 0):
@@ -103,46 +98,26 @@ def _holds_border(drawn: dict[str, np.ndarray], rise: float, drop: float, a4: fl
     return bool(ends[25] * (1 - 1e-6) <= truth <= ends[-26] * (1 + 1e-6))
 
 
-ROWS: dict[str, Callable[[Trial], bool]] = {
+ROWS = {
     "all": lambda one: True,
     "called good": lambda one: one.good,
     "determined, not good": lambda one: one.determined and not one.good,
     "not determined": lambda one: not one.determined,
-    "an outlier left out": lambda one: one.left_out,
-    "said to have another shape": lambda one: one.shape,
-    **{f"{n} points": lambda one, n=n: one.count == n for n in COUNTS},
-    **{f"{how} speeds": lambda one, how=how: one.speeds == how for how in SPEEDS},
-    **{f"scatter {noise}": lambda one, noise=noise: one.noise == noise for noise in NOISES},
-    **{f"{kind}": lambda one, kind=kind: one.kind == kind for kind in dict.fromkeys(KINDS)},
-}  # fmt: skip
+    **{kind: lambda one, kind=kind: one.kind == kind for kind in dict.fromkeys(KINDS)},
+}
 
 
-def table(trials: list[Trial]) -> Iterator[str]:
-    """The rows of the table, in Markdown: coverage in %, (in brackets) the share of fits whose interval is printed."""
-    names = (*NAMES, "border")
-    yield f"| fits | number | good | {' | '.join(names)} | mu_start off by, median |"
-    yield f"| --- | --- | --- |{' --- |' * (len(names) + 1)}"
-    for title, belongs in ROWS.items():
-        some = [one for one in trials if belongs(one)]
-        cells = []
-        for name in names:
-            printed = [one.held[name] for one in some if name in one.held]
-            cells.append(f"{100 * np.mean(printed):.1f} ({100 * len(printed) / len(some):.0f} %)" if printed else "")
-        good = f"{100 * np.mean([one.good for one in some]):.0f} %" if some else ""
-        bias = f"{100 * np.median([one.bias for one in some]):+.1f} %" if some else ""
-        yield f"| {title} | {len(some)} | {good} | {' | '.join(cells)} | {bias} |"
+def printed(trials: list[Trial], name: str) -> str:
+    """Coverage in %, and in brackets the share of fits whose interval is printed."""
+    of_name = held(trials, name)
+    return f"{100 * np.mean(of_name):.1f} ({100 * len(of_name) / len(trials):.0f} %)" if of_name else ""
 
 
-def wrong(trials: list[Trial]) -> Iterator[str]:
-    """Rows whose intervals hold the truth too seldom or too often, and fits that invent friction."""
-    for title, names in (("all", NAMES), ("called good", (*NAMES, "border"))):
-        some = [one for one in trials if ROWS[title](one)]
-        for name in names:
-            printed = [one.held[name] for one in some if name in one.held]
-            if len(printed) >= ENOUGH and not LEAST <= np.mean(printed) <= MOST:
-                yield f"{title}: {name} is held in {100 * np.mean(printed):.1f} % of {len(printed)}"
-    if invented := sum(one.extrapolated and one.determined for one in trials):
-        yield f"{invented} fits called determined have a mu_start of more than twice what was measured"
+COLUMNS = {
+    "good": lambda trials: f"{100 * np.mean([one.good for one in trials]):.0f} %",
+    **{name: partial(printed, name=name) for name in (*NAMES, "border")},
+    "mu_start off by, median": lambda trials: f"{100 * np.median([one.bias for one in trials]):+.1f} %",
+}
 
 
 @dataclass
@@ -197,13 +172,14 @@ if __name__ == "__main__":
     with ProcessPoolExecutor() as pool:
         results = [*pool.map(trial, [(options.seed, i) for i in range(options.fits)], chunksize=10)]
         sweeps = [*pool.map(sweep, [(options.seed, i) for i in range(options.sweeps)], chunksize=10)]
-    problems: list[str] = []
-    if results:
-        print("\n".join(table(results)))
-        problems += wrong(results)
-    if sweeps:
-        line, is_right = of_sweeps(sweeps)
-        print(line)
-        problems += [] if is_right else [line]
+    rows = {title: [one for one in results if belongs(one)] for title, belongs in ROWS.items()}
+    print(*table("fits", rows, COLUMNS), sep="\n")
+    problems = [*wrong("all", results, NAMES, ENOUGH)]
+    problems += wrong("called good", rows["called good"], (*NAMES, "border"), ENOUGH)
+    if invented := sum(one.extrapolated and one.determined for one in results):
+        problems.append(f"{invented} fits called determined have a mu_start of more than twice what was measured")
+    line, is_right = of_sweeps(sweeps)
+    print(line)
+    problems += [] if is_right else [line]
     print("\n".join(problems), file=sys.stderr)
     sys.exit(bool(problems))

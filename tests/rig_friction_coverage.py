@@ -12,7 +12,7 @@ The truth is one slip, solved by SciPy. Of the record time, force, acceleration 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -20,12 +20,13 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from helpers.coverage import held, table, wrong
 from stickslip import rig
 from stickslip.theory import stribeck
 from stickslip.vocabulary.models.stribeck import coefficients
 
 NAMES = ("mu_start", "mu_reversal", "v_reversal", "mu_stop", "tendency")
-LEAST, MOST, ENOUGH = 0.92, 0.98, 300  # coverage of 95 % intervals that is right, in rows of so many told
+ENOUGH = 300  # records that tell a coefficient
 _SLIPS, _MOST_SAMPLES = 24, 200_000
 _KEPT = ("spring_force", "acceleration", "drive_velocity")
 
@@ -148,20 +149,21 @@ def trial(number: int, seed: int, most: int = _MOST_SAMPLES) -> Trial:
     return Trial(p["rate"] * truth["lasting"], band * truth["lasting"], noise, bool(np.isnan(p["mu_stop"])), held, half)
 
 
-def rows(trials: list[Trial]) -> Iterator[tuple[str, list[Trial]]]:
-    """The rows of the table."""
-    yield "all", trials
-    yield "slips of less than 30 samples", [t for t in trials if t.samples < 30]
-    yield "30 to 100 samples", [t for t in trials if 30 <= t.samples < 100]
-    yield "more", [t for t in trials if t.samples >= 100]
-    yield "less than 4 periods of the bandwidth in a slip", [t for t in trials if t.band < 4]
-    yield "4 to 10", [t for t in trials if 4 <= t.band < 10]
-    yield "more ", [t for t in trials if t.band >= 10]
-    yield "noise below 0.3 %", [t for t in trials if t.noise < 0.003]
-    yield "0.3 to 1 %", [t for t in trials if 0.003 <= t.noise < 0.01]
-    yield "above", [t for t in trials if t.noise >= 0.01]
-    yield "one curve", [t for t in trials if t.plain]
-    yield "hysteresis", [t for t in trials if not t.plain]
+ROWS: dict[str, Callable[[Trial], bool]] = {
+    "all": lambda one: True,
+    "slips of less than 30 samples": lambda one: one.samples < 30,
+    "less than 4 periods of the bandwidth in a slip": lambda one: one.band < 4,
+    "noise above 1 %": lambda one: one.noise >= 0.01,
+    "one curve": lambda one: one.plain,
+    "hysteresis": lambda one: not one.plain,
+}
+
+
+def told(trials: list[Trial], name: str) -> str:
+    """Coverage in %, and in brackets how many records tell the number, and half the interval."""
+    of_name, half = held(trials, name), [one.half[name] for one in trials if name in one.half]
+    share = f"{100 * len(of_name) / len(trials):.0f} %"
+    return f"{100 * np.mean(of_name):.1f} ({share}, ± {100 * np.median(half):.2g} %)" if of_name else ""
 
 
 def main() -> int:
@@ -172,19 +174,11 @@ def main() -> int:
     given = parser.parse_args()
     with ProcessPoolExecutor() as pool:
         trials = list(pool.map(partial(trial, seed=given.seed), range(given.records), chunksize=20))
-    print(f"| records | number | {' | '.join(NAMES)} |\n| {'--- | ' * (len(NAMES) + 2)}".rstrip())
-    for title, part in rows(trials):
-        cells = []
-        for name in NAMES:
-            held = [t.held[name] for t in part if name in t.held]
-            half = np.median([t.half[name] for t in part if name in t.half] or [np.nan])
-            told = f"{100 * len(held) / max(len(part), 1):.0f} %, ± {100 * half:.2g} %"
-            cells.append(f"{100 * np.mean(held):.1f} ({told})" if held else "")
-        print(f"| {title.strip()} | {len(part)} | {' | '.join(cells)} |")
-    of_all = {name: [t.held[name] for t in trials if name in t.held] for name in NAMES}
-    wrong = [name for name, held in of_all.items() if len(held) >= ENOUGH and not LEAST <= np.mean(held) <= MOST]
-    print(*(f"{name}: not within {LEAST:.0%} to {MOST:.0%}" for name in wrong), sep="\n")
-    return int(bool(wrong))
+    rows = {title: [one for one in trials if belongs(one)] for title, belongs in ROWS.items()}
+    print(*table("records", rows, {name: partial(told, name=name) for name in NAMES}), sep="\n")
+    problems = [*wrong("all", trials, NAMES, ENOUGH)]
+    print(*problems, sep="\n")
+    return int(bool(problems))
 
 
 if __name__ == "__main__":
