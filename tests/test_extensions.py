@@ -14,70 +14,25 @@ from stickslip import extensions
 
 TESTS = Path(__file__).parent
 
-TOY = '''
-"""The largest slip speed of cells, times a factor."""
-
+PACE = (TESTS / "data/pace.py").read_text(encoding="utf-8")
+EXTENSION = '''
 import click
-import numpy as np
 
-from stickslip.config.grid import build_grid
-from stickslip.config.sections import StudySection, of_row
-from stickslip.config.studies import Study
-from stickslip.dataset.build import grid_coordinates, study_dataset
-from stickslip.engine import compute_range
-from stickslip.plots import plot_map
-from stickslip.studies.study import joined
-from stickslip.vocabulary.parameter import Parameter, Variable, table
-
-
-class Pace(StudySection):
-    """How fast cells move."""
-
-    key = "pace"
-    rows = table(Parameter("factor", "1", "what speeds are multiplied by", key, default=1.0, above=0))
-    factor: float = of_row(rows["factor"])
-
-
-class PaceStudy(Study):
-    section, subject, title, name, counted = Pace, "pace", "Pace", "pace", "cells"
-    variables = table(Variable("pace", "m s-1", "largest slip speed, times a factor"))
-    columns = {"pace": np.dtype(np.float64)}
-
-    def __init__(self, config, section, options):
-        self.cells, self.pace, self.options = build_grid(config), section, options
-        self.dims, self.shape = self.cells.dims, self.cells.shape
-
-    @classmethod
-    def of(cls, given, section, options):
-        return cls(given, section, options)
-
-    def compute(self, items, stop, moved=None):
-        cells = compute_range(self.cells, items.start, items.stop, self.options, stop, moved)
-        return {"pace": cells["slip_speed_max"] * self.pace.factor}
-
-    def dataset(self, parts, attributes):
-        coordinates = grid_coordinates(self.cells)
-        return study_dataset("pace", self.variables, joined(parts), self.dims, self.shape, coordinates, attributes)
-
-    @classmethod
-    def figure(cls, ds, variable, select, title, look, state):
-        return plot_map(ds, "pace", title="a figure of its own")
+from stickslip.extensions import Extension, StudyEntry
 
 
 @click.command("greet")
 def greet():
     """Say hello."""
     click.echo("hello from a toy")
-'''
-EXTENSION = """
-from stickslip.extensions import Extension, StudyEntry
+
 
 EXTENSION = Extension(
-    commands={"Toys": {"greet": "toy.study", "pace": "stickslip.cli.studies"}},
+    commands={"Toys": {"greet": "toy", "pace": "stickslip.cli.studies"}},
     calls={"toy": "toy.study"},
     studies={"pace": StudyEntry("toy.study:PaceStudy", "Find how fast cells move.")},
 )
-"""
+'''
 CONFIG = """\
 system: {mass: 1, stiffness: 2, normal_load: 3}
 friction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}
@@ -91,7 +46,7 @@ def installed(tmp_path):
     """A folder in which the toy is installed."""
     (tmp_path / "toy").mkdir()
     (tmp_path / "toy" / "__init__.py").write_text(EXTENSION, encoding="utf-8")
-    (tmp_path / "toy" / "study.py").write_text(TOY, encoding="utf-8")
+    (tmp_path / "toy" / "study.py").write_text(PACE, encoding="utf-8")
     about = tmp_path / "toy-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n", encoding="utf-8")

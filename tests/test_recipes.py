@@ -18,6 +18,13 @@ CONFIG = (
 )
 
 
+PACE = (ROOT / "tests/data/pace.py").read_text(encoding="utf-8")
+STUDY_ROW = (
+    "STUDIES: dict[str, StudyEntry] = {",
+    '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),',
+)
+
+
 class Copy:
     """A copy of the packages, to be changed and run."""
 
@@ -44,18 +51,8 @@ class Copy:
             copied = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
             copied(ROOT / name, self._folder / name)
         # A package may be as large as it is, and a recipe adds to it.
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-x",
-            "-p",
-            "no:cacheprovider",
-            "-k",
-            "not over_its_ceiling",
-            *names,
-        ]
+        options = ["-q", "-x", "-p", "no:cacheprovider", "-k", "not over_its_ceiling"]
+        command = [sys.executable, "-m", "pytest", *options, *names]
         done = subprocess.run(command, cwd=self._folder, env=self._environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout[-4000:]
 
@@ -165,107 +162,10 @@ for one, other in ((half.results, same.results), (half.signals[0], same.signals[
 """)
 
 
-@all_installed
-def test_an_added_mass_is_seen_wherever_the_mass_is_asked_for(copy):
-    """Half of the mass as a parameter of its own is the mass."""
-    row = '\n    Parameter("added_mass", "kg", "mass of the fixture", "system", default=0.0, at_least=0),'
-    copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
-    copy.insert("sweep/stickslip/vocabulary/scales.py", '= cells["mass"]', ' + cells["added_mass"]')
-    copy.run(f"""
-import numpy as np
-import stickslip
-from stickslip import rig, sound
-from stickslip.api.cells import time_span
-from stickslip.config.describe import describe
-from stickslip.config.reader import make_config
-from stickslip_explore.view import _ends
-from stickslip.vocabulary.models import model_of
-def system(**masses):
-    data = {CONFIG}
-    data["system"].pop("mass")
-    return data | dict(system=data["system"] | masses | dict(damping="20 %"))
-def of_config(data):
-    config = make_config(data)
-    drive = dict(stroke="10 mm", strokes=2)
-    tests = rig.RigTests(rig.make_rig(data | dict(system=data["system"] | dict(belt_speed="10 mm/s"), drive=drive)))
-    record = next(tests.tests([0])).record
-    rows = [row.value for row in describe(config) if row.name in ("natural frequency", "damping")]
-    return rows, float(record["mass"]), record["friction_force"].values.tolist()
-assert of_config(system(mass=0.5, added_mass=0.5)) == of_config(system(mass=1.0))
-cell = {CELL} | dict(damping=0.05, belt_speed=0.4, displacement=1.0, velocity=0.0)
-whole, half = cell, cell | dict(mass=0.5, added_mass=0.5)
-one, other = stickslip.evaluate(whole), stickslip.evaluate(half)
-assert one["regime"] == other["regime"] and time_span(one) == time_span(other)
-np.testing.assert_array_equal(sound.of(whole, 0.1, transient=True).acceleration,
-                              sound.of(half, 0.1, transient=True).acceleration)
-assert _ends(whole, model_of("stribeck"))["damping"] == _ends(half, model_of("stribeck"))["damping"]
-""")
-
-
-TOY = '''
-"""How fast cells of a configuration move at most, times a factor: a study as CONTRIBUTING says to add one."""
-
-import numpy as np
-from typing import Annotated
-from pydantic import Field
-
-from stickslip.config.grid import build_grid
-from stickslip.config.sections import BOOLEAN, StudySection, of_row
-from stickslip.config.studies import Study
-from stickslip.dataset.build import grid_coordinates, study_dataset
-from stickslip.engine import compute_range
-from stickslip.studies.study import joined
-from stickslip.vocabulary.parameter import Parameter, Variable, table
-
-
-class Pace(StudySection):
-    """How fast cells move."""
-
-    key = "pace"
-    rows = table(Parameter("factor", "1", "what speeds are multiplied by", key, default=1.0, above=0))
-    factor: float = of_row(rows["factor"])
-    squared: Annotated[bool, BOOLEAN] = Field(False, description="whether speeds are squared")
-
-
-class PaceStudy(Study):
-    section, subject, title = Pace, "pace", "Pace"
-    variables = table(Variable("pace", "m s-1", "largest slip speed, times a factor"))
-    name, counted, columns = "pace", "cells", {"pace": np.dtype(np.float64)}
-    about, examples = "The largest slip speed.", ("my.yaml --factor 2",)
-
-    def __init__(self, cells, section, options):
-        self.cells, self.pace, self.options = cells, section, options
-        self.dims, self.shape = cells.dims, cells.shape
-
-    @classmethod
-    def of(cls, given, section, options):
-        return cls(build_grid(given), section, options)
-
-    def compute(self, items, stop, moved=None):
-        computed = compute_range(self.cells, items.start, items.stop, self.options, stop, moved)
-        speed = computed["slip_speed_max"] * self.pace.factor
-        return {"pace": speed**2 if self.pace.squared else speed}
-
-    def dataset(self, parts, attributes):
-        coordinates = grid_coordinates(self.cells)
-        return study_dataset("pace", self.variables, joined(parts), self.dims, self.shape, coordinates, attributes)
-
-    @classmethod
-    def report(cls, ds):
-        yield f"fastest  {float(ds['pace'].max()):.6g} m/s"
-'''
-
-
-STUDY_ROW = (
-    "STUDIES: dict[str, StudyEntry] = {",
-    '\n    "pace": StudyEntry("stickslip.studies.pace:PaceStudy", "Find how fast cells move."),',
-)
-
-
 def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
-    copy.write("sweep/stickslip/studies/pace.py", TOY)
+    copy.write("sweep/stickslip/studies/pace.py", PACE)
     copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
@@ -312,28 +212,10 @@ except ConfigError as error:
 """)
 
 
-PACES = '''
-"""How fast cells move."""
-
-import xarray as xr
-
-from stickslip.plots.layout import Figure
-from stickslip.plots.palette import BLUE
-
-
-def plot_pace(ds: xr.Dataset) -> Figure:
-    """The pace of each cell."""
-    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
-    figure.subplots().plot(ds["pace"].values.ravel(), color=BLUE)
-    return figure
-'''
-
-
 def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
-    """A study, a plot and a parameter, in a copy with its tests: those that look at all rows and files."""
+    """A study and a parameter, in a copy with its tests: those that look at all rows and files."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    copy.write("sweep/stickslip/studies/pace.py", TOY.lstrip())
-    copy.write("sweep/stickslip/plots/paces.py", PACES.lstrip())
+    copy.write("sweep/stickslip/studies/pace.py", PACE)
     copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
