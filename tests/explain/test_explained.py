@@ -123,20 +123,6 @@ def test_the_law_that_data_come_from_is_found_and_predictions_differ_where_laws_
     assert inside[0] < 0.02 < inside[1]
 
 
-@pytest.mark.slow
-def test_two_laws_that_explain_the_same_disagree_where_nobody_looked():
-    """One regime seen: both laws explain it; fast belts end stick-slip by one of them earlier than by the other."""
-    prior = {"mass": 0.1, "stiffness": 5e3, "a1": 0.2, "a2": 0.01, "a3": 0.2, "a4": lognormal(0.02, 1.1)}
-    axes = {"belt_speed": {"start": 0.01, "stop": 2.0, "num": 9, "spacing": "log"}}
-    seen = [AT | {"regime": "stick_slip"}]
-    found = stickslip.explain(seen, prior, laws=["stribeck", "rational"], predict=axes, draws=16, **QUICK)
-    np.testing.assert_allclose(found["law_probability"], 0.5, atol=0.02)
-    assert float(found["disagreement"][0]) == 0.0
-    alone = [stickslip.evaluate(prior | AT | {"a4": 0.02, "belt_speed": found["belt_speed"].values}, law=law)["regime"]
-             for law in ("stribeck", "rational")]  # fmt: skip
-    np.testing.assert_array_equal(found["disagreement"] > 0.5, alone[0].values != alone[1].values)
-
-
 # --- calibration ------------------------------------------------------------------------------------------------------
 
 PRIORS = {

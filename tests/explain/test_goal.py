@@ -21,6 +21,7 @@ COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 
 SLOWEST, FASTEST = 0.02, 0.2
 OVER = {"belt_speed": (SLOWEST, FASTEST)}
 QUICK = {"points": 17, "scan": 9, "progress": False}
+PLANE = ("damping", "mu_static"), {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}
 VIBRATES, QUIET, UNDECIDED, IMPOSSIBLE = (VERDICTS.index(n) for n in ("vibrates", "quiet", "undecided", "impossible"))
 
 
@@ -29,10 +30,8 @@ def critical(damping, mu_static, load=3.0, stiffness=50.0):
     return theory.critical_speed(2.0, stiffness, damping, load, mu_static, 0.3)
 
 
-def coulomb(over=OVER, **more):
-    ranges = {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}
-    cell = COULOMB | {"damping": 1.0, "mu_static": 0.45}
-    return stickslip.goal(cell, over, ("damping", "mu_static"), ranges, **QUICK | more)
+def coulomb(over=OVER, damping=1.0, mu_static=0.45, **more):
+    return stickslip.goal(COULOMB | {"damping": damping, "mu_static": mu_static}, over, *PLANE, **QUICK | more)
 
 
 def scattered(quantities, draws=32, **section):
@@ -57,9 +56,8 @@ def test_coulomb_friction_is_quiet_over_a_range_where_its_slowest_speed_is_criti
 def test_of_several_ranges_the_worst_combination_counts():
     """The largest load; of the stiffness one inside the range, depending on the damper."""
     cell = COULOMB | {"damping": 1.0, "mu_static": 0.45, "belt_speed": SLOWEST}
-    ranges = {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}
     over = {"normal_load": (1.0, 6.0), "stiffness": (0.5, 80.0)}
-    (line,) = polylines(stickslip.goal(cell, over, ("damping", "mu_static"), ranges, **QUICK))
+    (line,) = polylines(stickslip.goal(cell, over, *PLANE, **QUICK))
     stiffness = np.geomspace(0.5, 80.0, 2000)
     speeds = critical(line.y, line.x, 6.0, stiffness[:, np.newaxis])
     worst = stiffness[np.argmax(speeds, axis=0)]
@@ -87,10 +85,7 @@ def test_the_nearest_changes_are_those_of_the_closed_form():
 
 
 def test_what_is_quiet_has_a_reserve_that_is_quiet_still():
-    ds = stickslip.goal(
-        COULOMB | {"damping": 3.0, "mu_static": 0.345}, OVER, ("damping", "mu_static"),
-        {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}, **QUICK,
-    )  # fmt: skip
+    ds = coulomb(damping=3.0, mu_static=0.345)
     assert int(ds["verdict"][0]) == QUIET and float(ds["quiet_share"][0]) == 1.0
     damping, static = (float(ds[f"alone_{name}"][0]) for name in ("damping", "mu_static"))
     assert damping < 3.0 and static > 0.345
@@ -186,8 +181,7 @@ def test_a_decay_speed_changes_with_what_is_measured_held():
 def test_the_probability_is_that_of_quadrature():
     """Load scatters: the critical speed grows in proportion to it, so that P(quiet) is a normal probability."""
     load = {"normal_load": {"lognormal": {"median": 3.0, "factor": 1.2}}}
-    plane = ("damping", "mu_static"), {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}
-    ds = stickslip.goal(scattered(load), OVER, *plane, **QUICK)
+    ds = stickslip.goal(scattered(load), OVER, *PLANE, **QUICK)
 
     def chance(damping, mu_static):
         with np.errstate(divide="ignore"):
@@ -208,14 +202,11 @@ def test_the_probability_is_that_of_quadrature():
 
 @pytest.mark.slow
 def test_a_higher_goal_and_a_wider_range_leave_less_of_the_plane():
-    both = {
-        "normal_load": {"normal": {"mean": 3.0, "std": 0.4}},
-        "stiffness": {"lognormal": {"median": 50.0, "factor": 1.3}},
-    }
-    plane = {"axes": ("damping", "mu_static"), "between": {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}}
+    both = {"normal_load": {"normal": {"mean": 3.0, "std": 0.4}},
+            "stiffness": {"lognormal": {"median": 50.0, "factor": 1.3}}}  # fmt: skip
 
     def region(over=OVER, **more):
-        return stickslip.goal(scattered(both, draws=4), over, **plane, **QUICK | more)
+        return stickslip.goal(scattered(both, draws=4), over, **PLANE, **QUICK | more)
 
     low, high, wide = region(probability=0.6), region(probability=1.0), region({"belt_speed": (0.01, 0.3)})
     np.testing.assert_array_equal(low["quiet_probability"], high["quiet_probability"])
@@ -231,13 +222,11 @@ def test_what_is_not_decided_is_not_quiet():
     assert not ds["quiet_probability"].any() and (ds["undecided_probability"] == 1.0).all()
     assert int(ds["verdict"][0]) == UNDECIDED and ds.sizes["line"] == 0
     load = {"normal_load": {"uniform": [1.0, 5.0]}}
-    plane = ("damping", "mu_static"), {"damping": (0.5, 10.0), "mu_static": (0.305, 0.6)}
-    few, enough = (stickslip.goal(scattered(load, draws=4), OVER, *plane, **QUICK, max_steps=n) for n in (8, 100))
+    few, enough = (stickslip.goal(scattered(load, draws=4), OVER, *PLANE, **QUICK, max_steps=n) for n in (8, 100))
     assert 0.1 < float(few["undecided_probability"].mean()) < 0.9 and not enough["undecided_probability"].any()
     sum_of_both = few["quiet_probability"] + few["undecided_probability"]
-    assert (few["quiet_probability"] <= enough["quiet_probability"]).all() and (
-        enough["quiet_probability"] <= sum_of_both
-    ).all()
+    assert (few["quiet_probability"] <= enough["quiet_probability"]).all()
+    assert (enough["quiet_probability"] <= sum_of_both).all()
     assert {(one.left, one.right) for one in polylines(few)} == {(VIBRATES, UNDECIDED), (QUIET, UNDECIDED)}
 
 
@@ -294,30 +283,20 @@ def test_bad_goals_say_what_is_wrong(section, says):
 
 
 MUS = {"mu_start": (0.3, 0.4), "a1": (0.1, 0.2)}  # one follows from the other, and would not change anything
-SCATTERS = [scattered({name: {"uniform": [0.1, 0.2]}}) for name in ("damping", "a1")]
+BOTH = {"mu_start": (0.3, 0.4), "damping": (0, 1)}
 
 
-@pytest.mark.parametrize(
-    ("cell", "over", "plane", "says"),
-    [
-        ({}, OVER, (), "axes: missing"),
-        ({}, 5, (("damping", "mu_static"),), "quiet_over: got 5, expected a range for each"),
-        (SCATTERS[0], OVER, (("damping", "mu_static"), {"damping": (1.0, 2.0)}), "damping is uncertain"),
-        ({"damping": 0.0}, OVER, (("mu_start", "a1"), MUS), "axes: a1 follows from mu_start, mu_reversal and v_rev"),
-        (SCATTERS[1], OVER, (("mu_start", "damping"), {"mu_start": (0.3, 0.4), "damping": (0, 1)}), "a1 follows from"),
-        (
-            {"law": "rational"},
-            OVER,
-            (("v_reversal", "a1"), {"v_reversal": (0.1, 0.2), "a1": (0.1, 1)}),
-            "is for the law",
-        ),
-    ],
-)
-def test_bad_calls_say_what_is_wrong(cell, over, plane, says):
-    law = {"law": cell["law"]} if "law" in cell else {}
-    given = cell if "system" in cell else COULOMB | {"mu_static": 0.45} | {n: v for n, v in cell.items() if n != "law"}
+@pytest.mark.parametrize(("scatters", "over", "plane", "says"), [
+    ("", OVER, (), "axes: missing"),
+    ("", 5, PLANE[:1], "quiet_over: got 5, expected a range for each"),
+    ("damping", OVER, (PLANE[0], {"damping": (1.0, 2.0)}), "damping is uncertain"),
+    ("", OVER, (("mu_start", "a1"), MUS), "axes: a1 follows from mu_start, mu_reversal and v_rev"),
+    ("a1", OVER, (("mu_start", "damping"), BOTH), "a1 follows from"),
+])  # fmt: skip
+def test_bad_calls_say_what_is_wrong(scatters, over, plane, says):
+    known = COULOMB | {"mu_static": 0.45, "damping": 0.0}
     with pytest.raises(ValueError, match=says):
-        stickslip.goal(given, over, *plane, **law)
+        stickslip.goal(scattered({scatters: {"uniform": [0.1, 0.2]}}) if scatters else known, over, *plane)
 
 
 def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(here):

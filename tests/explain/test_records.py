@@ -100,44 +100,31 @@ def test_a_record_in_a_configuration_is_what_it_says_once_it_is_resolved(tmp_pat
     assert terms.log_likelihood.shape == (3, 1) and np.isfinite(terms.log_likelihood).all()
 
 
-@pytest.mark.parametrize(
-    ("seen", "words"),
-    [
-        (
-            {"record": "felt.csv"},
-            "observed[0]: missing, expected the configuration of the rig: drive: rig.yaml",
-        ),
-        ({"drive": RIG}, "observed[0]: missing, expected the name of a CSV file"),
-        ({"record": 1, "drive": RIG}, "observed[0].record: got 1, expected the name of a CSV file"),
-        (
-            {"record": "felt.csv", "drive": RIG, "belt_speed": "1 N"},
-            "observed[0].belt_speed: got '1 N', expected a speed",
-        ),
-        (
-            {"record": "felt.csv", "drive": RIG | {"axes": {"mu_static": [0.4, 0.5]}}},
-            "drive: varies mu_static, expected one test",
-        ),
-        ({"record": "nowhere.csv", "drive": RIG}, "nowhere.csv: no such file"),
-    ],
-)
+VARIED = RIG | {"axes": {"mu_static": [0.4, 0.5]}}
+
+
+@pytest.mark.parametrize(("seen", "words"), [
+    ({"record": "felt.csv"}, "observed[0]: missing, expected the configuration of the rig: drive: rig.yaml"),
+    ({"drive": RIG}, "observed[0]: missing, expected the name of a CSV file"),
+    ({"record": 1, "drive": RIG}, "observed[0].record: got 1, expected the name of a CSV file"),
+    ({"record": "felt.csv", "drive": RIG, "belt_speed": "1 N"}, "observed[0].belt_speed: got '1 N', expected a speed"),
+    ({"record": "felt.csv", "drive": VARIED}, "drive: varies mu_static, expected one test"),
+    ({"record": "nowhere.csv", "drive": RIG}, "nowhere.csv: no such file"),
+])  # fmt: skip
 def test_records_that_cannot_be_are_refused_at_their_place(seen, words):
     with pytest.raises(ConfigError) as raised:
         make_config(explaining(seen))
     assert words in str(raised.value)
 
 
-@pytest.mark.parametrize(
-    ("drive", "words"),
-    [
-        ({"strokes": 5, "stroke": 0.01}, "lasts 6.119 s, and 5 strokes of drive 5.1 s"),
-        ({"strokes": 3, "stroke": 0.02}, "has 3 strokes, expected 4 at least"),
-    ],
-)
-def test_a_record_of_another_test_is_refused(drive, words):
+@pytest.mark.parametrize(("drive", "load", "words"), [
+    ({"strokes": 5, "stroke": 0.01}, 10.0, "lasts 6.119 s, and 5 strokes of drive 5.1 s"),
+    ({"strokes": 3, "stroke": 0.02}, 10.0, "has 3 strokes, expected 4 at least"),
+    (RIG["drive"], 20.0, "normal_load is 10 N, and 20 N in drive"),
+])  # fmt: skip
+def test_a_record_of_another_test_is_refused(drive, load, words):
     with pytest.raises(ValueError, match=words):
-        observed(felt(), rig.make_rig(RIG | {"drive": drive}), (), scatter=False)
-    with pytest.raises(ValueError, match="normal_load is 10 N, and 20 N in drive"):
-        observed(felt(), rig.make_rig(RIG).at(normal_load=20.0), (), scatter=False)
+        observed(felt(), rig.make_rig(RIG | {"drive": drive}).at(normal_load=load), (), scatter=False)
 
 
 def usable(count):

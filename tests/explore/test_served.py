@@ -2,26 +2,22 @@
 
 import http.client
 import json
-import os
 import re
 import signal
 import socket
-import subprocess
 import sys
 import threading
 import urllib.error
 import urllib.request
 from html import unescape
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-import stickslip
+from helpers.commands import call
 from helpers.configs import HOSTILE, write_config
 from helpers.pages import tags
-from stickslip.cli import main
+from helpers.runs import started
 from stickslip_explore.view import open_source
 
 pytest.importorskip("bokeh")
@@ -54,16 +50,13 @@ def answer(address, headers=None):
         return error.code, ""
 
 
-def scripts(page):
-    return re.findall(r'src="([^"]+)"', page)
-
-
 def test_the_page_and_its_scripts_come_from_here(server):
     status, page = answer(server.address)
     assert status == 200 and "A small map" in page
     own = f"http://127.0.0.1:{server.port}"
-    assert scripts(page) and all(address.startswith(f"/{server.token}/static/js/") for address in scripts(page))
-    for address in scripts(page):
+    scripts = re.findall(r'src="([^"]+)"', page)
+    assert scripts and all(address.startswith(f"/{server.token}/static/js/") for address in scripts)
+    for address in scripts:
         status, text = answer(own + address)
         assert status == 200 and "bokeh" in text.lower()
     assert not NETWORK.search(page)
@@ -80,13 +73,10 @@ def test_without_the_token_nothing_is_there(server, path):
         assert status == 404 and body == ""
 
 
-def test_tokens_cannot_be_guessed_and_differ(server):
+def test_only_this_machine_is_listened_to_and_tokens_cannot_be_guessed(server):
     other = Explorer(open_source("configs/quickstart.yaml"))
-    assert other.token != server.token and len(other.token) >= 32
     other.close()
-
-
-def test_only_this_machine_is_listened_to(server):
+    assert other.token != server.token and len(other.token) >= 32
     assert server._socket.getsockname()[0] == "127.0.0.1"
     if sys.platform == "linux":  # where all of 127.0.0.0/8 is this machine: what listens everywhere answers there
         with pytest.raises(OSError), socket.create_connection(("127.0.0.2", server.port), timeout=5):
@@ -106,21 +96,16 @@ def upgraded(server, page, path, origin):
         connection.close()
 
 
-def test_a_websocket_is_opened_for_the_page_itself_and_for_no_other(server):
+def test_a_websocket_is_opened_for_the_page_itself_and_for_no_other_whatever_the_environment(monkeypatch, server):
+    monkeypatch.setenv("BOKEH_RESOURCES", "cdn")
+    monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")
     _, page = answer(server.address)
+    assert not NETWORK.search(page)
     own = f"http://127.0.0.1:{server.port}"
     assert upgraded(server, page, f"/{server.token}/ws", own) == 101
     for origin in ("http://evil.example", f"http://localhost.evil.example:{server.port}", "null", "http://127.0.0.1:1"):
         assert upgraded(server, page, f"/{server.token}/ws", origin) == 403
     assert upgraded(server, page, "/ws", own) == 404
-
-
-def test_the_environment_opens_no_door(monkeypatch, server):
-    monkeypatch.setenv("BOKEH_RESOURCES", "cdn")
-    monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")
-    _, page = answer(server.address)
-    assert not NETWORK.search(page)
-    assert upgraded(server, page, f"/{server.token}/ws", "http://evil.example") == 403
 
 
 # --- the page without a server ----------------------------------------------------------------------------------------
@@ -169,10 +154,6 @@ def test_the_page_has_the_map_in_every_variable_and_the_motions_of_a_grid_of_cel
     assert "mu_stop: " in text or "mu_stop none" in text
 
 
-def document_of(page):
-    return json.loads(unescape(text_of(page)))
-
-
 def text_of(page):
     return re.search(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
 
@@ -190,7 +171,7 @@ def test_the_page_takes_what_a_file_says_as_text(tmp_path, monkeypatch):
     path.write_text(HOSTILE)
     text = page_html(open_source(path))
     found = text_of(text)
-    words = [one for one in inside(document_of(text))
+    words = [one for one in inside(json.loads(unescape(text_of(text))))
              if isinstance(one, str) and one.startswith(("<b>", "<div", "<p", "<table"))]  # fmt: skip
     assert sum("javascript:" in one for one in words) > 3 and not {"a", "img", "script"} & tags(*words)
     assert "window.hit=2</script>" not in text and "tex2svg" not in text.split("<body")[0]
@@ -198,32 +179,8 @@ def test_the_page_takes_what_a_file_says_as_text(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_page_has_every_point_of_short_axes_and_says_which_are_left_out(tmp_path, monkeypatch):
-    monkeypatch.setattr(static, "CELLS", (2, 2))
-    text = tmp_path / "three.yaml"
-    text.write_text(
-        "title: t\nsystem: {mass: 1, normal_load: 1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
-        "axes:\n  damping: {start: 0, stop: 0.4, num: 9}\n  mu_stop: [none, 0.7]\n"
-        "  stiffness: {start: 0.01, stop: 10, num: 5, spacing: log}\n  belt_speed: {start: 0.05, stop: 1, num: 6}\n"
-    )
-    ds = stickslip.run(text, tmp_path / "map.nc")
-    source = open_source(tmp_path / "map.nc")
-    document = json.loads(text_of(html := page_html(source)))
-    assert '[["0","none"],["1","0.7"]]' in json.dumps(document, separators=(",", ":"))
-    (note,) = static.left_out(source)
-    assert note.startswith("damping is held at 0.2") and "8 points are not" in note and note in html
-    title, points = static._points(source)
-    assert title == "mu stop" or title == "mu_stop"
-    for i, (_, view) in enumerate(points):
-        pictures, _ = static._sheet(source, view, len(points))
-        (column,) = (column for column in pictures["regime"].columns if column.name == "regime")
-        assert (column.values == ds["regime"].values[4, i]).all()
-
-
-@pytest.mark.slow
 def test_the_command_writes_the_page_where_it_is_told(tmp_path):
-    config = write_config(tmp_path, num=6)
-    done = CliRunner().invoke(main, ["explore", str(config), "--static", str(tmp_path / "out")])
+    done = call("explore", write_config(tmp_path, num=6), "--static", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert (tmp_path / "out" / "small.html").stat().st_size > 1e6 and "small.html" in done.output
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["small.html"]
@@ -232,39 +189,26 @@ def test_the_command_writes_the_page_where_it_is_told(tmp_path):
 # --- the command ------------------------------------------------------------------------------------------------------
 
 
-def call(*arguments):
-    return CliRunner().invoke(main, ["explore", *map(str, arguments)])
-
-
-def test_a_rig_is_refused_with_what_to_do_instead():
-    done = call("configs/rig/materials.yaml", "--no-browser")
-    assert done.exit_code == 2 and "rig" in done.output and "Traceback" not in done.output
-
-
-def test_a_missing_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "bokeh", None)
-    done = call("configs/quickstart.yaml", "--no-browser")
-    assert done.exit_code == 2 and "stickslip[explore]" in done.output
-
-
-def test_a_port_that_is_taken_is_said():
+def test_what_cannot_be_explored_is_refused_with_what_to_do_instead(monkeypatch, here):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        done = call("configs/quickstart.yaml", "--no-browser", "--port", taken.getsockname()[1])
-    assert done.exit_code == 2 and "port" in done.output and "--port" in done.output
+        port = taken.getsockname()[1]
+        for words, expected in (
+            (["configs/rig/materials.yaml"], "rig"), (["configs/quickstart.yaml", "--port", port], "--port"),
+            (["quickstart.yaml"], "`stickslip init --list` names those"),  # maybe a copy, from the wrong folder
+        ):  # fmt: skip
+            done = call("explore", *words, "--no-browser")
+            assert done.exit_code == 2 and expected in done.output and "Traceback" not in done.output
+    monkeypatch.setitem(sys.modules, "bokeh", None)
+    done = call("explore", "configs/quickstart.yaml", "--no-browser")
+    assert done.exit_code == 2 and "stickslip[explore]" in done.output
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to a single process there")
 def test_the_command_prints_the_address_and_ends_at_ctrl_c(tmp_path):
-    home = Path(stickslip.__file__).parents[1]
-    kernels = home.parent / "kernels"
-    path = os.pathsep.join(str(one) for one in (home, kernels))
-    process = subprocess.Popen(
-        [sys.executable, "-m", "stickslip", "explore", str(write_config(tmp_path)), "--no-browser"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": path},
-    )  # fmt: skip
+    process = started("explore", write_config(tmp_path), "--no-browser")
     try:
         lines = [process.stdout.readline() for _ in range(3)]
         address = lines[1].strip()
