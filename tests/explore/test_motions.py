@@ -79,6 +79,11 @@ def test_cells_that_are_easily_drawn_wrong(name):
             obeys(motion, found.cell, found.curve, 1e-5)
     known = stickslip.evaluate(cell)
     assert found.stick.results["regime"] == int(known["regime"][0])
+    if name == "nearly all stick":  # a slip is fine even here
+        assert found.stick.results["stick_fraction"] > 0.99
+        assert (found.stick.samples["mode"] != MODES.index("stick")).sum() > 50
+        slowest = 1e-4 - found.stick.results["slip_speed_max"]
+        assert found.stick.samples["velocity"].min() == pytest.approx(slowest, rel=0.02)
 
 
 def test_stick_slip_is_shown_from_its_break_away_over_whole_cycles():
@@ -89,14 +94,6 @@ def test_stick_slip_is_shown_from_its_break_away_over_whole_cycles():
     x = np.interp([0.0, period, 2 * period], found.time, found.samples["displacement"])
     assert np.allclose(x, 1.3, atol=1e-3)  # breaks away at mu_start N/k
     assert np.allclose(found.samples["spring_force"].max(), found.results["cycle_force_max"], rtol=1e-4)
-
-
-def test_a_slip_is_fine_even_where_nearly_all_of_the_period_is_stick():
-    found = of(ILL["nearly all stick"]).stick
-    assert found.results["stick_fraction"] > 0.99
-    slips = found.samples["mode"] != MODES.index("stick")
-    assert slips.sum() > 50
-    assert found.samples["velocity"].min() == pytest.approx(1e-4 - found.results["slip_speed_max"], rel=0.02)
 
 
 def test_the_long_first_stick_phase_is_left_out_and_changes_nothing():
@@ -115,10 +112,8 @@ def test_slow_growth_from_near_sliding_ends_in_the_same_cycle():
     found = of(ILL["slow growth"])
     assert found.sliding.regime == "stick_slip" and found.sliding.late
     assert found.sliding.results["period"] == pytest.approx(found.stick.results["period"], rel=1e-6)
-    last = found.sliding.time > 0.0
-    assert found.sliding.samples["displacement"][last].max() == pytest.approx(
-        found.stick.samples["displacement"].max(), rel=1e-3
-    )
+    last = found.sliding.samples["displacement"][found.sliding.time > 0.0]
+    assert last.max() == pytest.approx(found.stick.samples["displacement"].max(), rel=1e-3)
 
 
 def test_both_motions_of_a_bistable_cell_differ_and_the_unstable_cycle_lies_between():
@@ -133,17 +128,14 @@ def test_both_motions_of_a_bistable_cell_differ_and_the_unstable_cycle_lies_betw
     ours = np.arctan2(loop.velocity, loop.displacement - steady)
     there = np.interp(ours, angle[order], radius[order], period=2 * np.pi)
     assert np.allclose(np.hypot(loop.displacement - steady, loop.velocity), there, rtol=1e-7)
+    mirrored = of(BISTABLE | {"belt_speed": -0.45}).cycle
+    assert np.allclose(loop.displacement, -mirrored.displacement, atol=1e-9)
+    assert np.allclose(loop.velocity, -mirrored.velocity, atol=1e-9)
     for share, regime in ((0.99, 2), (1.01, 1)):  # started just inside it settles, just outside it sticks and slips
         k = len(loop.displacement) // 3
         x0 = found.steady + share * (loop.displacement[k] - found.steady)
         ended = stickslip.evaluate(BISTABLE | {"displacement": x0, "velocity": share * loop.velocity[k]})
         assert int(ended["regime"][0]) == regime
-
-
-def test_the_unstable_cycle_of_a_belt_that_runs_backwards_is_the_mirror_image():
-    one, other = of(BISTABLE).cycle, of(BISTABLE | {"belt_speed": -0.45}).cycle
-    assert np.allclose(one.displacement, -other.displacement, atol=1e-9)
-    assert np.allclose(one.velocity, -other.velocity, atol=1e-9)
 
 
 @pytest.mark.parametrize("cell", [STICK_SLIP, DAMPED, ILL["hysteretic"], ILL["ageing"]])
@@ -190,10 +182,6 @@ def test_the_numbers_are_those_of_evaluate(quickstart):
     assert f"{float(known['stick_fraction'][0]):.4g}" in html
     assert place_words(shown, at) == f"stiffness {at['stiffness']:.4g} N/m, belt speed {at['belt_speed']:.4g} m/s"
     assert "mass 200 g" in cell_html(motions, "here")
-
-
-def test_what_a_user_wrote_is_no_html(quickstart):
-    _, _, _, _, motions = quickstart
     assert "<script" not in cell_html(motions, "<script>alert(1)</script>")
 
 
