@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
+from copy import deepcopy
 
 from hypothesis import strategies as st
 
@@ -18,7 +18,6 @@ from stickslip.config.resolve import config_path
 from stickslip.config.yaml import parse_yaml
 from stickslip.vocabulary.quantities import QUANTITIES
 
-ROOT = Path(__file__).parents[2]
 EXAMPLES = int(os.environ.get("STICKSLIP_FUZZ", "0"))  # of each kind; 0: the few that continuous integration tries
 TRIPWIRE = "stickslip-fuzz-tripwire"  # a file that code smuggled into a configuration would make
 
@@ -68,17 +67,11 @@ UNITS = st.builds(
     st.sampled_from(["mm/s", "m/s", "N", "kg", "N/m", "degC", "m^9", "m^99", "µm", "N s/m", "s/m", "nan", "inf"]),
     st.sampled_from(["", "", "", "/", "^", "**2", " ()", ";", "__class__", "²", "\x00"]),
 )
-TEXTS = st.one_of(
-    WORDS,
-    UNITS,
-    st.text(max_size=20),
-    st.sampled_from(["x" * 5000, "../../etc/passwd", "/dev/stdin", "\ud7ff", "a\0b"]),
-)
+HOSTILE = st.sampled_from(["x" * 5000, "../../etc/passwd", "/dev/stdin", "\ud7ff", "a\0b"])
+TEXTS = st.one_of(WORDS, UNITS, st.text(max_size=20), HOSTILE)
 SCALARS = st.one_of(NUMBERS, TEXTS, st.none(), st.booleans())
 TREES = st.recursive(
-    SCALARS,
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXTS, inner, max_size=4),
-    max_leaves=6,
+    SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXTS, inner, max_size=4), max_leaves=6
 )
 
 # What YAML has beyond plain data, and what it is feared for.
@@ -97,7 +90,7 @@ RAW = st.sampled_from(
 )  # fmt: skip
 
 
-# --- trees ------------------------------------------------------------------------------------------------------------
+# --- trees, texts and bytes -------------------------------------------------------------------------------------------
 
 
 class Raw(str):
@@ -119,86 +112,37 @@ def dump(value: object) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def dump_blocks(tree: object) -> str:
-    """A tree as YAML with a line per section, so that errors have lines to name."""
-    if not isinstance(tree, dict) or not tree:
-        return dump(tree) + "\n"
-    return "".join(f"{dump(key)}: {dump(value)}\n" for key, value in tree.items())
-
-
-def paths(value: object, path: tuple = ()) -> list[tuple]:
-    """Every place in a tree."""
-    found = [path]
-    if isinstance(value, dict | list):
-        for key in value if isinstance(value, dict) else range(len(value)):
-            found += paths(value[key], (*path, key))
-    return found
-
-
-def changed(tree: object, path: tuple, change) -> object:
-    """The tree with `change` applied to the value at `path`."""
-    if not path:
-        return change(tree)
-    copy = dict(tree) if isinstance(tree, dict) else list(tree)  # type: ignore[call-overload]
-    copy[path[0]] = changed(copy[path[0]], path[1:], change)
-    return copy
-
-
-def at(tree: object, path: tuple) -> object:
-    """The value at `path`."""
-    for key in path:
-        tree = tree[key]  # type: ignore[index]
-    return tree
-
-
-def replaced(new):
-    """A change into something else."""
-    return lambda value: new
-
-
-def inserted(name, new):
-    """A change that adds a key to a mapping, and makes a list of anything else."""
-    return lambda value: {**value, name: new} if isinstance(value, dict) else [value, new]
-
-
-def repeated(times):
-    """A change into a list of so many."""
-    return lambda value: [value] * times
-
-
-def without(key):
-    """A change that removes a key."""
-    return lambda value: {k: v for k, v in value.items() if k != key} if isinstance(value, dict) else value
-
-
-def renamed(key, name):
-    """A change that gives a key another name."""
-    return lambda value: {name if k == key else k: v for k, v in value.items()} if isinstance(value, dict) else value
+def places(value):
+    """Every mapping and list in a tree, and each key or index in it."""
+    for key in value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():
+        yield value, key
+        yield from places(value[key])
 
 
 @st.composite
 def mutated_trees(draw) -> str:
-    """A good configuration with one to four changes."""
-    tree = parse_yaml(draw(st.sampled_from(GOOD))).data
+    """A good configuration with one to four changes, with a line per section, so that errors have lines to name."""
+    tree = {"": deepcopy(parse_yaml(draw(st.sampled_from(GOOD))).data)}
     for _ in range(draw(st.integers(1, 4))):
-        path = draw(st.sampled_from(paths(tree)))
+        inside, key = draw(st.sampled_from([*places(tree)]))
         kind = draw(st.sampled_from(["replace", "insert", "repeat", "move", "drop", "rename"]))
-        if kind == "insert":
-            tree = changed(tree, path, inserted(draw(TEXTS), draw(TREES | RAW.map(Raw))))
-        elif kind == "repeat":
-            tree = changed(tree, path, repeated(draw(st.integers(0, 3))))
+        if kind == "repeat":
+            inside[key] = [deepcopy(inside[key]) for _ in range(draw(st.integers(0, 3)))]
         elif kind == "move":
-            tree = changed(tree, path, replaced(at(tree, draw(st.sampled_from(paths(tree))))))
-        elif path and kind == "drop":
-            tree = changed(tree, path[:-1], without(path[-1]))
-        elif path and kind == "rename":
-            tree = changed(tree, path[:-1], renamed(path[-1], draw(TEXTS)))
+            other, at = draw(st.sampled_from([*places(tree)]))
+            inside[key] = deepcopy(other[at])
+        elif kind == "drop" and inside is not tree:
+            del inside[key]
+        elif kind == "rename" and inside is not tree and isinstance(inside, dict):
+            inside[draw(TEXTS)] = inside.pop(key)
+        elif kind == "insert" and isinstance(inside[key], dict):
+            inside[key][draw(TEXTS)] = draw(TREES | RAW.map(Raw))
         else:
-            tree = changed(tree, path, replaced(draw(TREES | RAW.map(Raw))))
-    return dump_blocks(tree)
-
-
-# --- texts and bytes --------------------------------------------------------------------------------------------------
+            inside[key] = draw(TREES | RAW.map(Raw))
+    whole = tree[""]
+    if not isinstance(whole, dict) or not whole:
+        return dump(whole) + "\n"
+    return "".join(f"{dump(key)}: {dump(value)}\n" for key, value in whole.items())
 
 
 @st.composite
@@ -216,12 +160,10 @@ def mutated_texts(draw) -> str:
 @st.composite
 def mutated_bytes(draw) -> bytes:
     """A good configuration with bytes of any value, or bytes alone."""
-    if draw(st.booleans()):
-        return draw(st.binary(max_size=200))
-    data = draw(st.sampled_from(GOOD)).encode()
+    data = draw(st.sampled_from([*map(str.encode, GOOD), b""]))
     for _ in range(draw(st.integers(1, 5))):
         start = draw(st.integers(0, len(data)))
-        data = data[:start] + draw(st.binary(max_size=8)) + data[start + draw(st.integers(0, 8)) :]
+        data = data[:start] + draw(st.binary(max_size=200 if not data else 8)) + data[start + draw(st.integers(0, 8)) :]
     return data
 
 

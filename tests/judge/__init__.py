@@ -72,31 +72,20 @@ def to_si(out, full) -> dict[str, np.ndarray]:
     """Answers to the names of `evaluate`."""
     m, k, load = full["mass"], full["stiffness"], full["normal_load"]
     time, length = np.sqrt(m / k), load / k
-    answers = {
-        "breakaway_time": out[:, at.BREAKAWAY_TIME] * time,
-        "restick_time": out[:, at.RESTICK_TIME] * time,
-        "restick_displacement": out[:, at.RESTICK_XI] * length,
-        "period": out[:, at.PERIOD] * time,
-        "stick_time": out[:, at.STICK_TIME] * time,
-        "spring_force_max": out[:, at.XI_MAX] * load,
-        "spring_force_min": out[:, at.XI_MIN] * load,
-        "slip_speed_max": out[:, at.SPEED_MAX] * length / time,
-        "acceleration_max": out[:, at.ACCELERATION_MAX] * load / m,
-        "energy_per_cycle": out[:, at.HEAT_PER_CYCLE] * load * length,
-        "mu_breakaway": out[:, at.MU_BREAKAWAY],
-        "mu_reversal": out[:, at.MU_REVERSAL],
-        "tendency": out[:, at.MU_BREAKAWAY] - 2.0 * out[:, at.MU_REVERSAL] + full["mu_stop"],
-        "equilibrium_crossings": out[:, at.CROSSINGS],
-        "settling_time": out[:, at.SETTLING_TIME] * time,
-        "settled_displacement": out[:, at.XI_SETTLED] * length,
-        "displacement_amplitude": 0.5 * (out[:, at.CYCLE_XI_MAX] - out[:, at.CYCLE_XI_MIN]) * length,
-        "velocity_amplitude": 0.5 * out[:, at.CYCLE_SPEED_RANGE] * length / time,
-        "cycle_force_max": out[:, at.CYCLE_XI_MAX] * load,
-        "cycle_force_min": out[:, at.CYCLE_XI_MIN] * load,
-        "loops": out[:, at.LOOPS_PER_CYCLE],
-        "decrement": out[:, at.DECREMENT],
-        "decided_at": out[:, at.DECIDED_AT] * time,
-        "releases": out[:, at.BREAKAWAYS],
-        "steps": out[:, at.STEPS],
-    }
+    speed = length / time
+    units = {
+        "breakaway_time": (at.BREAKAWAY_TIME, time), "restick_time": (at.RESTICK_TIME, time),
+        "restick_displacement": (at.RESTICK_XI, length), "period": (at.PERIOD, time),
+        "stick_time": (at.STICK_TIME, time), "spring_force_max": (at.XI_MAX, load),
+        "spring_force_min": (at.XI_MIN, load), "slip_speed_max": (at.SPEED_MAX, speed),
+        "acceleration_max": (at.ACCELERATION_MAX, load / m), "energy_per_cycle": (at.HEAT_PER_CYCLE, load * length), "mu_breakaway": (at.MU_BREAKAWAY, 1.0),
+        "mu_reversal": (at.MU_REVERSAL, 1.0), "equilibrium_crossings": (at.CROSSINGS, 1.0),
+        "settling_time": (at.SETTLING_TIME, time), "settled_displacement": (at.XI_SETTLED, length),
+        "velocity_amplitude": (at.CYCLE_SPEED_RANGE, 0.5 * speed), "cycle_force_max": (at.CYCLE_XI_MAX, load),
+        "cycle_force_min": (at.CYCLE_XI_MIN, load), "loops": (at.LOOPS_PER_CYCLE, 1.0),
+        "decrement": (at.DECREMENT, 1.0), "decided_at": (at.DECIDED_AT, time), "releases": (at.BREAKAWAYS, 1.0),
+    }  # fmt: skip
+    answers = {name: out[:, row] * unit for name, (row, unit) in units.items()}
+    answers["tendency"] = answers["mu_breakaway"] - 2.0 * answers["mu_reversal"] + full["mu_stop"]
+    answers["displacement_amplitude"] = 0.5 * (out[:, at.CYCLE_XI_MAX] - out[:, at.CYCLE_XI_MIN]) * length
     return {"regime": np.array(REGIMES)[out[:, at.REGIME].astype(int)], **answers}

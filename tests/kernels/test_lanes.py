@@ -10,8 +10,6 @@ import pytest
 
 from helpers.nightly import few
 from stickslip.engine.compiling import compile_apart
-from stickslip_kernels.contacts import rate_and_state
-from stickslip_kernels.contacts.implicit import STAGES
 from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 # The widest vectors of the processor: the feature that brings them, and the packed arithmetic on whole registers.
@@ -70,20 +68,6 @@ def straight_loops(instructions):
 def operations(body, pattern):
     """How many instructions of a loop are such."""
     return sum(bool(re.match(pattern, one)) for one in body)
-
-
-@pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
-@pytest.mark.parametrize("law", [*few(rate_and_state.LAWS, 1), *few(("lugre_stribeck",), 0)])
-def test_only_readers_of_one_series_are_scalar_where_contacts_have_memory(law):
-    """`dense.horner` for one lane, which has eight operations an order; a search by halving has them all."""
-    if widest() is None:
-        pytest.skip("this processor names no vector extension LLVM reports")
-    bodies = [body for instructions in loops_of_lanes(law) for body in straight_loops(instructions)]
-    scalar = sorted(operations(body, SCALAR) for body in bodies if not operations(body, widest()[1]))
-    scalar = [0, 0, *scalar]  # of two contacts in one object, both call them
-    assert scalar[-2] <= 8 and scalar[-1] <= 60
-    if widest()[0] == "avx512f":  # narrower ones may be unrolled to no loop at all
-        assert sum(operations(body, widest()[1]) >= 10 for body in bodies) >= STAGES + 4
 
 
 @pytest.mark.skipif(shutil.which("objdump") is None, reason="needs objdump, which comes with gcc")
