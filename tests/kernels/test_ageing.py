@@ -8,9 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numba import njit
-from scipy.integrate import solve_ivp
 
-from helpers.kernel_runs import ARTICLE, block_of, cell, outcome
+from helpers.kernel_runs import block_of, cell, outcome
 from stickslip_kernels import layout as at
 from stickslip_kernels.contacts.stribeck import ageing, first_passage
 
@@ -76,36 +75,3 @@ def test_waiting_longer_breaks_away_higher_by_the_logarithm():
     loads = np.array([0.05 * f.breakaway_time for f in found])
     times = np.array([f.breakaway_time for f in found])
     np.testing.assert_allclose(loads, 1.3 + 0.02 * np.log1p((waits + times) / 0.5), rtol=1e-13)
-
-
-def slip_from(load, belt, curve):
-    """xi at the next re-stick after a break-away under `load`, and how long the slip takes, by SciPy."""
-    a1, a2, a3, a4 = curve
-
-    def motion(t, state):
-        xi, eta = state
-        w = belt - eta
-        return [eta, a1 + a2 * w + a3 * np.exp(-w / a4) - xi]
-
-    def rest(t, state):
-        return belt - state[1]
-
-    rest.terminal, rest.direction = True, -1
-    first = solve_ivp(motion, (0.0, 1e-3), [load, belt], "DOP853", rtol=1e-12, atol=1e-13)
-    run = solve_ivp(motion, (1e-3, 100.0), first.y[:, -1], "DOP853", events=rest, rtol=1e-12, atol=1e-13)
-    return run.y[0, -1], run.t[-1]
-
-
-@pytest.mark.parametrize(("belt", "growth", "scale"), [(0.1, 0.02, 0.1), (0.02, 0.1, 1.0), (0.2, 0.2, 0.01)])
-def test_the_converged_cycle_is_the_fixed_point_of_the_return_map(belt, growth, scale):
-    load = 1.3
-    for _ in range(60):
-        restick, slip_time = slip_from(load, belt, ARTICLE)
-        stick_time = float(exact_dwell(restick, belt, 1.3, growth, scale, 0.0))
-        load = restick + belt * stick_time
-    found = outcome(belt, ageing=growth, ageing_time=scale, rtol=1e-9)
-    assert (found.regime, found.status) == (at.STICK_SLIP, at.CYCLE_CLOSED)
-    assert found.period == pytest.approx(slip_time + stick_time, rel=1e-8)
-    assert found.cycle_stick_time == pytest.approx(stick_time, rel=1e-8)
-    assert found.xi_min <= restick
-    assert found.xi_max >= load

@@ -4,12 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 from helpers.kernel_runs import ARTICLE, INF, NAN, block_of, cell, outcome, run
 from stickslip_kernels import layout as at
-from stickslip_kernels.observers.settling import ring_extremum
 
 FLAT, LINE = (0.5, 0.0, 0.0, 1.0), (0.5, 0.3, 0.0, 1.0)
 MU = 1.0 + 0.04 + 0.3 * math.exp(-4.0)  # of the article's curve at 0.4, where sliding and stick-slip coexist
@@ -139,32 +136,6 @@ def test_a_failed_cell_has_no_final_state():
     assert np.isnan(results[[at.XI_END, at.ETA_END], 0]).all()
 
 
-@pytest.mark.slow
-def test_every_settled_cell_really_stays():
-    """Whatever counts as settled early never sticks again in the next three hundred radians."""
-    generator = np.random.default_rng(7)
-    columns = []
-    for _ in range(600):
-        a1, a2, a3, a4 = generator.uniform((0.3, 0.01, 0.02, 0.05), (1.2, 1.0, 0.6, 0.5))
-        stop = generator.choice([NAN, generator.uniform(0.2, a1 + a3)])
-        start = {"xi": generator.uniform(-2, 2), "eta": generator.uniform(-1, 1)}
-        gamma = generator.choice([0.0, 0.1, 1.0])
-        columns.append(cell(generator.uniform(0.05, 1.5), (a1, a2, a3, a4), gamma, mu_stop=stop, **start))
-    cells = block_of(*columns)
-    results = run(cells)
-    settled = np.flatnonzero(np.isin(results[at.STATUS], [at.SETTLED, at.SETTLING_OBSERVED]))
-    assert settled.size > 100
-    entered = results[at.SETTLING_TIME, settled]
-    later = np.ascontiguousarray(cells[:, settled])
-    later[at.HORIZON] = entered + 300.0
-    until, beyond = later.copy(), run(later, until=at.UNTIL_HORIZON)
-    until[at.HORIZON] = entered + 1.0
-    np.testing.assert_array_equal(beyond[at.STICKS], run(until, until=at.UNTIL_HORIZON)[at.STICKS])
-    # Where it is then is where it stays, on the curve or on a line; a tighter tolerance agrees.
-    np.testing.assert_allclose(beyond[at.ETA_END], 0.0, atol=3e-4)
-    np.testing.assert_allclose(beyond[at.XI_END], run(later, rtol=1e-9, until=at.UNTIL_HORIZON)[at.XI_END], atol=3e-4)
-
-
 def test_metrics_do_not_depend_on_stopping_early():
     curves = ARTICLE, (0.5, 0.4, 0.0, 1.0)
     columns = [cell(b, curve, horizon=2e4, mu_stop=m) for b in (0.1, 0.3, 0.9) for curve in curves for m in (NAN, 0.5)]
@@ -176,21 +147,6 @@ def test_metrics_do_not_depend_on_stopping_early():
     np.testing.assert_array_equal(early[rows], full[rows])
     # turn by turn to the horizon, else by the amplitude map
     np.testing.assert_allclose(early[at.SETTLING_TIME], full[at.SETTLING_TIME], rtol=1e-6)
-
-
-@given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(0.01, 3.0))
-def test_ring_extremum_is_the_next_of_the_linear_oscillator(p, dp, zeta):
-    """Against the matrix exponential on a fine grid. An extremum at the very start is a matter of rounding."""
-    assume(abs(dp) > 1e-3)
-    found = ring_extremum(p, dp, zeta)
-    times = np.linspace(0.0, 60.0, 60001)
-    roots = np.roots([1.0, 2 * zeta, 1.0]).astype(complex)
-    assume(abs(roots[0] - roots[1]) > 1e-3)
-    second = (dp - roots[0] * p) / (roots[1] - roots[0])
-    motion = ((p - second) * np.exp(roots[0] * times) + second * np.exp(roots[1] * times)).real
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(motion)))) + 1
-    expected = motion[turns[0]] if turns.size and abs(motion[turns[0]]) > 1e-9 else 0.0
-    assert found == pytest.approx(expected, abs=2e-6)
 
 
 def test_no_regime_without_a_horizon_is_left_open_on_the_articles_map():

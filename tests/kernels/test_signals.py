@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from helpers.nightly import few
 from helpers.rig_runs import drive_of, outcome, random_contact, random_drive, strokes
@@ -97,37 +96,6 @@ def test_a_slow_drive_draws_the_loop_of_coulomb_friction():
 ], ids=["Coulomb slip", "jump at break-away", "belt that runs off"])  # fmt: skip
 def test_the_largest_acceleration_is_the_closed_form(drive, contact, largest, within):
     assert outcome(drive, rtol=1e-10, **contact).acceleration_max == pytest.approx(largest, rel=within)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("belt", "drop", "a4", "delta", "gamma"),
-    [(0.181224, 0.46722, 0.00263443, 3.0, 0.0), (0.715893, 0.485567, 0.00098943, 2.0, 2.25)],
-)
-def test_largest_acceleration_on_a_steep_curve_is_that_of_scipy(belt, drop, a4, delta, gamma):
-    """Up the weakening of friction w' is extremal within a step or two of the Runge-Kutta pair."""
-
-    def motion(_, state):
-        u, w = state
-        return [belt - w, u + gamma * (belt - w) - 0.5 - drop * np.exp(-((abs(w) / a4) ** delta))]
-
-    def extremal(_, state):
-        u_dot, w_dot = motion(0, state)
-        z = abs(state[1]) / a4
-        return u_dot - gamma * w_dot + drop * delta / a4 * z ** (delta - 1) * np.exp(-(z**delta)) * w_dot
-
-    def standstill(t, state):
-        return state[1] if t > 1e-3 else 1.0
-
-    standstill.terminal, standstill.direction = True, -1
-    start = [max(0.5 + drop - gamma * belt, 0.0), 0.0]  # a damper may tear it away at once
-    slip = solve_ivp(motion, (0, 20), start, "DOP853", events=(extremal, standstill), rtol=1e-12, atol=1e-14)
-    looked = [*slip.y_events[0], *slip.y_events[1], slip.y[:, -1]]
-    largest = max(abs(motion(0, state)[1]) for state in looked)
-    contact = {"curve": (0.5, 0.0, drop, a4), "delta": delta, "gamma": gamma, "law": "stribeck_delta"}
-    for rtol in (1e-6, 1e-9):
-        found = outcome(drive_of((30.0, 0.0), start=belt), rtol=rtol, **contact)
-        assert found.acceleration_max == pytest.approx(largest, rel=10 * rtol)
 
 
 @pytest.mark.parametrize("hysteretic", [False, True], ids=["plain", "hysteretic"])

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from numba import njit
-from scipy.integrate import solve_ivp
 
 from helpers.kernel_runs import NAN, block_of, cell, run
 from helpers.nightly import few
-from helpers.unstable_cycle import Cycle
 from stickslip_kernels import layout as at
-from stickslip_kernels.contacts.stribeck.laws import LAWS, relaxation
+from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 
 def draw(law, count, seed):
@@ -57,68 +54,3 @@ def test_the_regime_alone_is_that_of_the_motion_followed_to_its_end(law):
 @pytest.mark.parametrize("law", LAWS)
 def test_the_same_of_many(law, seed):
     compare(law, 20_000, 100 + seed)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_the_slope_is_concave_from_its_relaxation_on_and_no_sooner(law):
-    @njit
-    def begins(tag, delta):
-        return relaxation(tag, delta)
-
-    def slope(z, delta):
-        z = z + 1e-30j
-        shape = {
-            "stribeck": np.exp(-z), "gaussian": np.exp(-(z**2)), "stribeck_delta": np.exp(-(z**delta)),
-            "rational": 1.0 / (1.0 + z), "cubic": 1.0 - 1.5 * z + 0.5 * z**3,
-        }  # fmt: skip
-        return shape[law].imag / 1e-30
-
-    for delta in (1.0, 1.3, 2.0, 3.5):
-        start, h = begins(LAWS[law], delta), 1e-3
-        if law == "cubic":
-            assert start == np.inf  # convex everywhere
-            continue
-        z = start + np.linspace(2.0 * h, 8.0, 400)
-        assert (slope(z - h, delta) + slope(z + h, delta) <= 2.0 * slope(z, delta) + 1e-14).all()
-        if start > 0.0:
-            z = start * 0.98
-            assert slope(z - h, delta) + slope(z + h, delta) > 2.0 * slope(z, delta)
-
-
-def test_on_either_side_of_the_unstable_cycle():
-    """SciPy finds the cycle backwards in time."""
-    belt, curve, gamma = 0.2, (0.3, 0.05, 0.2, 0.1), 0.25
-    cycle = Cycle(belt, curve, gamma, 0.19)
-    inside, outside = (
-        cell(belt, curve, gamma, xi=cycle.steady + cycle.reach * (1.0 + off), eta=0.0) for off in (-1e-7, 1e-7)
-    )
-    found = run(block_of(inside, outside), 1e-9, until=at.UNTIL_REGIME)
-    assert found[at.REGIME].tolist() == [at.DAMPED, at.STICK_SLIP]
-
-
-@pytest.mark.slow
-def test_a_slip_that_shrinks_about_steady_sliding_that_repels_is_sustained_at_once():
-    """SciPy's loops shrink from outside and grow from inside, so slowly that no loop shows where they end."""
-    belt, (a1, a2, a3, a4) = 3.3791907, (0.2428919, 0.0836061, 0.4298576, 4.3711071)
-    found = run(block_of(cell(belt, (a1, a2, a3, a4), mu_static=0.74627997)), until=at.UNTIL_REGIME, law="gaussian")
-    assert (found[at.REGIME], found[at.STATUS]) == (at.SUSTAINED, at.SLIP_CYCLE)
-    assert found[at.STEPS] < 100
-
-    def friction(w):
-        return a1 + a2 * w + a3 * np.exp(-((w / a4) ** 2))
-
-    def motion(_, state):
-        return [state[1], friction(belt - state[1]) - state[0]]
-
-    def at_rest(_, state):
-        return state[1]
-
-    at_rest.direction = -1.0
-
-    def change(x, v):
-        tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 0.1}
-        done = solve_ivp(motion, (0.0, 130.0), [x, v], events=at_rest, **tight)
-        turns = done.y_events[0][:, 0] - friction(belt)
-        return turns[-1] - turns[1]
-
-    assert change(0.74627997, belt) < 0.0 < change(friction(belt) + 0.05, 0.0)
