@@ -1,6 +1,6 @@
 """A standing adversary of the engine: random cells over decades, solved by `evaluate` and by an independent judge.
 
-    python tests/adversary.py --cells 10000 --seed 7 [--families steep,ageing] [--rtol 1e-6,1e-9] [--out FILE]
+    python tests/adversary.py --cells 10000 --seed 7 [--families steep,ageing] [--rtol 1e-6,1e-9]
 
 prints every disagreement as a line to paste, and counts by family. Exit status 1 if there is any.
 """
@@ -28,7 +28,7 @@ COURTS = dict.fromkeys(adversary_cells.FAMILIES, adversary_court)
 COURTS |= dict.fromkeys(adversary_memory.FAMILIES, adversary_memory)
 
 
-def challenge(family, cells, seed, rtols=(1e-6, 1e-9), threads=1):
+def challenge(family, cells, seed, rtols=(1e-6, 1e-9)):
     """Disputes that stand, and counts, of `cells` cells of a family. A cell counts once per rtol and horizon."""
     court, rng = COURTS[family], np.random.default_rng([seed, sum(map(ord, family))])
     disputes, counts = {}, Counter()
@@ -37,7 +37,7 @@ def challenge(family, cells, seed, rtols=(1e-6, 1e-9), threads=1):
         for rtol in rtols:
             for part, horizon in court.parts(group, verdict):
                 own, ruled = take(group, part), take(verdict, part)
-                ours = court.run_engine(own, law, rtol, horizon, threads)
+                ours = court.run_engine(own, law, rtol, horizon)
                 counts["max steps"] = max(counts["max steps"], int(np.nanmax(ours["steps"])))
                 for i, outcome in enumerate(court.compare(own, law, rtol, ours, ruled, horizon)):
                     counts["cells"] += 1
@@ -60,20 +60,15 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--families", default=",".join(COURTS))
     parser.add_argument("--rtol", default="1e-6,1e-9")
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--out", help="write the disputes to this file as well")
     given = parser.parse_args(arguments)
     families, counted, lines = given.families.split(","), {}, []
     rtols = tuple(map(float, given.rtol.split(",")))
     for family in families:
         started, share = time.perf_counter(), -(-given.cells // len(families))
-        disputes, counted[family] = challenge(family, share, given.seed, rtols, given.threads)
+        disputes, counted[family] = challenge(family, share, given.seed, rtols)
         print(*disputes, f"# {family}: {share} cells in {time.perf_counter() - started:.0f} s", sep="\n", flush=True)
         lines += disputes
-    summary = pd.DataFrame.from_dict(counted, orient="index").fillna(0).astype(int).to_string()
-    print(summary)
-    if given.out:
-        Path(given.out).write_text("\n".join([*lines, "", summary, ""]))
+    print(pd.DataFrame.from_dict(counted, orient="index").fillna(0).astype(int).to_string())
     return 1 if lines else 0
 
 

@@ -16,6 +16,9 @@ import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -69,24 +72,22 @@ def outcome(path: Path, expected: xr.Dataset) -> str:
 
 def apart(path: Path, expected: xr.Dataset) -> str:
     """`outcome` in a process of its own, or its death."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reading)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # HDF5 writes its troubles there
-        warnings.simplefilter("ignore")
-        signal.alarm(LONGEST)
-        try:
-            text = outcome(path, expected)
-        except BaseException as error:
-            text = f"RAISED {type(error).__name__}: {error}"
-        os.write(writing, text.encode("utf-8", "replace")[:4000])
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as pipe:
-        text = pipe.read().decode("utf-8", "replace")
-    _, status = os.waitpid(child, 0)
-    return f"DIED with status {status}" if status else text
+    pool = ProcessPoolExecutor(1, get_context("fork"), initializer=quietly)
+    try:
+        return pool.submit(outcome, path, expected).result()
+    except BrokenProcessPool:
+        return "DIED"
+    except Exception as error:
+        return f"RAISED {type(error).__name__}: {error}"[:4000]
+    finally:
+        pool.shutdown()
+
+
+def quietly() -> None:
+    """HDF5 writes its troubles to the error channel; a process that takes too long dies."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    warnings.simplefilter("ignore")
+    signal.alarm(LONGEST)
 
 
 def main(kind: str, count: int, seed: int) -> int:
@@ -109,11 +110,6 @@ def main(kind: str, count: int, seed: int) -> int:
         seen[what if what in (REFUSED, AS_WRITTEN) else f"{damage} {piece.relative_to(folder)}: {what}"] += 1
         piece.write_bytes(pieces[piece])
     shutil.rmtree(folder)
-    return told(seen)
-
-
-def told(seen: Counter[str]) -> int:
-    """Print what happened; how often something went wrong."""
     for text, times in seen.most_common():
         sys.stdout.write(f"{times:6} {text}\n")
     return seen.total() - seen[REFUSED] - seen[AS_WRITTEN]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers.installed import DECLARED, all_installed
+from helpers.installed import DECLARED
 from stickslip import extensions
 
 TESTS = Path(__file__).parent
@@ -134,21 +134,3 @@ def test_no_test_of_the_engine_names_an_extension(room):
     helpers = [path.stem for path in (TESTS / "helpers").glob("*.py") if extension_names(path.read_text("utf-8"))]
     named = {str(path): extension_names(path.read_text("utf-8"), helpers) for path in (TESTS / room).rglob("*.py")}
     assert len(named) > 20 and {path: names for path, names in named.items() if names} == {}
-
-
-@pytest.mark.parametrize(("text", "named"), [
-    ("from stickslip_rig.api import RigTests", "stickslip_rig"), ("import stickslip_sound", "stickslip_sound"),
-    ("place = 'stickslip_explore.server.Explorer.run'", "stickslip_explore"),
-    ("from helpers.tables import rows", "helpers.tables"), ("import stickslip_kernels, stickslip_door", None),
-    ("from stickslip import theory; stickslip.run(x.compare)", None),
-])  # fmt: skip
-def test_names_of_extensions_are_found_in_imports_and_strings(text, named):
-    assert extension_names(text, ["tables"]) == ([named] if named else [])
-
-
-@all_installed
-@pytest.mark.parametrize(
-    "text", ["from stickslip import sound", "stickslip.sound.of(cell)", "code = 'stickslip.sound'"]
-)
-def test_names_that_extensions_bring_are_found_too(text):
-    assert extension_names(text)[0] == "stickslip.sound"

@@ -220,24 +220,3 @@ def test_friction_points_and_a_squeak_are_explained_together():
     squeak = {"belt_speed": 0.02, "regime": "stick_slip", "spring_force_max": "4.42 +- 0.02 N"}
     both = stickslip.explain([*points, squeak], prior, **QUICK)
     assert float(both["posterior_a1"].std()) < 0.6 * std
-
-
-@pytest.mark.slow
-def test_laws_that_are_both_wrong_disagree_where_one_of_them_errs():
-    """The truth has a Gaussian curve, and neither law has; what was observed decides for none."""
-    true = AT | {"mass": 0.1, "stiffness": 5e3, "damping": 0.3, "a1": 0.3, "a2": 0.2, "a3": 0.12, "a4": 0.02}
-    true |= {"belt_speed": np.geomspace(0.002, 0.3, 24), "delta": 2.0}
-    truth = stickslip.evaluate(true, law="stribeck_delta", variables=["regime", "period", "spring_force_max"])
-    sticks, slow = truth["regime"].values == 1, 6
-    measured = {name: {"value": float(truth[name][slow]), "scatter": 0.02 * float(truth[name][slow])}
-                for name in ("period", "spring_force_max")}  # fmt: skip
-    seen = [AT | {"belt_speed": float(true["belt_speed"][slow]), "regime": "stick_slip"} | measured,
-            AT | {"belt_speed": float(true["belt_speed"][-2]), "regime": "damped"}]  # fmt: skip
-    prior = {name: true[name] for name in ("mass", "stiffness", "damping", "a2")}
-    prior |= {"a1": {"uniform": [0.1, 0.6]}, "a3": {"uniform": [0, 0.4]}, "a4": lognormal(0.02, 2)}
-    axes = {"belt_speed": true["belt_speed"].tolist()}
-    ds = stickslip.explain(seen, prior, laws=["stribeck", "rational"], predict=axes, **QUICK)
-    assert ds["law_probability"].values.min() > 0.1
-    errs = np.abs(ds["law_regime_probability"].sel(state="stick_slip").transpose("law", ...).values - sticks).max(0)
-    disagreement = ds["disagreement"].values
-    assert errs[disagreement.argmax()] > 0.5 > 0.1 > errs[disagreement < 0.02].max()

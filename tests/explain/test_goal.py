@@ -200,23 +200,6 @@ def test_the_probability_is_that_of_quadrature():
     assert few["goal_probability"] == 1.0 and few["goal_draws"] == 0
 
 
-@pytest.mark.slow
-def test_a_higher_goal_and_a_wider_range_leave_less_of_the_plane():
-    both = {"normal_load": {"normal": {"mean": 3.0, "std": 0.4}},
-            "stiffness": {"lognormal": {"median": 50.0, "factor": 1.3}}}  # fmt: skip
-
-    def region(over=OVER, **more):
-        return stickslip.goal(scattered(both, draws=4), over, **PLANE, **QUICK | more)
-
-    low, high, wide = region(probability=0.6), region(probability=1.0), region({"belt_speed": (0.01, 0.3)})
-    np.testing.assert_array_equal(low["quiet_probability"], high["quiet_probability"])
-    assert (wide["quiet_probability"] <= low["quiet_probability"]).all()
-    assert float(wide["quiet_probability"].sum()) < float(low["quiet_probability"].sum())
-    assert float(high["alone_mu_static"]) < float(low["alone_mu_static"]) < 0.45
-    (loose,), (strict,) = polylines(low), polylines(high)
-    assert critical(loose.y, loose.x).min() > critical(strict.y, strict.x).max()
-
-
 def test_what_is_not_decided_is_not_quiet():
     ds = coulomb(max_steps=1)
     assert not ds["quiet_probability"].any() and (ds["undecided_probability"] == 1.0).all()

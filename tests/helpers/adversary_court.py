@@ -56,9 +56,9 @@ def parts(cells, verdict):
         yield np.flatnonzero(bins == b), float(each[bins == b].max())
 
 
-def run_engine(cells, law, rtol, horizon=None, threads=1):
+def run_engine(cells, law, rtol, horizon=None):
     """`evaluate` as arrays, with regimes by class, and the stick time per period."""
-    ds = stickslip.evaluate(cells, rtol, horizon, early_stop=horizon is None, threads=threads, law=law)
+    ds = stickslip.evaluate(cells, rtol, horizon, early_stop=horizon is None, law=law)
     ours = {name: ds[name].values for name in ds.data_vars}
     names = np.array(REGIMES)[ours["regime"]]
     ours["kind"], ours["regime"] = names, np.array([CLASS.get(name, name) for name in names])

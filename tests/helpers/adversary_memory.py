@@ -158,8 +158,8 @@ def parts(cells, verdict):
     yield np.arange(cells["mass"].size), None
 
 
-def run_engine(cells, law, rtol, horizon=None, threads=1):
-    ds = stickslip.evaluate(cells, rtol, horizon, law=law, max_steps=MOST_STEPS, threads=threads)
+def run_engine(cells, law, rtol, horizon=None):
+    ds = stickslip.evaluate(cells, rtol, horizon, law=law, max_steps=MOST_STEPS)
     return {name: ds[name].values for name in ds.data_vars}
 
 

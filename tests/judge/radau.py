@@ -32,12 +32,30 @@ NODES, MATRIX, GAMMA, ERROR, POLYNOMIAL = _coefficients()
 
 
 @compiled
-def solve(a, b):
-    """a x = b; zeros, which no step takes for a solution, and False if a is singular or not finite."""
-    try:
-        return np.linalg.solve(a, b), True
-    except Exception:
-        return np.zeros_like(b), False
+def solve(a, b, n):
+    """a x = b by elimination with pivots, in place; False if a is singular or not finite."""
+    for column in range(n):
+        pivot = column
+        for row in range(column + 1, n):
+            if abs(a[row, column]) > abs(a[pivot, column]):
+                pivot = row
+        if not 0.0 < abs(a[pivot, column]) < np.inf:
+            return False
+        if pivot != column:
+            for j in range(column, n):
+                a[column, j], a[pivot, j] = a[pivot, j], a[column, j]
+            b[column], b[pivot] = b[pivot], b[column]
+        for row in range(column + 1, n):
+            factor = a[row, column] / a[column, column]
+            if factor != 0.0:
+                for j in range(column + 1, n):
+                    a[row, j] -= factor * a[column, j]
+                b[row] -= factor * b[column]
+    for row in range(n - 1, -1, -1):
+        for j in range(row + 1, n):
+            b[row] -= a[row, j] * b[j]
+        b[row] /= a[row, row]
+    return True
 
 
 @compiled
@@ -65,14 +83,13 @@ def step(p, y, h, sizes, z, work):
                 for n in range(STAGES):
                     total += h * MATRIX[m, n] * f[n, row]
                 b[STATES * m + row] = total
-        move, ok = solve(a, b)
-        if not ok:
+        if not solve(a, b, SIZE):
             return False
         change = 0.0
         for m in range(STAGES):
             for row in range(STATES):
-                z[m, row] += move[STATES * m + row]
-                change = max(change, abs(move[STATES * m + row]) / sizes[row])
+                z[m, row] += b[STATES * m + row]
+                change = max(change, abs(b[STATES * m + row]) / sizes[row])
         if not change < 1e3:
             return False
         if change < 1e-13 or (change < 1e-9 and change > 0.3 * before):
@@ -94,8 +111,12 @@ def error_of(p, y, h, sizes, z, work):
         b[row] = total
         for column in range(STATES):
             a[row, column] = (1.0 if row == column else 0.0) - h * GAMMA * j[row, column]
-    off, ok = solve(a[:STATES, :STATES].copy(), b[:STATES])
-    return np.max(np.abs(off) / sizes) if ok else np.inf
+    if not solve(a, b, STATES):
+        return np.inf
+    error = 0.0
+    for row in range(STATES):
+        error = max(error, abs(b[row]) / sizes[row])
+    return error
 
 
 @compiled
