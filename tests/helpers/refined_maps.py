@@ -5,18 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from time import perf_counter
 
-import numpy as np
-
-from stickslip import engine
-from stickslip.config.grid import build_grid, options_of
+import stickslip
 from stickslip.config.model import Config
 from stickslip.config.reader import make_config
-from stickslip.runs.threads import compute_study
-from stickslip.runs.work import study_of
-from stickslip.studies.refine import RefinedMap
-from stickslip.studies.study import joined
 
-_RANGE = 2**16  # cells computed or painted together
 CURVES = {"plain": None, "hysteretic": 1.1}  # mu_stop
 
 
@@ -27,9 +19,8 @@ def map_config(n: int, mu_stop: float | None, **refine: object) -> Config:
         "stiffness": {"start": 0.1, "stop": 100, "num": n, "spacing": "log"},
         "belt_speed": {"start": 0.02, "stop": 1.2, "num": n},
     }
-    return make_config(
-        {"system": {"mass": 1, "normal_load": 1}, "friction": friction, "axes": axes, "refine": dict(refine)}
-    )
+    system = {"mass": 1, "normal_load": 1}
+    return make_config({"system": system, "friction": friction, "axes": axes, "refine": dict(refine)})
 
 
 @dataclass(frozen=True)
@@ -47,36 +38,13 @@ class Compared:
 
 def compared(config: Config) -> Compared:
     """Compute a refined map and its full grid on all threads."""
-    engine.warm_up(config.friction.law)
-    study = study_of(config)
-    assert isinstance(study, RefinedMap)
-    began = perf_counter()
-    parts = compute_study(study)
-    seconds = perf_counter() - began
-    began = perf_counter()
-    truth = all_regimes(config)
-    seconds_full = perf_counter() - began
-    whole, found = joined(parts), study.findings(parts)
-    painter = study.painter(lambda number: (whole, number))
-    wrong = sum(int((painter.cells(part)["regime"] != truth[part.start : part.stop]).sum()) for part in _ranges(truth))
-    return Compared(
-        truth.size, found["refine_cells_computed"], wrong, found["audit_bound"], found["audit_points"],
-        seconds, seconds_full,
-    )  # fmt: skip
-
-
-def all_regimes(config: Config) -> np.ndarray:
-    """The regime of every cell of the grid."""
-    grid, options, stop = build_grid(config), options_of(config), engine.stop_flag()
-    regimes = np.zeros(grid.size, np.int8)
-
-    def compute(part: range) -> None:
-        found = engine.compute_range(grid, part.start, part.stop, options, stop)
-        regimes[part.start : part.stop] = found["regime"]
-
-    engine.spread(compute, _ranges(regimes), None, stop, lambda done: None)
-    return regimes
-
-
-def _ranges(cells: np.ndarray) -> list[range]:
-    return [range(start, min(start + _RANGE, cells.size)) for start in range(0, cells.size, _RANGE)]
+    stickslip.run(map_config(8, None), progress=False)  # kernels and imports
+    given, seconds, maps = config.resolved(), [], []
+    refine = {"refine": given.pop("refine"), "output": {"variables": ["regime"]}}
+    for more in (refine, {"output": {"variables": ["regime", "period"]}}):  # the full grid with all that is computed
+        began = perf_counter()
+        maps.append(stickslip.run(make_config(given | more), progress=False))
+        seconds.append(perf_counter() - began)
+    refined, full = (ds["regime"].values for ds in maps)
+    about = [maps[0].attrs[name] for name in ("refine_cells_computed", "audit_bound", "audit_points")]
+    return Compared(full.size, about[0], int((refined != full).sum()), *about[1:], *seconds)
