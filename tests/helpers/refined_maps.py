@@ -38,7 +38,7 @@ class Compared:
 
 def compared(config: Config) -> Compared:
     """Compute a refined map and its full grid on all threads."""
-    stickslip.run(map_config(8, None), progress=False)  # kernels and imports
+    stickslip.run(map_config(64, None), progress=False)  # kernels and imports
     given, seconds, maps = config.resolved(), [], []
     refine = {"refine": given.pop("refine"), "output": {"variables": ["regime"]}}
     for more in (refine, {"output": {"variables": ["regime", "period"]}}):  # the full grid with all that is computed
