@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import yaml
 from scipy import stats
 from scipy.optimize import brentq, minimize_scalar
 
@@ -280,17 +279,3 @@ def test_bad_calls_say_what_is_wrong(scatters, over, plane, says):
     known = COULOMB | {"mu_static": 0.45, "damping": 0.0}
     with pytest.raises(ValueError, match=says):
         stickslip.goal(scattered({scatters: {"uniform": [0.1, 0.2]}}) if scatters else known, over, *plane)
-
-
-def test_the_command_heeds_the_output_of_its_section_and_a_damping_in_percent(here):
-    data = measured(goal={"quiet_over": OVER, "axes": ["mu_reversal", "mu_start"], "points": 17, "scan": 9})
-    axes = data.pop("axes")["material"]["zip"]
-    data["friction"] = {name: values[0] for name, values in axes.items()}
-    data["system"]["damping"] = "3 %"
-    data["output"] = {"file": "own.nc", "plot": "own.png"}
-    (here / "goal.yaml").write_text(yaml.safe_dump(data))
-    done = call("goal", "goal.yaml")
-    assert done.exit_code == 0, done.output
-    assert (here / "own.png").stat().st_size > 0
-    with stickslip.open(here / "own.nc") as ds:
-        assert float(ds["damping"]) == pytest.approx(0.03 * 2.0 * np.sqrt(0.1 * 5e4))
