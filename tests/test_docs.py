@@ -14,7 +14,7 @@ import pytest
 import stickslip
 from helpers.commands import call
 from helpers.configs import write_config
-from helpers.installed import MISSING, all_installed, code_asks_for_more, configuration_asks_for_more
+from helpers.installed import all_installed
 from helpers.nightly import few
 from helpers.pages import anchors, links
 from making.contents import sections
@@ -23,18 +23,17 @@ from stickslip.cli import main
 from stickslip.config.reader import parse_config
 from stickslip.config.yaml import parse_yaml
 
+pytestmark = all_installed
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 PATHS = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")))
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in PATHS}
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
 PLAYED = played_pages(DOCS)  # their blocks build on each other
-PLAYABLE = [page for page in PLAYED if not code_asks_for_more(PAGES[f"{page}.md"])]
 
 
 def blocks(language):
     """The fenced blocks of a language that stand for themselves, by page and number."""
-    asks_for_more = configuration_asks_for_more if language == "yaml" else code_asks_for_more
     shown = {}
     for name, text in PAGES.items():
         if language == "python" and name.removesuffix(".md") in PLAYED:
@@ -43,7 +42,7 @@ def blocks(language):
         for number, (is_file, block) in enumerate(fence.groups() for fence in fences):
             needs_cluster = re.search(r"dask|distributed", block)
             played = is_file and name.removesuffix(".md") in PLAYED
-            if not needs_cluster and not played and not asks_for_more(block):
+            if not needs_cluster and not played:
                 shown[f"{name} {number}"] = block
     return shown
 
@@ -55,7 +54,7 @@ def commands():
     fenced = re.findall(r"^```(?:console|bash|sh|text)\n(.*?)^```", joined, re.MULTILINE | re.DOTALL)
     lines = re.findall(r"^ {2,4}(stickslip .*)$", joined, re.MULTILINE)
     lines += re.findall(r"^(?:\$ )?(stickslip [^$\n]*)$", "\n".join(fenced), re.MULTILINE)
-    return sorted(line for line in {*lines, *in_the_readme()} if not code_asks_for_more(line))
+    return sorted({*lines, *in_the_readme()})
 
 
 def in_the_readme():
@@ -67,7 +66,7 @@ def in_the_readme():
 def mentioned():
     """Commands in the middle of a text, of which arguments may be left out; none with a choice or a key in it."""
     lines = {line for text in PAGES.values() for line in re.findall(r"`(stickslip [a-z][^`\n|<]*)`", text)}
-    return sorted(line for line in lines if not code_asks_for_more(line))
+    return sorted(lines)
 
 
 def resolved(arguments):
@@ -94,7 +93,6 @@ YAML = blocks("yaml")
 PYTHON = blocks("python")
 
 
-@all_installed
 def test_pages_have_blocks_to_try():
     assert {name.split()[0] for name in [*YAML, *PYTHON]} >= {
         "README.md",
@@ -132,10 +130,7 @@ def shown_and_run():
         re.MULTILINE,
     )
     return [
-        pytest.param(*found, id=f"{name} {found[1]}")
-        for name, text in PAGES.items()
-        for found in pair.findall(text)
-        if not configuration_asks_for_more(found[0])
+        pytest.param(*found, id=f"{name} {found[1]}") for name, text in PAGES.items() for found in pair.findall(text)
     ]
 
 
@@ -153,11 +148,7 @@ def test_every_python_block_of_the_docs_runs(here, name):
     exec(compile(PYTHON[name], name, "exec"), {"stickslip": stickslip})
 
 
-@pytest.mark.parametrize(
-    "notebook",
-    [path for path in NOTEBOOKS if not code_asks_for_more(path.read_text(encoding="utf-8"))],
-    ids=lambda path: path.stem,
-)
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_every_notebook_runs_on_a_small_grid(here, notebook):
     names = {}
     for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
@@ -170,7 +161,7 @@ def test_every_notebook_runs_on_a_small_grid(here, notebook):
 def expressions():
     """Python in the middle of a text that is about a dataset `ds`."""
     shown = {code for text in PAGES.values() for code in re.findall(r"(?<!`)`([^`\n]*\bds[.\[][^`\n]*)`", text)}
-    return sorted(code for code in shown if "..." not in code and not code_asks_for_more(code))
+    return sorted(code for code in shown if "..." not in code)
 
 
 @pytest.fixture(scope="module")
@@ -199,7 +190,7 @@ def test_expressions_in_the_middle_of_a_text_work_on_every_map(in_memory_and_fro
         exec(compile(code, code, "exec"), {"stickslip": stickslip, "plots": stickslip.plots, "ds": ds})
 
 
-@pytest.mark.parametrize("page", few(PLAYABLE, [page for page in PLAYABLE if page != "own-curve"]))
+@pytest.mark.parametrize("page", few(PLAYED, [page for page in PLAYED if page != "own-curve"]))
 def test_what_a_page_shows_is_what_comes_out(tmp_path, page):
     """Of commands and Python, but for times and rates; and pictures are made. `make reference` writes all again."""
     shown = PAGES[f"{page}.md"]
@@ -216,7 +207,6 @@ def test_a_changed_output_and_a_missing_line_are_differences():
         assert differences(shown, shown.replace(before, after)) != []
 
 
-@all_installed
 def test_the_site_has_tables_of_all_commands_keys_and_variables(tmp_path):
     from making import reference
 
@@ -244,7 +234,6 @@ def test_files_of_the_package_that_docs_and_helps_name_are_there():
     assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
 
 
-@all_installed
 @pytest.mark.slow
 def test_every_command_of_the_readme_runs_as_it_stands(here, monkeypatch):
     """In its order, in an empty folder."""
@@ -274,7 +263,7 @@ def test_links_lead_somewhere(path):
     """Files that exist, and headings of theirs."""
     for target, anchor in links(PAGES[path.name]):
         there = (path.parent / target).resolve() if target else path
-        assert there.exists() or there.name in MISSING, target  # tests of an extension
+        assert there.exists(), target
         if anchor:
             assert anchor in anchors(there.read_text(encoding="utf-8")), f"{target}#{anchor}"
 
@@ -284,7 +273,6 @@ def test_every_page_is_in_the_table_of_contents_once():
     assert sorted(listed) == sorted(path.stem for path in DOCS.glob("*.md") if path.name != "index.md")
 
 
-@all_installed
 @pytest.mark.slow
 def test_the_site_is_built_without_a_warning(tmp_path):
     """Each page is there, formulas are no TeX, and nothing is loaded from elsewhere."""
