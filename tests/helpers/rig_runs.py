@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from helpers.kernel_runs import cell
+from helpers.scipy_rig import trapezoidal
 from stickslip.engine.compiled import kernels
 from stickslip_kernels import layout as at
 from stickslip_kernels.allocate import NO_STOPS, new_signals
@@ -30,11 +31,7 @@ def drive_of(*times_and_accelerations, start=0.0):
 
 def strokes(speed, ramp, plateau, dwell=0.0, count=2, wait=0.0):
     """Reciprocating strokes: up to `speed` within `ramp`, constant for `plateau`, down again, `dwell` at rest."""
-    segments = [(wait, 0.0, 0.0)]
-    for n in range(count):
-        v = speed if n % 2 == 0 else -speed
-        segments += [(ramp, 0.0, v / ramp), (plateau, v, 0.0), (ramp, v, -v / ramp), (dwell, 0.0, 0.0)]
-    return np.array([segment for segment in segments if segment[0] > 0.0])
+    return np.array(trapezoidal(speed * (plateau + ramp), speed, ramp, dwell, count, wait))
 
 
 def cut(drive, times):

@@ -9,7 +9,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from helpers.plain_slip import PlainSlip
+
 TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 0.05}
+
+
+def slip_of(belt, curve, damping, way=1.0):
+    return PlainSlip({"belt_speed": belt, "damping": damping, **{f"a{i + 1}": a for i, a in enumerate(curve)}}, way=way)
 
 
 class Cycle:
@@ -19,33 +25,20 @@ class Cycle:
     """
 
     def __init__(self, belt, curve, damping, guess):
-        a1, a2, a3, a4 = curve
-        self.steady = a1 + a2 * belt + a3 * np.exp(-belt / a4)
+        self.slip = slip_of(belt, curve, damping, way=-1.0)
+        self.steady = self.slip.steady
 
-        def backwards(_, state):
-            x, v = state
-            w = belt - v
-            return [-v, -(a1 + a2 * w + a3 * np.exp(-w / a4) - damping * v - x)]
+        def change(reach):
+            self.period, states = self.slip.loop(self.steady + reach)
+            return states[0, -1] - self.steady - reach
 
-        def at_rest(t, state):
-            return state[1] if t > 1e-3 else 1.0
-
-        at_rest.terminal, at_rest.direction = 2, 0.0
-
-        def turn(reach):
-            """Backwards from rest at the right: at rest at the left, and at the right again."""
-            done = solve_ivp(
-                backwards, (0.0, 100.0), [self.steady + reach, 0.0], events=at_rest, dense_output=True, **TIGHT
-            )
-            self.motion, self.period = done.sol, done.t_events[0][1]
-            return done.y_events[0][1][0] - self.steady
-
-        self.reach = brentq(lambda reach: turn(reach) - reach, 0.5 * guess, 1.01 * guess, xtol=1e-14)
-        turn(self.reach)
+        self.reach = brentq(change, 0.5 * guess, 1.01 * guess, xtol=1e-14)
+        change(self.reach)
 
     def states(self, count=400_000):
         """Displacements and velocities over one period."""
-        return self.motion(np.linspace(0.0, self.period, count, endpoint=False))
+        times, start = np.linspace(0.0, self.period, count, endpoint=False), [self.steady + self.reach, 0.0, 0.0]
+        return solve_ivp(self.slip.rates(1.0), (0.0, self.period), start, t_eval=times, **TIGHT).y[:2]
 
     def share(self, displacement, velocity):
         """Share of the box inside the cycle."""
@@ -73,16 +66,15 @@ def least_slip_speed(belt, curve, damping=0.0):
 
     Zero at the fold, where stick-slip and the unstable cycle graze each other.
     """
-    a1, a2, a3, a4 = curve
+    slip = slip_of(belt, curve, damping)
 
     def motion(_, state):
         x, w = state
-        speed = max(w, 0.0)
-        return [belt - w, x + damping * (belt - w) - (a1 + a2 * speed + a3 * np.exp(-speed / a4))]
+        return [belt - w, x + damping * (belt - w) - slip.friction(max(w, 0.0))]
 
     def turns(t, state):
         return motion(t, state)[1]
 
     turns.terminal, turns.direction = True, 1.0
-    away = solve_ivp(motion, (0.0, 0.1), [a1 + a3 - damping * belt, 0.0], **TIGHT)  # past the minimum at the start
+    away = solve_ivp(motion, (0.0, 0.1), [slip.static - damping * belt, 0.0], **TIGHT)  # past the minimum at the start
     return solve_ivp(motion, (0.0, 100.0), away.y[:, -1], events=turns, **TIGHT).y_events[0][0][1]
