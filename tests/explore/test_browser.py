@@ -178,7 +178,7 @@ def test_the_sound_of_the_cell_plays(tab):
 
 def test_an_error_is_on_the_page(tab):
     tab.browser.execute_script(f"{MODEL} model('on_mu_stop').active = true")
-    tab.until("model('reproduce').text.includes('mu_stop: 1.04')")
+    tab.until("model('reproduce').text.includes('mu_stop: 1.3')")
     tab.browser.execute_script(f"{MODEL} model('slider_a1').value = 0.5")
     tab.until("model('status').text.includes('at most mu_start')")
 
