@@ -147,7 +147,7 @@ def _remember() -> None:
     resolve, known = types.BaseFunction.get_call_type, {}
 
     def get_call_type(self, context, args, kws):
-        if kws or getattr(self.typing_key, "__module__", None) != "_operator":
+        if kws:
             return resolve(self, context, args, kws)
         if (self, args) not in known:
             known[self, args] = resolve(self, context, args, kws)
