@@ -74,6 +74,7 @@ def main(name: str, file: str) -> None:
     with open(os.dup(1), "wb") as out:
         os.dup2(2, 1)
         out.write(objects.packed(file, build(name)))
+    gc.freeze()  # nothing is looked through for what may go when the process ends: a tenth of the time
 
 
 def build(name: str) -> objects.Object:
@@ -146,7 +147,7 @@ def _remember() -> None:
     resolve, known = types.BaseFunction.get_call_type, {}
 
     def get_call_type(self, context, args, kws):
-        if kws or getattr(self.typing_key, "__module__", None) != "_operator":
+        if kws:
             return resolve(self, context, args, kws)
         if (self, args) not in known:
             known[self, args] = resolve(self, context, args, kws)
