@@ -14,7 +14,7 @@ from stickslip_rig.calibration import Calibration, calibrate
 from stickslip_rig.evaluation import feature_table, features
 from stickslip_rig.friction import friction, friction_table
 from stickslip_rig.quantities import RPN_NAME
-from stickslip_rig.records import make_record, read_record
+from stickslip_rig.records import make_record, read_record, read_records
 from stickslip_rig.risk import Risk
 from stickslip_rig.sections import FeatureSettings
 from stickslip_rig.settings import RecordSettings, Settings, load_settings
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 __all__ = [
     "Calibration", "FeatureSettings", "RPN_NAME", "RecordSettings", "RigTests", "Risk", "Settings",
     "SimulatedRecords", "Sticks", "calibrate", "feature_table", "features", "find_sticks", "friction",
-    "friction_table", "load_rig", "load_settings", "make_record", "make_rig", "read_record", "run_matrix",
+    "friction_table", "load_rig", "load_settings", "make_record", "make_rig", "read_record", "read_records",
+    "run_matrix",
 ]  # fmt: skip
 
 _LATER = {

@@ -113,8 +113,8 @@ def friction(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
         Where the acceleration or a condition is lacking.
     """
     settings = settings or FeatureSettings()
-    if "acceleration" not in record:
-        raise ValueError("friction needs the acceleration of the specimen: got a record without it")
+    if "acceleration" not in record or not record["acceleration"].values.any():
+        raise ValueError("friction needs the acceleration of the specimen: got a record without it, or 0 throughout")
     if (load := condition_of(record, "normal_load")) is None:
         raise ValueError(
             "the normal load is not known: give it as a remark of the file, '# load: 10 N', or as an option"

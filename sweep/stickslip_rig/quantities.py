@@ -76,14 +76,15 @@ SIGNALS: dict[str, Variable] = table(
     Variable("drive_displacement", "m", "displacement of the drive"),
     Variable("stick", "1", "contact sticks (1) or slips (0)"),
 )
-COLUMNS: dict[str, Variable] = {TIME.name: TIME} | SIGNALS
+LOAD = "normal_load"
+COLUMNS: dict[str, Variable | Parameter] = {TIME.name: TIME, **SIGNALS, LOAD: CONDITIONS[LOAD]}
 FORCES = ("spring_force", "friction_force")  # a record has one of them, or both
 
 MATERIAL = "material"  # the only condition that is a text
 
 SIGNAL_OF = {  # by kind of column (`fit/headings.py`)
     "time": "time", "force": "spring_force", "friction_force": "friction_force", "acceleration": "acceleration",
-    "speed": "drive_velocity", "displacement": "drive_displacement", "stick": "stick",
+    "speed": "drive_velocity", "displacement": "drive_displacement", "stick": "stick", "load": LOAD,
 }  # fmt: skip
 CONDITION_WORDS = {"load": "normal_load", "speed": "drive_speed", "waiting": "waiting_time", "wait": "waiting_time"}
 

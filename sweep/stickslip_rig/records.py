@@ -14,7 +14,7 @@ makes them equidistant.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +28,10 @@ from stickslip.files.targets import replaced
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter, Variable
 from stickslip.vocabulary.suggest import listed, nearest
-from stickslip_materials.fit.columns import HeadedTable, factor, load_above, stated
+from stickslip_materials.fit.columns import HeadedTable, factor, stated
 from stickslip_materials.fit.headings import Heading, words_for
 from stickslip_materials.fit.words import RECORD
-from stickslip_rig.quantities import COLUMNS, CONDITIONS, FORCES, MATERIAL, SIGNALS, TIME
+from stickslip_rig.quantities import COLUMNS, CONDITIONS, FORCES, LOAD, MATERIAL, SIGNALS, TIME
 from stickslip_rig.settings import Condition, RecordSettings, condition, condition_name, signal_of
 from stickslip_rig.signals import Floats
 
@@ -107,13 +107,44 @@ def read_record(
     ConfigError
         With everything that is wrong, by line and column.
     """
-    path, settings = Path(path), settings or RecordSettings()
+    (record,) = _read(Path(path), settings or RecordSettings(), conditions, progress, several=False)
+    return record
+
+
+def read_records(
+    path: str | Path,
+    settings: RecordSettings | None = None,
+    conditions: Mapping[str, Condition] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[xr.Dataset]:
+    """Read the records in a CSV file in which the names of columns come again, as above each step; see `read_record`.
+
+    The attribute `block` of each is what the line above it calls it, or its number; where there is one it is empty.
+    """
+    return list(_read(Path(path), settings or RecordSettings(), conditions, progress, several=True))
+
+
+def _read(
+    path: Path, settings: RecordSettings, conditions: Mapping[str, Condition] | None,
+    progress: Callable[[int, int], None] | None, *, several: bool,
+) -> Iterator[xr.Dataset]:  # fmt: skip
+    """The record in a file, or that of each block."""
 
     def are_headings(columns: list[Heading]) -> bool:
         names = {_signal(column, settings) for column in columns}
         return TIME.name in names and bool(names & {*FORCES, "acceleration"})
 
-    headed = HeadedTable.read(path, _EXAMPLE, are_headings, RECORD, names=tuple(COLUMNS))
+    for headed in HeadedTable.read(path, _EXAMPLE, are_headings, RECORD, tuple(COLUMNS), several=several):
+        block = headed.table.block
+        known: dict[str, Condition] = {MATERIAL: f"{path.stem}, {block}" if block else path.stem, **(conditions or {})}
+        yield _record(headed, settings, known, progress).assign_attrs(record_file=str(path), block=block)
+
+
+def _record(
+    headed: HeadedTable, settings: RecordSettings, known: dict[str, Condition],
+    progress: Callable[[int, int], None] | None,
+) -> xr.Dataset:  # fmt: skip
+    """The record in a table. known : conditions that hold unless the table says otherwise."""
     table, headings = headed.table, headed.headings
     columns = headed.find(
         lambda column: _signal(column, settings),
@@ -128,13 +159,13 @@ def read_record(
     signals = headed.values(columns, progress)
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
-    remarks, speed = _remarks(table), stated(table, "speed", CONDITIONS["drive_speed"], table.above, only_numbers=True)
-    above = {"normal_load": load_above(table), "drive_speed": speed}
-    known: dict[str, Condition] = {MATERIAL: path.stem, **(conditions or {})}
-    known |= {name: value[0] for name, value in above.items() if value} | remarks
+    remarks = _remarks(table)
+    if load := float(np.median(np.abs(signals.pop(LOAD, np.zeros(1))))):  # some instruments count it negative
+        known[LOAD] = load
+    known |= _stated(table, {*known, *(["drive_speed"] if "drive_velocity" in signals else [])}) | remarks
     names = {position: name for name, (position, _) in columns.items()}
     return make_record(time, signals, known).assign_attrs(
-        title=str(known[MATERIAL]), record_file=path.name,
+        title=str(known[MATERIAL]),
         not_used=[column.text for i, column in enumerate(headings) if i not in names and column.text],
         columns=[f"{name} in {headings[i].unit}" if headings[i].unit else name for i, name in names.items()],
     )  # fmt: skip
@@ -143,7 +174,7 @@ def read_record(
 def write_record(record: xr.Dataset, path: Path) -> None:
     """Write a record as CSV that `read_record` reads: the same signals and conditions, to nine digits; time, whose
     steps are small, to twelve."""
-    columns = {name: row for name, row in COLUMNS.items() if name in record.variables}
+    columns = {name: row for name, row in COLUMNS.items() if name in record.variables and record[name].dims}
     heading = ", ".join(name if v.units == "1" else f"{name} [{units.spelled(v.units)}]" for name, v in columns.items())
     remarks = []
     if MATERIAL in record.coords:
@@ -227,6 +258,23 @@ def _factor(name: str, column: Heading, configured: str | None) -> float:
 
 
 # --- remarks and time -------------------------------------------------------------------------------------------------
+
+
+def _stated(table: TextTable, known: Collection[str]) -> dict[str, float]:
+    """Load and speed that lines above the heading give. Raises ConfigError for what is not understood, but for `known`
+    conditions."""
+    conditions: dict[str, float] = {}
+    for name, kind in ((LOAD, "load"), ("drive_speed", "speed")):
+        lines = table.above if kind == "speed" else [*((remark,) for remark in table.remarks), *table.above]
+        hint = f"write its unit there, or give --{kind}"
+        try:
+            value = stated(table, kind, CONDITIONS[name], lines, only_numbers=kind == "speed", hint=hint)
+        except ConfigError:
+            if name not in known:
+                raise
+            continue
+        conditions |= {name: value[0]} if value else {}
+    return conditions
 
 
 def _remarks(table: TextTable) -> dict[str, Condition]:

@@ -127,7 +127,9 @@ def signal_of(column: Heading) -> str | None:
     """The column of a record that a heading names; None if none: of friction, a record holds the force."""
     if column.kind in COLUMNS and not column.label:
         return column.kind
-    if column.label or column.kind == "mu" and (not column.may_be_force() or column.unit in ("1", "-", "%")):
+    if column.label or column.kind == "load" and not column.has_own_unit():  # kg
+        return None
+    if column.kind == "mu" and (not column.may_be_force() or column.unit in ("1", "-", "%")):
         return None
     return "friction_force" if column.kind == "mu" else SIGNAL_OF.get(column.kind)
 

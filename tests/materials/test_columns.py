@@ -9,6 +9,7 @@ import pytest
 from helpers.commands import call
 from helpers.tables import materials, rows, write
 from stickslip.errors import ConfigError
+from stickslip.files import texts
 from stickslip_materials.fit import CURVE_COLUMNS, read_points, read_steps
 from stickslip_rig.api import read_record
 
@@ -161,11 +162,56 @@ def test_sheets_are_materials_and_hidden_ones_and_notes_are_none(tmp_path):
     assert "sheets not read: 'Info'" in call("fit", tmp_path / "both.xlsx").stdout
 
 
-def test_a_second_heading_is_one_sentence(tmp_path):
-    block = table("Fx;t;COF\ng;sec;\n", MU, SPEED, MU)
-    with pytest.raises(ConfigError, match="names of the columns come again") as caught:
-        read_steps(write(tmp_path, f"Step 1\n{block}\nStep 2\n{block}"))
-    assert len(caught.value.problems) == 1
+def blocks(mark, above="Step No. {}\n\n", load=-10 / 0.00980665, top="Data Viewer export\n\n"):
+    """A file as a tribometer exports it, a block for each of six speeds; forces in grams-force, the load negative."""
+    head = mark.join(["T", "V", "Fn", "Ff"]) + "\n" + mark.join(["sec", "mm/s", "g", "g"]) + "\n\n"
+    time, ones, noise = 0.5 * np.arange(60), np.ones(60), 1 + 0.002 * np.random.default_rng(1).standard_normal(60)
+    each = [above.format(i) + head + rows(time, v * ones, load * ones, -mu * load * noise, mark=mark)
+            for i, (v, mu) in enumerate(zip(SPEED, MU, strict=True), 1)]  # fmt: skip
+    return top + "\n".join(each)
+
+
+GRAMS = pytest.mark.filterwarnings("always:.*grams-force")
+
+
+@GRAMS
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+@pytest.mark.parametrize("above", ["Step No. {}\nSet Force = -200\n\n", "Step{0};{0};;\n", ""])
+@pytest.mark.parametrize("is_long", [False, True])
+def test_each_block_below_the_names_of_columns_is_a_step(mark, above, is_long, tmp_path, monkeypatch):
+    if is_long:
+        monkeypatch.setattr(texts, "_BEGINNING", 300)
+    said = points_of(tmp_path, blocks(mark, above))
+    assert "6 blocks" in said and "6 points" in said and "grams-force" in said
+
+
+@GRAMS
+def test_a_speed_above_each_block_is_that_of_the_block(tmp_path):
+    time = 0.5 * np.arange(60)
+    block = "Velocity = {:g} mm/s\n" + table("T [s];COF", time, np.full(60, 0.3))
+    path = write(tmp_path, "\n".join(block.format(v) for v in SPEED))
+    assert read_steps(path).speed * 1000 == pytest.approx(SPEED)
+    with pytest.raises(ConfigError, match="--speed-column") as refused:  # a speed of what?
+        read_steps(write(tmp_path, block.format(3.0).replace(" mm/s", "")))
+    assert refused.value.problems[0].place.line == 1
+
+
+@GRAMS
+@pytest.mark.parametrize(("cut", "line"), [
+    (lambda text: text[:-12], 397), (lambda text: text.replace("\n29.5;1;", "\n1;", 1), 67),
+    (lambda text: text + "\nT;V;Fn\nsec;mm/s;g\n0;1;2\n", 399),
+])  # fmt: skip
+def test_a_block_that_is_cut_short_or_has_other_columns_is_refused_by_its_line(cut, line, tmp_path):
+    with pytest.raises(ConfigError) as refused:
+        read_steps(write(tmp_path, cut(blocks(";"))))
+    assert refused.value.problems[0].place.line == line
+
+
+def test_tables_that_are_no_records_have_one_heading(tmp_path):
+    part = table("v [mm/s];mu", SPEED, MU)
+    with pytest.raises(ConfigError, match="names of the columns come again") as refused:
+        materials(tmp_path, f"Step 1\n{part}\nStep 2\n{part}")
+    assert [problem.place.line for problem in refused.value.problems] == [11]
 
 
 def test_friction_without_a_unit_is_no_force_of_a_record(tmp_path):

@@ -295,7 +295,7 @@ def test_options_without_units_and_remarks_that_overrule_them_are_said_and_a_mat
     path.write_text("# material: felt\n" + path.read_text())
     result = invoke("rig", "features", path, "--load", "30 N", "--speed", "25")
     assert "drive_speed: 25 is read as 25 m/s; did you mean 25 mm/s?" in result.output
-    assert "normal_load = 10 N holds, not the 30 N of the option" in result.output
+    assert "normal_load of 10 N holds, not the 30 N of the option" in result.output
     assert "felt" in result.stdout and "bare " not in result.stdout
     target = str(tmp_path / "f.nc")
     result = invoke("rig", "features", path, "--speed", "25 mm/s", "-o", target)

@@ -123,6 +123,8 @@ def test_what_sensors_are_too_slow_for_is_not_told(changed, nothing_of):
 def test_without_acceleration_or_load_it_is_refused():
     with pytest.raises(ValueError, match="acceleration"):
         rig.friction(record().drop_vars("acceleration"))
+    with pytest.raises(ValueError, match="0 throughout"):
+        rig.friction(record().assign(acceleration=0.0 * record()["acceleration"]))
     with pytest.raises(ValueError, match="load"):
         rig.friction(record().drop_vars("normal_load"))
 

@@ -1,10 +1,21 @@
 """CSV files of rigs, good and bad, and the configuration that says how to read them."""
 
+import json
+
 import numpy as np
 import pytest
 
+from helpers.commands import invoke
 from stickslip.errors import ConfigError
-from stickslip_rig.api import FeatureSettings, RecordSettings, Settings, load_settings, make_record, read_record
+from stickslip_rig.api import (
+    FeatureSettings,
+    RecordSettings,
+    Settings,
+    load_settings,
+    make_record,
+    read_record,
+    read_records,
+)  # fmt: skip
 from stickslip_rig.records import force_of
 
 GOOD = "time [ms], force [N], acceleration [m/s2]"
@@ -199,3 +210,62 @@ def test_the_encoding_does_not_matter(tmp_path, encoding):
 def test_headings_of_three_languages(tmp_path, heading, names):
     found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
     assert list(found.data_vars) == names
+
+
+# --- blocks -----------------------------------------------------------------------------------------------------------
+
+HEAD = "T;Ff;Normal force;a\nms;N;N;m/s2\n\n"
+
+
+def block(load, rows=20):
+    return HEAD + "".join(f"{t};{(-1) ** t};{-load};{t % 3}\n" for t in range(rows))
+
+
+def test_each_block_is_a_record_with_its_load_and_what_the_top_of_the_file_says(tmp_path):
+    path = tmp_path / "strokes.csv"
+    path.write_text(f"# mass: 100 g\nRig 7\n\nStep 3\n{block(10)}\nStep 4\n{block(20)}")
+    first, second = read_records(path)
+    assert [float(record["normal_load"]) for record in (first, second)] == [10.0, 20.0]
+    assert [str(record["material"].values) for record in (first, second)] == ["strokes, Step 3", "strokes, Step 4"]
+    assert float(first["mass"]) == float(second["mass"]) == 0.1
+    assert second["time"].values[0] == 0.0 and second["friction_force"].values.tolist() == [1.0, -1.0] * 10
+    with pytest.raises(ConfigError, match="come again") as refused:
+        read_record(path)
+    assert refused.value.problems[0].place.line == 30
+
+
+def test_commands_take_each_block_and_say_which_load_holds(tmp_path):
+    path = tmp_path / "strokes.csv"
+    path.write_text(block(10) + block(20) + block(20))
+    done = invoke("rig", "features", path, "--load", "20 N", "--speed", "1 mm/s", "--json")
+    answer = json.loads(done.stdout)["records"]
+    assert [row["normal_load"] for row in answer] == [10.0, 20.0, 20.0]
+    assert {row["file"] for row in answer} == {str(path)} and "10 N holds, not the 20 N" in done.stderr
+    done = invoke("rig", "friction", path, "--stiffness", "5 N/mm", "--mass", "1 g", "--speed", "1 mm/s", "--json")
+    assert [row["record"] for row in json.loads(done.stdout)["records"]] == [f"strokes, step {i}" for i in (1, 2, 3)]
+
+
+@pytest.mark.parametrize(("second", "line"), [(block(20)[:-4], 46), (block(20, 5), None), (HEAD, 24)])
+def test_a_block_that_is_no_record_is_refused_by_its_line(second, line, tmp_path):
+    path = tmp_path / "strokes.csv"
+    path.write_text(block(10) + second)
+    with pytest.raises(ConfigError) as refused:
+        read_records(path)
+    place = refused.value.problems[0].place
+    assert place is None if line is None else place.line == line
+
+
+def test_a_speed_above_a_block_needs_its_unit_or_an_option(tmp_path):
+    path = tmp_path / "strokes.csv"
+    path.write_text(f"Velocity = 240\n{block(10)}Velocity = 120\n{block(20)}")
+    with pytest.raises(ConfigError, match="give --speed"):
+        read_records(path)
+    assert [float(each["drive_speed"]) for each in read_records(path, None, {"drive_speed": 0.01})] == [0.01, 0.01]
+    path.write_text(f"Velocity = 240 mm/s\n{block(10)}Velocity = 120 mm/s\n{block(20)}")
+    assert [float(each["drive_speed"]) for each in read_records(path)] == [0.24, 0.12]
+
+
+def test_a_column_may_be_named_the_load(tmp_path):
+    path = write(tmp_path, "time [ms];Fx [N];Fz [kN]", [f"{t};1;-0.02" for t in range(20)])
+    record = read_record(path, RecordSettings({"spring_force": "Fx", "normal_load": "Fz"}))
+    assert float(record["normal_load"]) == 20.0

@@ -3,8 +3,6 @@
 import re
 from collections.abc import Iterator, Sequence
 
-from stickslip.errors import ConfigError, Place
-
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
@@ -56,6 +54,13 @@ def summary(line: str, separator: str) -> str:
     return next((text for text in texts if _SUMMARY.fullmatch(text) and any(map(is_number, texts))), "")
 
 
+def is_row(line: str, separator: str) -> bool:
+    """Tell a row of measurements, or of their means, from a line that stands above the names of columns."""
+    texts = plain_cells(line, separator)
+    numbers = sum(map(is_number, texts))
+    return bool(texts) and (is_number(texts[0]) or 2 * numbers >= max(len(texts), 3) or bool(summary(line, separator)))
+
+
 def separated(text: str, below: bytes) -> tuple[str, bytes]:
     """A text whose numbers are separated by blanks with tabs in their place; any other as it is."""
     lines = text.splitlines()
@@ -89,11 +94,3 @@ def mixed_marks(text: str, comma: bool) -> str:
     if comma and _DECIMAL_POINT.fullmatch(text):
         return "the file mixes decimal commas and decimal points: write one of them throughout"
     return "leave out the points between thousands" if comma and "." in text else ""
-
-
-def check_blocks(name: str, lines: Sequence[tuple[int, str]], heading: str) -> None:
-    """Raises ConfigError where the line that names the columns comes again."""
-    again = next((number for number, line in lines if line.strip() == heading.strip()), 0)
-    if again:
-        message = "the names of the columns come again: one table behind another, as of a step each"
-        raise ConfigError.of(name, message, "save each as a file, or leave one heading", place=Place(again, 1))

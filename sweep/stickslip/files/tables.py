@@ -12,8 +12,8 @@ import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import chain, islice
+from dataclasses import dataclass, replace
+from itertools import chain, islice, pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +27,7 @@ from stickslip.files.texts import (
     blocks,
     check_columns,
     check_points,
+    halves,
     is_workbook,
     plain_numbers,
     read_sheets,
@@ -57,6 +58,7 @@ class TextTable:
     heading that are no remarks, cell by cell.
     left_out : rows of means, extremes and the like, by label and line. title : of the sheet of a workbook.
     rest, begins : of a long file, what follows `lines` as bytes, and the number of its first line.
+    block : of several in a file, what the first line above the names calls it, or its number.
     """
 
     name: str
@@ -68,6 +70,7 @@ class TextTable:
     rest: bytes = b""
     begins: int = 0
     left_out: tuple[TextCell, ...] = ()
+    block: str = ""
 
 
 def sheets_with_tables(path: Path, is_heading: Callable[[Sequence[str]], bool]) -> list[str]:
@@ -92,11 +95,23 @@ def read_table(
     path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None,
     sheet: str | None = None,
 ) -> TextTable:  # fmt: skip
-    """The parts of a file. Raises ConfigError if it cannot be read or holds no table.
+    """The parts of a file. Raises ConfigError if it cannot be read, holds no table, or one below another.
 
     example : of the line that names the columns. rows_are : what the other lines are, for messages. is_heading :
     whether cells may be the names of the columns; the first such line over numbers is, else the first of several cells.
     sheet : of a workbook; without it the only one that holds a table.
+    """
+    return read_blocks(path, example, rows_are, is_heading, sheet, several=False)[0]
+
+
+def read_blocks(
+    path: Path, example: str, rows_are: str = "samples", is_heading: Callable[[Sequence[str]], bool] | None = None,
+    sheet: str | None = None, *, several: bool = True,
+) -> list[TextTable]:  # fmt: skip
+    """The tables of a file in which the names of the columns come again, as instruments write a step each. Lines above
+    the first that others do not have, of a title or the load, are those of all. See `read_table`.
+
+    several : whether there may be more than one.
     """
     name = str(path)
     if is_workbook(path):
@@ -107,7 +122,59 @@ def read_table(
         text, below = read_sheets(path)[titles[0]], b""
     else:
         text, below = layout.separated(*read_text(path))
-    numbered = [(number, line) for number, line in _whole_lines(text) if line.strip(" ;,\t")]
+    table = _table(name, text, below, (example, rows_are), is_heading)
+    names = [cell.text for cell in table.heading]
+    tables = [_table(name, *halves(block), (example, rows_are), names.__eq__, begins, table.separator)
+              for begins, block in _blocks(text, below, table)]  # fmt: skip
+    if tables and not several:
+        message = "the names of the columns come again: one table behind another, as of a step each"
+        place = tables[1].heading[0].place._replace(column=1)
+        raise ConfigError.of(name, message, "save each as a file, or leave one heading", place=place)
+    return _with_top(tables) if tables else [table]
+
+
+def _blocks(text: str, below: bytes, table: TextTable) -> Iterator[tuple[int, bytes]]:
+    """The parts of a file from the lines above each heading to those above the next, and the number of their first."""
+    lines = text.splitlines(keepends=True)
+    number = table.heading[0].place.line
+    line = lines[number - 1].strip()
+    if layout.is_remark(line) or line not in "".join(lines[number:]) and line.encode() not in below:
+        return
+    data, end = text.encode() + below, len("".join(lines[:number]).encode())
+    cuts, again = [0], re.compile(rb"^[^\S\n]*" + re.escape(line.encode()) + rb"[^\S\n]*$", re.MULTILINE)
+    for found in again.finditer(data, end):
+        start = found.start()
+        while start > end:
+            before = data.rfind(b"\n", 0, start - 1) + 1
+            if layout.is_row(data[before:start].decode(), table.separator):
+                break
+            start = before
+        cuts.append(start)
+        end = found.end()
+    begins = 1
+    for start, end in pairwise([*cuts, len(data)]):
+        yield begins, data[start:end]
+        begins += data.count(b"\n", start, end)
+
+
+def _with_top(tables: Sequence[TextTable]) -> list[TextTable]:
+    """Blocks with names, and with the lines above the first that others have no counterpart of: they tell of all."""
+    remarks = [[cell for cell in t.remarks if cell.place.line < t.heading[0].place.line] for t in tables]
+    own, own_remarks = min(len(t.above) for t in tables[1:]), min(map(len, remarks[1:]))
+    top, top_remarks = tables[0].above[: -own or None], tuple(remarks[0][: -own_remarks or None])
+    names = [" ".join(cell.text for cell in t.above[-own]) if 0 < own <= len(t.above) else "" for t in tables]
+    names = names if len({*names}) == len(names) else [f"step {i}" for i in range(1, len(names) + 1)]
+    others = [replace(t, above=top + t.above, remarks=top_remarks + t.remarks) for t in tables[1:]]
+    return [replace(table, block=name) for table, name in zip([tables[0], *others], names, strict=True)]
+
+
+def _table(
+    name: str, text: str, below: bytes, words: tuple[str, str], is_heading: Callable[[Sequence[str]], bool] | None,
+    begins: int = 1, separator: str = "",
+) -> TextTable:  # fmt: skip
+    """The parts of a text, whose first line has the number `begins`. words : `example` and `rows_are`."""
+    example, rows_are = words
+    numbered = [(number, line) for number, line in _whole_lines(text, begins) if line.strip(" ;,\t")]
     declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if declared else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if layout.is_remark(line))
@@ -115,7 +182,8 @@ def read_table(
     if not rows:
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError.of(name, "no line names the columns", hint)
-    at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], declared[1] if declared else "", is_heading)
+    marks = declared[1] if declared else separator
+    at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], marks, is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
     first = layout.plain_cells(line, separator)
     if all(map(layout.is_number, first)):  # NumPy writes the names as a remark
@@ -130,11 +198,10 @@ def read_table(
     lines = tuple(_within(rest, separator, len(heading)))
     summaries = [(number, label) for number, line in lines if (label := layout.summary(line, separator))]
     lines = tuple(row for row in lines if row[0] not in dict(summaries))
-    layout.check_blocks(name, lines, line)
     if not lines and not below:
         raise ConfigError.of(name, f"no {rows_are}, only the names of columns", place=Place(number, 1))
-    check_columns(path, number, len(heading))
-    begins = len(text.splitlines()) + 1
+    check_columns(name, number, len(heading))
+    begins += len(text.splitlines())
     remarks += tuple(_remarks(below, begins))
     lines_above = tuple(  # need not be proper CSV
         tuple(TextCell(text, Place(number, 1)) for text in layout.plain_cells(line, separator))
@@ -144,13 +211,13 @@ def read_table(
     return TextTable(name, remarks, heading, lines, separator, lines_above, below, begins, left_out)
 
 
-def _whole_lines(text: str) -> Iterator[tuple[int, str]]:
+def _whole_lines(text: str, begins: int) -> Iterator[tuple[int, str]]:
     """The lines of a text, numbered; near the top a cell in quotation marks may go on in the next line."""
     begun: tuple[int, str] | None = None
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.splitlines(), begins):
         if begun is not None:
             begun = (begun[0], f"{begun[1]} {line}")
-        elif number < _MOST_ABOVE and _OPEN.search(line) and line.count('"') % 2:
+        elif number < begins + _MOST_ABOVE and _OPEN.search(line) and line.count('"') % 2:
             begun = (number, line)
         if begun is None:
             yield number, line

@@ -56,7 +56,7 @@ def read_text(path: Path) -> tuple[str, bytes]:
     if kind := wrong_file_type(path, TABLES):
         raise ConfigError.of(path, f"this is {kind.name}, expected a CSV file", kind.hint)
     try:
-        return _halves(path, path.read_bytes())
+        return _plain(path, path.read_bytes())
     except FileNotFoundError:
         raise ConfigError.of(path, "no such file", neighbours(path, TABLES)) from None
     except OSError as error:
@@ -76,8 +76,8 @@ def is_workbook(path: Path) -> bool:
         return False
 
 
-def _halves(path: Path, data: bytes) -> tuple[str, bytes]:
-    """The beginning of a text and the rest. Raises ConfigError for a line without end, UnicodeError for no text."""
+def _plain(path: Path, data: bytes) -> tuple[str, bytes]:
+    """A text in two halves. Raises ConfigError for a line without end, UnicodeError for no text."""
     if data.startswith(_ZIP) or (b"\0" in data and not data.startswith(_UTF16)):
         raise UnicodeError
     if not data.isascii():
@@ -85,6 +85,11 @@ def _halves(path: Path, data: bytes) -> tuple[str, bytes]:
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     check_lines(path, data)
+    return halves(data)
+
+
+def halves(data: bytes) -> tuple[str, bytes]:
+    """The beginning of UTF-8 and its rest, in whole lines; what is short has no rest."""
     cut = len(data) if len(data) <= 2 * _BEGINNING else data.rfind(b"\n", 0, _BEGINNING) + 1
     return data[:cut].decode(), data[cut:]
 
@@ -235,7 +240,7 @@ def check_lines(path: Path, data: bytes) -> None:
         begins = end + 1
 
 
-def check_columns(path: Path, line: int, columns: int) -> None:
+def check_columns(path: Path | str, line: int, columns: int) -> None:
     """Raises ConfigError for more columns than a table may have."""
     if columns > MOST_COLUMNS:
         message = f"{columns:,} columns, expected at most {MOST_COLUMNS:,}"

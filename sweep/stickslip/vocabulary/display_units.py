@@ -176,6 +176,7 @@ def _first_unit(value: Any) -> str | None:
 _OF_COLUMNS = frozenset(
     "m dm cm mm µm μm um nm km in ft s ms µs μs us min h N kN daN dN cN mN µN μN uN kgf gf lbf gravity Hz kHz".split()
 )
+GRAMS_FORCE = ("g", "grf", "gf")
 _NAME = re.compile(r"[^\W\d_]+|[°%Ω]")
 _BRACED = re.compile(r"(?:\^|\*\*)?[({]\s*([-+]?\d)\s*[)}]")  # s^(-1), s^{-1}
 _TOGETHER = re.compile(r"(?<![^\W\d_])([kdcmµμun]?m|in)s(?=(?:\^|\*\*)?-)")  # mms-1, ms-2
@@ -191,6 +192,8 @@ def column_unit(text: str, of: str) -> str:
     plain = _in_symbols(text)
     if of == "m s-2" and plain in ("g", "gn"):  # of accelerometers; no mass is meant in such a column
         plain = "gravity"
+    if of == "N" and plain in GRAMS_FORCE:  # of load cells; no mass is meant in such a column
+        plain = "gf"
     strange, wrong = _strange(plain), _wrong(plain, of)
     if not strange and wrong is None:
         return plain

@@ -4,13 +4,22 @@ Measured points, records in steps, records of a rig and pairs of features are al
 """
 
 import re
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stickslip.errors import ConfigError, Place, Problem, QuantityError
+from stickslip.errors import ConfigError, Place, Problem, QuantityError, UnitWarning
 from stickslip.files.layout import NUMBER, is_number
-from stickslip.files.tables import TextCell, TextTable, first_cells, numbers, read_table, sheets_with_tables
+from stickslip.files.tables import (
+    TextCell,
+    TextTable,
+    first_cells,
+    numbers,
+    read_blocks,
+    read_table,
+    sheets_with_tables,
+)  # fmt: skip
 from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import column_unit
@@ -42,13 +51,15 @@ class HeadedTable:
     @classmethod
     def read(
         cls, path: Path, example: str, are_headings: Callable[[list[Heading]], bool], kinds: tuple[str, ...] = POINTS,
-        names: tuple[str, ...] = (),
-    ) -> "HeadedTable":  # fmt: skip
+        names: tuple[str, ...] = (), *, several: bool = False,
+    ) -> "list[HeadedTable]":  # fmt: skip
         """The table in a file, below the first line of headings over numbers. Raises ConfigError.
 
-        are_headings : whether these may be the headings of the table; units alone never are.
+        are_headings : whether these may be the headings of the table; units alone never are. several : whether the file
+        may hold several, each below the same headings.
         """
-        return cls(read_table(path, example, is_heading=_recognizer(are_headings, kinds, names)), kinds, names)
+        tables = read_blocks(path, example, is_heading=_recognizer(are_headings, kinds, names), several=several)
+        return [cls(table, kinds, names) for table in tables]
 
     @classmethod
     def read_sheets(
@@ -156,8 +167,10 @@ def _recognizer(
 def factor(name: str, unit: str, si: str, *, percent: bool = False, needed: bool = False) -> float:
     """The factor from a unit that a heading gives to SI; no unit is SI, unless it is needed. Raises QuantityError.
 
-    percent : whether a pure number may be one.
+    percent : whether a pure number may be one. Warns of grams that are forces.
     """
+    if si == "N" and unit == "g":
+        warnings.warn(f"{name!r} in g is read in grams-force, 9.80665 mN each", UnitWarning, stacklevel=2)
     if si == "1":
         if percent and unit in PERCENT:
             return 0.01
@@ -191,8 +204,9 @@ def load_above(table: TextTable) -> tuple[float, int] | None:
 
 
 def stated(
-    table: TextTable, kind: str, row: Parameter, lines: Iterable[Sequence[TextCell]], only_numbers: bool = False
-) -> tuple[float, int] | None:
+    table: TextTable, kind: str, row: Parameter, lines: Iterable[Sequence[TextCell]], only_numbers: bool = False,
+    hint: str | None = None,
+) -> tuple[float, int] | None:  # fmt: skip
     """A quantity that lines give as `Name;15;N` or `Name: 15 N`, in SI, and the line of the first; None if none does.
 
     kind : of heading that its name is. only_numbers : leave out what is none, such as "varied". Raises ConfigError.
@@ -214,7 +228,7 @@ def stated(
             si = row.read(f"{number} {column_unit(unit.strip(' []()') or title.unit, row.units)}")
         except QuantityError:
             message = f"got {' '.join(words)!r}, expected a {kind} such as '{units.example(row.units)}'"
-            raise ConfigError.of(table.name, message, place=line[0].place) from None
+            raise ConfigError.of(table.name, message, hint, place=line[0].place) from None
         known.append((si, line[0].place.line))
     if len({si for si, _ in known}) > 1:
         values = listed([f"{si:g} {units.spelled(row.units)}" for si, _ in known], "and")

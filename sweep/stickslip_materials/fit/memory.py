@@ -165,7 +165,8 @@ def fit_memory_file(
     Raises ConfigError for what cannot be read, by line and column, and ValueError as the fits do.
     """
     names = ("displacement",) if law == BRISTLES else ("time", "speed")
-    record = Signals(Path(path), f"{', '.join(names)}, mu", (*names, "mu", "friction_force", "force", "load"))
+    kinds = (*names, "mu", "friction_force", "force", "load")
+    (record,) = Signals.of_file(Path(path), f"{', '.join(names)}, mu", kinds)
     along = [record.read(name) for name in names]
     loads = record.read("load") if "load" in record else np.full(along[0].shape, record.given("load", load))
     mu, weight = record.friction(loads, np.ones(loads.shape, np.bool_)), float(np.median(loads))

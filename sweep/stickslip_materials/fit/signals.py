@@ -22,6 +22,7 @@ _UNITS = {
 }  # fmt: skip
 _GIVEN = {
     "load": PARAMETERS["normal_load"],
+    "speed": PARAMETERS["belt_speed"],
     "radius": Parameter("radius", "m", "radius of the track", "points", above=0),
 }
 _SAME = 0.01  # by which two loads or radii that are the same may differ
@@ -30,14 +31,20 @@ _SAME = 0.01  # by which two loads or radii that are the same may differ
 class Signals:
     """The columns of a record by their kinds, in SI, and what was taken for what.
 
-    example : of a line that names the columns. kinds : of columns there may be. Its methods raise ConfigError for what
-    is missing, not in its unit, or open.
+    example : of a line that names the columns. block : its name, of several. Its methods raise ConfigError for what is
+    missing, not in its unit, or open.
     """
 
-    def __init__(self, path: Path, example: str, kinds: tuple[str, ...]) -> None:
-        self._example = example
-        self._table = HeadedTable.read(path, example, lambda heads: sum(h.kind in kinds for h in heads) > 1, kinds)
+    def __init__(self, table: HeadedTable, example: str) -> None:
+        self._table, self._example, self.block = table, example, table.table.block
         self.taken: dict[str, str] = {}
+
+    @classmethod
+    def of_file(cls, path: Path, example: str, kinds: tuple[str, ...], *, several: bool = False) -> "list[Signals]":
+        """The record in a file, or in each block of it where it may have several. kinds : of columns there may be."""
+        tables = HeadedTable.read(path, example, lambda heads: sum(h.kind in kinds for h in heads) > 1, kinds,
+                                  several=several)  # fmt: skip
+        return [cls(table, example) for table in tables]
 
     def __contains__(self, kind: str) -> bool:
         return self._table.pick(kind) is not None
@@ -60,12 +67,14 @@ class Signals:
         values = self._table.values({kind: (i, times)})[kind]
         if kind in ("mu", "kinetic"):
             self._table.check_friction(i, float(np.abs(values).max()))
-        return values
+        return np.abs(values) if kind == "load" else values  # which some instruments count negative
 
     def given(self, name: str, option: float | None) -> float:
-        """The load or radius of a line above the heading, or else of an option; NaN for none."""
+        """The load, radius or speed of a line above the heading, or else of an option; NaN for none."""
         row, table = _GIVEN[name], self._table.table
-        above = stated(table, name, row, [*((remark,) for remark in table.remarks), *table.above])
+        lines, is_speed = [*((remark,) for remark in table.remarks), *table.above], name == "speed"
+        hint = "write its unit there, or name the column: --speed-column" if is_speed else None
+        above = stated(table, name, row, lines, only_numbers=is_speed, hint=hint)
         if above and option is not None and not math.isclose(above[0], option, rel_tol=_SAME):
             message = f"line {above[1]} gives the {name} {above[0]:g}, and --{name} {option:g} (SI)"
             raise self.error(message, "leave one out")
@@ -79,7 +88,8 @@ class Signals:
         """The slip speed, m/s."""
         is_rotation = name and self._table.headings[self._table.pick("speed", name) or 0].kind == "rotation"
         if not is_rotation and (name or "speed" in self or "rotation" not in self):
-            return self.read("speed", name)
+            above = math.nan if name or "speed" in self else self.given("speed", None)
+            return self.read("speed", name) if math.isnan(above) else np.full(self.read("time").shape, above)
         rotation, track = self.read("rotation", name), self.given("radius", radius)
         if math.isnan(track):
             raise self.error("the speed is one of rotation", "give the radius of the track: --radius '20 mm'")

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.errors import ConfigError
 from stickslip.files.targets import replaced
 from stickslip_materials.fit.signals import Signals
 from stickslip_materials.fit.uncertainty import Floats
@@ -39,6 +40,7 @@ _WINDOW = 3.0  # autocorrelation times over which the autocorrelation is summed:
 _BATCH = 5  # samples, of MSER-5
 _LEFT_OUT = 0.2  # of a step at least: what MSER-5 keeps of running-in shifts the mean by a third of its error
 _RECORD = "time [s], speed [mm/s], force [N], load [N]"
+_ARRAYS = ("speed", "mu", "sigma", "scatter", "load", "begin", "end", "independent")
 _PLAN = "begin [s], end [s], speed [mm/s], load [N]"
 
 
@@ -243,15 +245,42 @@ def read_steps(
     plan : a table of steps with columns of begin, end and speed, and of the load if it changes. radius : of the track,
     m, where speeds are those of rotation, and no line above the heading gives it. load : N, where neither a column nor
     a line above the heading tells it. speed_column, friction_column : headings of the columns to take, where they are
-    none of the usual. Raises ConfigError for files that cannot be understood, by line and column.
+    none of the usual. Where the names of columns come again, each block is read as a record: its time may begin anew.
+    Raises ConfigError for files that cannot be understood, by line and column.
     """
-    record, steps = Signals(path, _RECORD, STEPS), None
-    time = record.read("time")
+    blocks = Signals.of_file(path, _RECORD, STEPS, several=True)
+    if len(blocks) > 1 and plan is not None:
+        raise blocks[1].error("the names of the columns come again: each block is a step", "leave out --plan")
+    parts, left_out = [], []
+    for record in blocks:
+        name = f"{record.block}: " if record.block else ""
+        try:
+            points = _points_of(record, plan, radius, load, settle, speed_column, friction_column)
+        except ConfigError:
+            raise
+        except ValueError as error:
+            left_out.append(f"{name}{error}")
+            continue
+        parts.append(points)
+        left_out += [f"{name}{text}" for text in points.left_out]
+    if not parts:
+        raise blocks[0].error("; ".join(left_out[:3]))
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
+    columns = f"{len(blocks)} blocks; " * (len(blocks) > 1) + parts[0].columns
+    return StepPoints(**joined, left_out=tuple(left_out), columns=columns)
+
+
+def _points_of(
+    record: Signals, plan: Path | None, radius: float | None, load: float | None, settle: float | None,
+    speed_column: str, friction_column: str,
+) -> StepPoints:  # fmt: skip
+    """The points of a record, or of a block of it. Raises ValueError where there are none."""
+    time, steps = record.read("time"), None
     loads = record.read("load") if "load" in record else np.full(time.shape, record.given("load", load))
     if plan is None:
         speed = record.speed(radius, speed_column)
     else:
-        planned = Signals(plan, _PLAN, PLAN)
+        (planned,) = Signals.of_file(plan, _PLAN, PLAN)
         begins, ends, speeds = planned.read("begin"), planned.read("end"), planned.speed(radius)
         if (ends <= begins).any() or (begins[1:] < ends[:-1]).any():
             raise planned.error("the steps overlap or are out of order", "each ends before the next one begins")
@@ -261,10 +290,7 @@ def read_steps(
         loads = np.where(inside, planned.read("load")[at], loads) if "load" in planned else loads
     friction = record.friction(loads, np.isfinite(speed), friction_column)
     known = None if np.isnan(loads).all() else loads
-    try:
-        points = step_points(time, friction, speed, known, settle=settle, steps=steps)
-    except ValueError as error:
-        raise record.error(str(error)) from None
+    points = step_points(time, friction, speed, known, settle=settle, steps=steps)
     return replace(points, columns=record.describe(load, radius))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,20 +77,9 @@ def features(
     from stickslip_rig.evaluation import as_columns
     from stickslip_rig.risk import band_of
 
-    if len(set(files)) < len(files):
-        fail("a file is named twice")
     settings = _settings(config, load, speed, bandwidth)
     window = time_window(begin, end)
-    read: dict[Path, xr.Dataset] = {}
-    for file in files:
-        with screen.progress_bar("bytes", " read") as move:  # which only moves for long records
-            read[file] = rig.read_record(file, settings.record, settings.conditions, move)
-        for name, text in (("normal_load", load), ("drive_speed", speed)):
-            value = read[file].coords.get(name)
-            if text is not None and value is not None and float(value) != settings.conditions[name]:
-                holds = f"{name} = {float(value):g} {units.spelled(value.attrs['units'])}"
-                screen.notice(f"{file}: its remark {holds} holds, not the {text} of the option")
-    records = _named(read)
+    records = read_files(files, [settings] * len(files), {"normal_load": load, "drive_speed": speed})
     with refuses_bad_input(", ".join(map(str, files))):
         ds = rig.feature_table(records, settings)
     show_result(ds)
@@ -112,19 +101,42 @@ def features(
 
     def answer() -> dict[str, Any]:
         rows = as_columns(ds).to_dataframe().reset_index().to_dict("records")
-        for file, row in zip(files, rows, strict=True):
-            row |= {"file": file, "model_rpn_band": band_of(row["model_rpn"])}
+        for record, row in zip(records.values(), rows, strict=True):
+            row |= {"file": record.attrs["record_file"], "model_rpn_band": band_of(row["model_rpn"])}
         return {"rpn": rig.RPN_NAME, "records": rows, "output": output, "plot": plot}
 
     return answer
 
 
-def _named(records: Mapping[Path, xr.Dataset]) -> dict[str, xr.Dataset]:
-    """Records by their materials, those of the same material with their files behind it."""
-    materials = [str(record["material"].item()) for record in records.values()]
-    count = Counter(materials)
-    return {name if count[name] == 1 else f"{name} ({file.with_suffix('')})": record
-            for name, (file, record) in zip(materials, records.items(), strict=True)}  # fmt: skip
+def read_files(
+    files: Sequence[Path], settings: Sequence[Settings], options: Mapping[str, str | None]
+) -> dict[str, xr.Dataset]:
+    """The records of files, each with its settings, by material; with file and block where several are of the same.
+
+    options : conditions by name; where a file says otherwise, that is printed.
+    """
+    from stickslip_rig.quantities import CONDITIONS
+    from stickslip_rig.records import read_records
+
+    if len({*files}) < len(files):
+        fail("a file is named twice")
+    records: list[xr.Dataset] = []
+    for file, each in zip(files, settings, strict=True):
+        with screen.progress_bar("bytes", " read") as move:  # which only moves for long records
+            read = read_records(file, each.record, each.conditions, move)
+        records += read
+        for name, text in options.items():
+            values = {float(record[name]) for record in read if text and name in record.coords}
+            if others := sorted(values - {each.conditions.get(name)}):
+                holds = ", ".join(f"{value:g} {units.spelled(CONDITIONS[name].units)}" for value in others)
+                screen.notice(f"{file}: its {name} of {holds} holds, not the {text} of the option")
+    materials = Counter(str(record["material"].item()) for record in records)
+    named = {}
+    for record in records:
+        name, place = str(record["material"].item()), Path(record.attrs["record_file"]).with_suffix("")
+        block = f", {record.attrs['block']}" * bool(record.attrs["block"])
+        named[name if materials[name] == 1 else f"{name} ({place}{block})"] = record
+    return named
 
 
 # --- what the options say ---------------------------------------------------------------------------------------------

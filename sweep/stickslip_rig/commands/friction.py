@@ -11,7 +11,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
-from stickslip_rig.commands.features import CONFIG_OPTION
+from stickslip_rig.commands.features import CONFIG_OPTION, read_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,27 +57,21 @@ def friction(
     from stickslip_rig import api as rig
     from stickslip_rig.friction import friction_table
 
-    if len({*files}) < len(files):
-        fail("a file is named twice")
     if len(stiffness) not in (0, 1, len(files)):
         fail(f"--stiffness: got {len(stiffness)} for {len(files)} files, expected one, or one for each")
-    if over and len(files) < 2:
-        fail("--over stiffness needs two records or more, of different springs")
-    read: dict[Path, xr.Dataset] = {}
-    for i, file in enumerate(files):
+    settings = []
+    for i in range(len(files)):
         spring = stiffness[i % len(stiffness)] if stiffness else None
         rows = {"mass": mass, "stiffness": spring, "damping": damping, "normal_load": load, "drive_speed": speed}
         given = [Setting(f"--{key} {text}", f"conditions.{key}", text) for key, text in rows.items() if text]
-        settings = rig.load_settings(config, given)
-        with screen.progress_bar("bytes", " read") as move:
-            read[file] = rig.read_record(file, settings.record, settings.conditions, move)
-    names = [str(record["material"].item()) for record in read.values()]
-    if len({*names}) < len(files):
-        names = [str(file.with_suffix("")) for file in files]
+        settings.append(rig.load_settings(config, given))
+    records = read_files(files, settings, {"normal_load": load, "drive_speed": speed})
+    if over and len(records) < 2:
+        fail("--over stiffness needs two records or more, of different springs")
     with refuses_bad_input(", ".join(map(str, files))):
-        ds = friction_table(dict(zip(names, read.values(), strict=True)), settings.features)
+        ds = friction_table(records, settings[0].features)
     action = f"rig-friction {' '.join(map(str, files))}"
-    ds = ds.assign_attrs(provenance(settings.to_yaml(), title=str(ds.attrs["title"]), action=action))
+    ds = ds.assign_attrs(provenance(settings[0].to_yaml(), title=str(ds.attrs["title"]), action=action))
     show(ds)
     if plot is not None:
         from stickslip_rig.friction_plot import plot_friction, plot_over_stiffness
