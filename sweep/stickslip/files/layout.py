@@ -1,7 +1,7 @@
 """Lines of tables in parts: separators, numbers, remarks, and rows that are no measurements."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?", re.ASCII)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d{1,3})?", re.ASCII)
@@ -15,6 +15,10 @@ _SUMMARY = re.compile(  # rows of spreadsheets and instruments that are no measu
     r"|nombre|range|spannweite|varian[cz]e?|rsd|cv|rms)"
     r"(?: ?(?:value|wert|valeur|%|\(.*\)|\[.*\]))?\s*[:=]?", re.IGNORECASE,
 )  # fmt: skip
+SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
+MOST_ABOVE = 300  # lines above the heading
+_OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
+_MOST_JOINED = 4  # lines of one heading
 _LONGEST_HEADING = 2_000  # characters
 _UNIT_APART = re.compile(r"[ \t]+(?=[\[(])")
 
@@ -79,6 +83,64 @@ def _tabbed(line: str, width: int) -> str:
         return "\t".join(line.split())
     ways = (re.split(r"\s{2,}", bare), re.split(r"\s*[,;\t]\s*", bare), _UNIT_APART.sub("", bare).split(), bare.split())
     return next((mark + "\t".join(cells) for cells in ways if len(cells) == width), line)
+
+
+def whole_lines(text: str, begins: int) -> Iterator[tuple[int, str]]:
+    """The lines of a text, numbered; near the top a cell in quotation marks may go on in the next line."""
+    begun: tuple[int, str] | None = None
+    for number, line in enumerate(text.splitlines(), begins):
+        if begun is not None:
+            begun = (begun[0], f"{begun[1]} {line}")
+        elif number < begins + MOST_ABOVE and _OPEN.search(line) and line.count('"') % 2:
+            begun = (number, line)
+        if begun is None:
+            yield number, line
+        elif begun[1].count('"') % 2 == 0 or number - begun[0] >= _MOST_JOINED:
+            yield begun
+            begun = None
+    if begun is not None:
+        yield begun
+
+
+def heading_at(
+    lines: Sequence[str], declared: str, is_heading: Callable[[Sequence[str]], bool] | None
+) -> tuple[int, str]:
+    """The number of the line that names the columns, and their separator."""
+    marks = [declared] if declared else [*SEPARATORS]
+    for i, line in enumerate(lines):
+        for mark in marks:
+            names = plain_cells(line, mark)
+            if is_heading is None or len(names) < 2 or any(map(is_number, names)) or not is_heading(names):
+                continue
+            for row in lines[i + 1 : i + 3]:  # a line of units may stand between names and numbers
+                row_cells = plain_cells(row, mark)
+                if is_heading(row_cells):
+                    break
+                if 1 < sum(map(is_number, row_cells)) and len(row_cells) <= len(names):
+                    return i, mark
+    several = [i for i, line in enumerate(lines) if any(len(plain_cells(line, mark)) > 1 for mark in marks)]
+    named = (i for i in several if is_heading and any(is_heading(plain_cells(lines[i], mark)) for mark in marks))
+    at = next(named, several[0] if several else 0)
+    return at, declared or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
+
+
+def _separator(heading: str, row: str) -> str:
+    """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
+    counts = {mark: [len(list(cells_of(line, mark))) for line in (heading, row)] for mark in SEPARATORS}
+    used = [mark for mark, (cells, _) in counts.items() if cells > 1]
+    return next((mark for mark in used if counts[mark][0] == counts[mark][1]), used[0] if used else ",")
+
+
+def rows_within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iterator[tuple[int, str]]:
+    """Lines that hold something, without the empty cells that spreadsheets write behind the last column."""
+    for number, line in rows:
+        if line.endswith(separator):
+            if not line.strip(f"{separator} "):
+                continue
+            spare = line.count(separator) - width + 1
+            for _ in range(spare):
+                line = line.removesuffix(separator)
+        yield number, line
 
 
 def thousands(texts: Sequence[str], comma: bool) -> bool:

@@ -34,11 +34,7 @@ from stickslip.files.texts import (
     read_text,
 )  # fmt: skip
 
-_SEPARATORS = {";": "semicolons", "\t": "tabulators", ",": "commas"}
 _SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?', re.IGNORECASE)
-_MOST_ABOVE = 300  # lines above the heading
-_OPEN = re.compile(r'(?:^|[;,\t])\s*"[^"]*$')  # a cell that is not closed
-_MOST_JOINED = 4  # lines of one heading
 MOST_PROBLEMS = 20  # a file in the wrong format is wrong in every line
 
 
@@ -87,7 +83,7 @@ def sheets_without(path: Path, titles: Sequence[str]) -> list[str]:
 
 def _holds_table(text: str, is_heading: Callable[[Sequence[str]], bool]) -> bool:
     lines = [line for line in text.splitlines() if line.strip(" ;") and not layout.is_remark(line)]
-    at, mark = _heading_at(lines[:_MOST_ABOVE], ";", is_heading) if lines else (0, ";")
+    at, mark = layout.heading_at(lines[: layout.MOST_ABOVE], ";", is_heading) if lines else (0, ";")
     return bool(lines) and is_heading(layout.plain_cells(lines[at], mark))
 
 
@@ -174,7 +170,7 @@ def _table(
 ) -> TextTable:  # fmt: skip
     """The parts of a text, whose first line has the number `begins`. words : `example` and `rows_are`."""
     example, rows_are = words
-    numbered = [(number, line) for number, line in _whole_lines(text, begins) if line.strip(" ;,\t")]
+    numbered = [(number, line) for number, line in layout.whole_lines(text, begins) if line.strip(" ;,\t")]
     declared = _SEPARATOR_LINE.fullmatch(numbered[0][1]) if numbered else None
     numbered = numbered[1:] if declared else numbered
     remarks = tuple(_remark(number, line) for number, line in numbered if layout.is_remark(line))
@@ -183,7 +179,7 @@ def _table(
         hint = f"the first line that is not a comment says, for instance, '{example}'"
         raise ConfigError.of(name, "no line names the columns", hint)
     marks = declared[1] if declared else separator
-    at, separator = _heading_at([line for _, line in rows[:_MOST_ABOVE]], marks, is_heading)
+    at, separator = layout.heading_at([line for _, line in rows[: layout.MOST_ABOVE]], marks, is_heading)
     (number, line), rest = rows[at], rows[at + 1 :]
     first = layout.plain_cells(line, separator)
     if all(map(layout.is_number, first)):  # NumPy writes the names as a remark
@@ -195,7 +191,7 @@ def _table(
     heading = _cells(name, number, line, separator)
     while len(heading) > 1 and not heading[-1].text:
         heading = heading[:-1]
-    lines = tuple(_within(rest, separator, len(heading)))
+    lines = tuple(layout.rows_within(rest, separator, len(heading)))
     summaries = [(number, label) for number, line in lines if (label := layout.summary(line, separator))]
     lines = tuple(row for row in lines if row[0] not in dict(summaries))
     if not lines and not below:
@@ -209,64 +205,6 @@ def _table(
     )
     left_out = tuple(TextCell(label, Place(number, 1)) for number, label in summaries)
     return TextTable(name, remarks, heading, lines, separator, lines_above, below, begins, left_out)
-
-
-def _whole_lines(text: str, begins: int) -> Iterator[tuple[int, str]]:
-    """The lines of a text, numbered; near the top a cell in quotation marks may go on in the next line."""
-    begun: tuple[int, str] | None = None
-    for number, line in enumerate(text.splitlines(), begins):
-        if begun is not None:
-            begun = (begun[0], f"{begun[1]} {line}")
-        elif number < begins + _MOST_ABOVE and _OPEN.search(line) and line.count('"') % 2:
-            begun = (number, line)
-        if begun is None:
-            yield number, line
-        elif begun[1].count('"') % 2 == 0 or number - begun[0] >= _MOST_JOINED:
-            yield begun
-            begun = None
-    if begun is not None:
-        yield begun
-
-
-def _heading_at(
-    lines: Sequence[str], declared: str, is_heading: Callable[[Sequence[str]], bool] | None
-) -> tuple[int, str]:
-    """The number of the line that names the columns, and their separator."""
-    marks = [declared] if declared else [*_SEPARATORS]
-    for i, line in enumerate(lines):
-        for mark in marks:
-            names = layout.plain_cells(line, mark)
-            if is_heading is None or len(names) < 2 or any(map(layout.is_number, names)) or not is_heading(names):
-                continue
-            for row in lines[i + 1 : i + 3]:  # a line of units may stand between names and numbers
-                row_cells = layout.plain_cells(row, mark)
-                if is_heading(row_cells):
-                    break
-                if 1 < sum(map(layout.is_number, row_cells)) and len(row_cells) <= len(names):
-                    return i, mark
-    several = [i for i, line in enumerate(lines) if any(len(layout.plain_cells(line, mark)) > 1 for mark in marks)]
-    named = (i for i in several if is_heading and any(is_heading(layout.plain_cells(lines[i], mark)) for mark in marks))
-    at = next(named, several[0] if several else 0)
-    return at, declared or _separator(lines[at], lines[min(at + 1, len(lines) - 1)])
-
-
-def _separator(heading: str, row: str) -> str:
-    """The separator that cuts the heading and the first row into as many cells; else the one that the heading has."""
-    counts = {mark: [len(list(layout.cells_of(line, mark))) for line in (heading, row)] for mark in _SEPARATORS}
-    used = [mark for mark, (cells, _) in counts.items() if cells > 1]
-    return next((mark for mark in used if counts[mark][0] == counts[mark][1]), used[0] if used else ",")
-
-
-def _within(rows: Iterable[tuple[int, str]], separator: str, width: int) -> Iterator[tuple[int, str]]:
-    """Lines that hold something, without the empty cells that spreadsheets write behind the last column."""
-    for number, line in rows:
-        if line.endswith(separator):
-            if not line.strip(f"{separator} "):
-                continue
-            spare = line.count(separator) - width + 1
-            for _ in range(spare):
-                line = line.removesuffix(separator)
-        yield number, line
 
 
 def numbers(
@@ -343,7 +281,7 @@ def _rows(table: TextTable, block: bytes, begins: int) -> Iterator[tuple[int, st
     """Those of a block."""
     every = enumerate(block.decode().split("\n"), begins)
     rows = ((number, line) for number, line in every if line.strip() and not layout.is_remark(line))
-    return _within(rows, table.separator, len(table.heading))
+    return layout.rows_within(rows, table.separator, len(table.heading))
 
 
 def _texts(table: TextTable, number: int, line: str) -> list[str]:
@@ -452,6 +390,6 @@ def wrong_count(table: TextTable, cells: Sequence[TextCell]) -> Problem:
         hint = "the line that names the columns has commas; use the same separator throughout"
     message = (
         f"got {len(cells)} value{'s' * (len(cells) != 1)}, expected {columns}, one for each column "
-        f"({_SEPARATORS[table.separator]} separate them)"
+        f"({layout.SEPARATORS[table.separator]} separate them)"
     )
     return Problem((), message, cells[min(columns, len(cells) - 1)].place, hint)
