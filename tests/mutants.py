@@ -41,12 +41,16 @@ def first_failure(file, before, after, tests):
     return failed[0] if failed else done.stdout[-500:] + done.stderr[-500:]
 
 
+def mutants():
+    """File, what stands there, what is put in its place, and tests, of all."""
+    with (ROOT / "tests/data/mutants.csv").open(encoding="utf-8") as file:
+        return [[cell.replace("\\n", "\n") for cell in row] for row in csv.reader(file)][1:]
+
+
 def main(word=""):
     """Try all; how many survived."""
     survived = 0
-    with (ROOT / "tests/data/mutants.csv").open(encoding="utf-8") as file:
-        rows = [[cell.replace("\\n", "\n") for cell in row] for row in csv.reader(file)][1:]
-    for row in rows:
+    for row in mutants():
         if word in " ".join(row):
             failure = first_failure(*row)
             survived += failure is None

@@ -2,6 +2,7 @@
 
 import pytest
 
+from mutants import ROOT, mutants
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
 from stickslip.vocabulary.models import CURVE_LAWS, LAWS, MODELS
 from stickslip_kernels import layout
@@ -25,3 +26,8 @@ def test_values_with_kernels_of_their_own_name_laws_of_the_kernels():
     names = {name for one in own for name in (*one.by_value.values(), one.otherwise) if name}
     assert names <= {*laws.LAWS, *lugre.LAWS, *rate_and_state.LAWS}
     assert {name for name in rate_and_state.LAWS if name.endswith("_cut_off")} <= names
+
+
+@pytest.mark.parametrize(("file", "before"), [(file, before) for file, before, *_ in mutants()])
+def test_a_small_error_has_a_place_to_go(file, before):
+    assert (ROOT / file).read_text(encoding="utf-8").count(before) == 1
