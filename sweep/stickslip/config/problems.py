@@ -156,6 +156,8 @@ class ProblemCollector:
         if text is None:
             value = self.document.data
             for key in path:
+                if isinstance(value, dict) and key not in value:
+                    return "its default"
                 value = value[key]
             text = ("" if self._in_full else _WITHOUT_TEXT.get(type(value), "")) or repr(value)
             if isinstance(value, list) and len(value) == 2 and not any(isinstance(item, dict | list) for item in value):

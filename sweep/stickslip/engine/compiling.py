@@ -101,7 +101,7 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
 
 def _made(name: str, file: str, settings: Mapping[str, str]) -> Object:
     """The object of this name, from another process with these settings. Raises RuntimeError with what that says."""
-    done = _python(f"from stickslip_kernels.building import main; main({name!r}, {file!r})", settings)
+    done = _python(f"from stickslip_kernels.building import main; main('{name}', {file!r})", settings)
     if made := objects.unpacked(file, done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")

@@ -137,6 +137,8 @@ WIDE = SPACE.replace("num: 30", "num: 200").replace("num: 4", "num: 20")
     (PLANE, "refine: {}\nborder: {along: mass, between: [1, 2]}", "got border besides refine on line 6"),
     (LISTS, "refine: {depth: 1}", "my.yaml:4:1: refine: got no range among the axes, expected an axis with "),
     (WIDE, "refine: {depth: 7}", "refine.depth: got 7, expected at most 6\n"),
+    (PLANE.replace("num: 150", "num: 5").replace("num: 201", "num: 5"), "refine: {audit: 1}",
+     "refine.depth: got its default, expected at most 2"),
 ])  # fmt: skip
 def test_bad_sections_are_refused_with_file_line_and_key(text, section, message):
     with pytest.raises(ConfigError) as caught:
