@@ -210,6 +210,7 @@ def test_a_forgotten_unit_is_asked_about_as_in_a_configuration(tmp_path):
         warnings.simplefilter("always")
         done = call("compare", FILES[0], "--mass", 100, "--stiffness", 5, "--speed", 20, *options)
     assert done.exit_code == 0 and "did you mean 100 g?" in done.stderr
+    assert "mass 100 kg, spring stiffness 5 N/m," in done.stdout
     assert "lies beyond the speeds that were measured" in done.stdout and "damping 0" not in done.stdout.lower()
     with pytest.warns(UnitWarning, match="got 100 kg; did you mean 100 g"):
         ds = stickslip.compare(FILES[0], mass=100, stiffness=5000, normal_load=10, draws=0)

@@ -128,7 +128,9 @@ def compare(
         warnings.warn(question, UnitWarning, stacklevel=2)
     with watched(progress, "curves", options.law) as move:
         ds = _compared(fits, comparing, move)
-    written = {f"given_{name}": value for name, value in given.items() if isinstance(value, str)}
+    written = {
+        f"given_{name}": value for name, value in given.items() if isinstance(value, str) and not units.is_number(value)
+    }
     return ds.assign_attrs(written | ({"damping_assumed": 1} if damping is None else {}))
 
 
