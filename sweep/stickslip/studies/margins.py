@@ -36,6 +36,7 @@ _LANES_FED = 8  # blocks of so many times more cells than their work calls for: 
 _MOST_WEIGHT = 256  # no block has fewer than 16 cells, for the same reason
 _OF_JOINT = 1e-8  # tolerance of joint changes, whose cost is known no better
 _DIGITS = 4
+_LEAST_SHARE = 0.01  # %, of the cost of a change, that is shown
 
 
 class MarginStudy(Study):
@@ -165,11 +166,11 @@ def _of_cell(cell: xr.Dataset, parameters: Sequence[str]) -> Iterator[str | Repo
     yield ReportTable("", ("parameter", "value", "border", "by", "into", "simulated"), ("width",), rows)
     if "joint_cost" in cell and isfinite(cost := float(cell["joint_cost"])):
         yield f"cheapest joint change: cost {cost:.3g}, simulated: {_simulated(cell['joint_checked'], goals)}"
-        changed = [name for name in parameters if isfinite(float(cell[f"joint_{name}"]))]
+        shares = {name: 100.0 * float(cell[f"joint_share_{name}"]) for name in parameters}
+        changed = [name for name in parameters if shares[name] >= _LEAST_SHARE]
         values = ([unit_of(cell[name]).text(float(cell[key]), _DIGITS) for key in (name, f"joint_proposed_{name}")]
                   for name in changed)  # fmt: skip
-        shares = (f"{100 * float(cell[f'joint_share_{name}']):.3g} %" for name in changed)
-        rows = [(name, *both, share) for name, both, share in zip(changed, values, shares, strict=True)]
+        rows = [(name, *both, f"{shares[name]:.3g} %") for name, both in zip(changed, values, strict=True)]
         yield ReportTable("", ("parameter", "value", "to"), ("share of cost",), rows)
 
 
@@ -192,6 +193,8 @@ def _borders(cell: xr.Dataset, name: str, goals: Sequence[str]) -> Iterator[tupl
 def _simulated(checked: xr.DataArray, goals: Sequence[str]) -> str:
     """The regime past a border; a change that does not hold there is no cure."""
     regime = REGIMES[int(checked)]
+    if regime == "not_computed":
+        return "not possible, just past the border"
     return Regime(regime) if regime in goals else f"{regime}: no cure"
 
 
