@@ -1,10 +1,11 @@
 """The names people read and the codes the kernels write are two lists; here they are one."""
 
+import numpy as np
 import pytest
 
 from mutants import ROOT, mutants
 from stickslip.vocabulary.flags import MODES, REGIMES, STATUSES
-from stickslip.vocabulary.models import CURVE_LAWS, LAWS, MODELS
+from stickslip.vocabulary.models import CURVE_LAWS, LAWS, MODELS, kernel_of
 from stickslip_kernels import layout
 from stickslip_kernels.contacts import lugre, rate_and_state
 from stickslip_kernels.contacts.stribeck import laws
@@ -19,6 +20,10 @@ def test_every_law_has_a_name_and_a_shape():
     assert set(CURVE_LAWS) == set(laws.LAWS) - {"gaussian"}  # a case of stribeck_delta
     with_memory = {*rate_and_state.LAWS, *lugre.LAWS} - {"lugre_gaussian", "lugre_table"}
     assert set(LAWS) - set(CURVE_LAWS) == {name for name in with_memory if not name.endswith("_cut_off")}
+
+
+def test_kernels_of_a_law_that_numpy_holds_have_a_plain_name():
+    assert repr(kernel_of(np.str_("stribeck"))) == "'stribeck'"
 
 
 def test_values_with_kernels_of_their_own_name_laws_of_the_kernels():

@@ -140,9 +140,10 @@ def _symbols(module) -> list[str]:
 
 
 def _remember() -> None:
-    """Have Numba remember what an operator does with numbers of some types, signatures, and sizes of types.
+    """Have Numba remember what functions and operators give for some types, signatures, and sizes of types.
 
     Of an operator it asks every implementation, those of strings and dates too, at each `+`: a quarter of the time.
+    Functions that are chosen by type it would compile again for some.
     """
     resolve, known = types.BaseFunction.get_call_type, {}
 

@@ -68,6 +68,9 @@ class CoefficientEstimate(NamedTuple):
     systematic: float = np.nan
 
 
+Estimates = dict[str, CoefficientEstimate]  # of the coefficients, by name
+
+
 class _Slip(NamedTuple):
     """Positions of the first sample, of the greatest slip speed and of the last sample; direction of the drive."""
 
@@ -123,10 +126,8 @@ def friction(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     sticks, remarks = find_sticks(record, settings), [defect.text for defect in wrong]
     motion = motion_of(sticks, load, settings.tolerance, remarks)
     slips, left_out = _slips(sticks, motion)
-    estimates, points = (
-        dict.fromkeys(COEFFICIENTS, CoefficientEstimate(np.nan)),
-        dict.fromkeys((v.name for v in _POINTS), _NONE),
-    )
+    estimates = dict.fromkeys(COEFFICIENTS, CoefficientEstimate(np.nan))
+    points = dict.fromkeys((v.name for v in _POINTS), _NONE)
     if len(slips) >= FEWEST_SLIPS:
         estimates, points = _evaluated(slips, motion, motion.stiffness / load / sample_rate(sticks.time), remarks)
     else:
@@ -182,7 +183,7 @@ def _slips(sticks: Sticks, motion: SpecimenMotion) -> tuple[list[_Slip], int]:
 
 def _evaluated(
     slips: list[_Slip], motion: SpecimenMotion, loading: float, remarks: list[str]
-) -> tuple[dict[str, CoefficientEstimate], dict[str, Floats]]:
+) -> tuple[Estimates, dict[str, Floats]]:
     """The coefficients, their systematic parts with all that is known of them, and the points.
 
     loading : change of the coefficient in a stick from sample to sample, over the speed of the drive.
@@ -211,11 +212,7 @@ def _evaluated(
 
 
 def _check_break_away(
-    estimates: dict[str, CoefficientEstimate],
-    slips: list[_Slip],
-    motion: SpecimenMotion,
-    loading: float,
-    remarks: list[str],
+    estimates: Estimates, slips: list[_Slip], motion: SpecimenMotion, loading: float, remarks: list[str]
 ) -> None:
     """Take the friction at which sticks end for mu_start where it is above that with which slip begins.
 
@@ -229,12 +226,7 @@ def _check_break_away(
 
 
 def _leave_out(
-    estimates: dict[str, CoefficientEstimate],
-    falling: _Samples,
-    rise: float,
-    slips: int,
-    length: float,
-    remarks: list[str],
+    estimates: Estimates, falling: _Samples, rise: float, slips: int, length: float, remarks: list[str]
 ) -> None:
     """Replace by NaN what the record does not tell, and say why. rise, length : of sensors and of slips, samples."""
     start, stop = estimates["mu_start"], estimates["mu_stop"]
@@ -271,7 +263,7 @@ def _sides(slips: list[_Slip], speed: Floats, friction: Floats, rise: float) -> 
     return sides[0], sides[1]
 
 
-def _coefficients(rising: _Samples, falling: _Samples) -> dict[str, CoefficientEstimate]:
+def _coefficients(rising: _Samples, falling: _Samples) -> Estimates:
     """The coefficients that samples give by themselves."""
     start = _at_standstill(rising, (2, 3), 4.0)
     steps = np.unique(np.quantile(rising.speed, np.linspace(0.0, 1.0, 41)))

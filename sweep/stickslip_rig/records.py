@@ -38,6 +38,7 @@ from stickslip_rig.signals import Floats
 FEWEST_SAMPLES = 16
 _EXAMPLE = "time [ms], force [N]"
 _REMARK = re.compile(r"([A-Za-z][A-Za-z _-]{0,30})\s*[:=]\s*(.*)")
+_ONE_SIGN = 0.1  # of the larger end of a column of one sign, what the other may reach past 0
 
 
 def make_record(time: ArrayLike, signals: Mapping[str, ArrayLike], conditions: Mapping[str, Condition]) -> xr.Dataset:
@@ -160,7 +161,7 @@ def _record(
     time = signals.pop(TIME.name)
     _check_time(table, time, columns[TIME.name][0])
     remarks = _remarks(table)
-    if load := float(np.median(np.abs(signals.pop(LOAD, np.zeros(1))))):  # some instruments count it negative
+    if load := _load(table, signals.pop(LOAD, np.zeros(1))):
         known[LOAD] = load
     known |= _stated(table, {*known, *(["drive_speed"] if "drive_velocity" in signals else [])}) | remarks
     names = {position: name for name, (position, _) in columns.items()}
@@ -258,6 +259,16 @@ def _factor(name: str, column: Heading, configured: str | None) -> float:
 
 
 # --- remarks and time -------------------------------------------------------------------------------------------------
+
+
+def _load(table: TextTable, values: Floats) -> float:
+    """The median of a column of normal force, which some instruments count negative. Raises ConfigError where its sign
+    changes."""
+    low, high = np.quantile(values, [0.05, 0.95]).tolist()
+    if min(-low, high) > _ONE_SIGN * max(-low, high):
+        message = f"the column of the normal force goes from {low:g} to {high:g} N"
+        raise ConfigError.of(table.name, message, "name it under record: ignore, and give --load")
+    return abs(float(np.median(values)))
 
 
 def _stated(table: TextTable, known: Collection[str]) -> dict[str, float]:

@@ -136,7 +136,7 @@ def test_a_click_on_a_cell_that_sticks_and_slips_draws_it_and_it_can_be_heard(ta
     assert tab.ask("model('phase').below[0].axis_label") == "displacement (mm)"
     tab.until("document.getElementById('readout').style.display == 'block'")  # the pointer is there still
     words = tab.ask("document.getElementById('readout').innerText")
-    assert "stick slip" in words and "frequency" in words and "Hz" in words and "belt speed" in words
+    assert "stick-slip" in words and "frequency" in words and "Hz" in words and "belt speed" in words
     tab.press("hear")
     tab.until("window.stickslip_sound?.duration > 1.9")
     assert tab.ask("window.stickslip_sound.error") is None

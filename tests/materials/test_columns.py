@@ -207,6 +207,12 @@ def test_a_block_that_is_cut_short_or_has_other_columns_is_refused_by_its_line(c
     assert refused.value.problems[0].place.line == line
 
 
+@GRAMS
+def test_a_load_that_changes_its_sign_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="with all values above 0"):
+        read_steps(write(tmp_path, blocks(";", load=1000 * (-1.0) ** np.arange(60))))
+
+
 def test_tables_that_are_no_records_have_one_heading(tmp_path):
     part = table("v [mm/s];mu", SPEED, MU)
     with pytest.raises(ConfigError, match="names of the columns come again") as refused:

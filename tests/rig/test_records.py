@@ -265,6 +265,12 @@ def test_a_speed_above_a_block_needs_its_unit_or_an_option(tmp_path):
     assert [float(each["drive_speed"]) for each in read_records(path)] == [0.24, 0.12]
 
 
+def test_a_normal_force_that_changes_its_sign_is_no_load(tmp_path):
+    path = write(tmp_path, "t [s];F [N];FN [N]", [f"{t};1;{10 * (-1) ** t}" for t in range(20)])
+    with pytest.raises(ConfigError, match="goes from -10 to 10 N"):
+        read_record(path)
+
+
 def test_a_column_may_be_named_the_load(tmp_path):
     path = write(tmp_path, "time [ms];Fx [N];Fz [kN]", [f"{t};1;-0.02" for t in range(20)])
     record = read_record(path, RecordSettings({"spring_force": "Fx", "normal_load": "Fz"}))

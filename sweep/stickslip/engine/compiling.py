@@ -80,7 +80,7 @@ def _compile(name: str) -> Object:
 def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     """Write the objects of laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
 
-    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes some 13 s, a law 4 to 8.
+    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes some 11 s, a law 3 to 6.
     """
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
@@ -101,7 +101,7 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
 
 def _made(name: str, file: str, settings: Mapping[str, str]) -> Object:
     """The object of this name, from another process with these settings. Raises RuntimeError with what that says."""
-    done = _python(f"from stickslip_kernels.building import main; main('{name}', {file!r})", settings)
+    done = _python(f"from stickslip_kernels.building import main; main({name!r}, {file!r})", settings)
     if made := objects.unpacked(file, done.stdout):
         return made
     end = f"killed by signal {-done.returncode}" if done.returncode < 0 else done.stderr.decode(errors="replace")

@@ -67,7 +67,7 @@ class Signals:
         values = self._table.values({kind: (i, times)})[kind]
         if kind in ("mu", "kinetic"):
             self._table.check_friction(i, float(np.abs(values).max()))
-        return np.abs(values) if kind == "load" else values  # which some instruments count negative
+        return -values if kind == "load" and np.median(values) < 0.0 else values  # some instruments count it negative
 
     def given(self, name: str, option: float | None) -> float:
         """The load, radius or speed of a line above the heading, or else of an option; NaN for none."""

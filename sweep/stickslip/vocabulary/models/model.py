@@ -243,7 +243,7 @@ def own_law(name: str) -> OwnLaw | None:
 def kernel_of(name: str) -> str:
     """The name of the kernels of a law."""
     if own_law(name) is None:
-        return name
+        return str(name)  # which NumPy may hold
     return f"{PREFIX}{TABLE}" if name.startswith(PREFIX) else TABLE
 
 
