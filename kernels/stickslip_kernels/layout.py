@@ -18,6 +18,11 @@ B = b + gamma a in place of b:
     y' = B - w,      w' = y - (gamma + slope) w - drop shape(rate w),      B' = a,      u'' = a - w'
 """
 
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
 
 # --- inputs of a cell: rows of `cells` (CELL_ROWS, n) ---------------------------------------------------------------
@@ -39,7 +44,7 @@ CELL_ROWS = 19
 # rows of the contact, as one that has no friction curve calls them
 OWN_0, OWN_1, OWN_2, OWN_3, OWN_4, OWN_5, OWN_6 = A1, A2, A3, A4, DELTA, CONTACT_STIFFNESS, CONTACT_DAMPING
 
-# --- the law of a table: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/table.py` ------------------------
+# --- the law of a table: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/friction.py` ---------------------
 # Polynomials from KNOT on, in powers of z - KNOT, are rows from POWERS on. Buckets of z are equally long in the bits of
 # z + BUCKET_START, from number FIRST_BUCKET on, and tell the last station, or knot, that is not above them.
 STATION, KNOT, STATION_BUCKETS, KNOT_BUCKETS, POWERS = range(5)
@@ -58,7 +63,7 @@ FIRST_BUCKET = (1023 - 10) << 4
     CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the transient
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
     RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
-    CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/margin.py`)
+    CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/verdict.py`)
     # of errors, more than the tolerance says: up to the first re-stick of a motion that began in slip; in the friction
     # work of a cycle, the energy that the spring exchanges over it
     ERROR_GROWTH,
@@ -120,11 +125,11 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     W_TOP,  # largest w recorded so far; peaks that stay below are not looked for (-inf: look at all)
     DW_TOP,  # largest |w'| recorded so far
     Y_HIGH, Y_LOW,  # y at the largest and the least u recorded so far; extrema of u between them need no look
-    W_LEAST,  # margin of the slip under way, see `observers/margin.py`; troughs of w above it are not looked at
-    GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/margin.py`), and its largest so far
+    W_LEAST,  # margin of the slip under way, see `observers/verdict.py`; troughs of w above it are not looked at
+    GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/verdict.py`), and its largest so far
     # what steps must know
     FLOOR,  # slip speed below which errors are absolute
-    FAR, HIDES,  # slip speed from which friction no longer weakens, and how deep w may dip in a step (`resolvable.py`)
+    FAR, HIDES,  # slip speed from which friction no longer weakens, and how deep w may dip in a step (`may_hide`)
     TAU_END,  # end of the segment of the drive
     # the step being tried
     TAKEN,  # its size
@@ -151,7 +156,7 @@ ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
 SERIES_FACTOR = SERIES_WEAK + ORDER * WIDTH  # the same of what some recurrences keep beside (`recurrences.py`)
-SERIES_STATE = SERIES_FACTOR + ORDER * WIDTH  # first of ORDER + 1 rows, of an inner state: `contacts/bristle_series.py`
+SERIES_STATE = SERIES_FACTOR + ORDER * WIDTH  # first of ORDER + 1 rows, of an inner state: `contacts/bristles.py`
 SERIES_SHARE = SERIES_STATE + (ORDER + 1) * WIDTH  # first of ORDER rows: the same over what it may be
 
 # --- slow state: further rows of `lanes`, which only the scalar code uses -------------------------------------------
@@ -220,7 +225,7 @@ MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: ampl
 MAP_R = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the ratio of amplitudes
 MAP_T = MAP_R + MAP_MOST_NODES * WIDTH  # the same of the duration
 
-# --- lanes brought together: the same rows once more (`compaction.py`) -----------------------------------------------
+# --- lanes brought together: the same rows once more (`roots.gather`) -----------------------------------------------
 GATHERED = MAP_T + MAP_MOST_NODES * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
 
@@ -258,3 +263,50 @@ SIGNAL_ROWS = 4
 # rows it is switched off.
 STOP_START, STOP_END, STOP_LOAD = range(3)  # of a stick phase; the load at its end
 STOP_COLUMNS = 3
+
+
+# --- the bundle that every function of the kernels gets ---------------------------------------------------------------
+
+
+RUNNING, DONE = False, True  # what functions of a machine return: the lane goes on, or its cell is finished
+
+
+class Machine(NamedTuple):
+    """A contact under a law, on a drive, seen by an observer. The types of these four are the specialisation.
+
+    contact : tag of a contact, see `contacts`. law : tag of its law of friction.
+    drive : `drive.SteadyBelt` or `drive.Segments`.
+    observer : of the files in `observers`, with what it fills.
+    s : the lanes, rows of `layout.py`. cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
+    rtol : tolerance of a step. max_steps : trial steps a cell may take.
+    """
+
+    contact: Any
+    law: Any
+    drive: Any
+    observer: Any
+    s: Any
+    cells: Any
+    rtol: float
+    max_steps: float
+
+
+# --- results of cells nobody has computed yet -------------------------------------------------------------------------
+
+
+NO_STATIONS = np.zeros((STATION_ROWS, STATIONS))  # of a law that is no table
+NO_STOPS = np.zeros((0, STOP_COLUMNS))  # for `run_signals`: no table of stick phases
+
+
+def new_regimes(n: int) -> NDArray[np.float64]:
+    """Results (RESULT_ROWS, n) for the observer of regimes: NaN, no steps, and the codes for "not computed"."""
+    results = np.full((RESULT_ROWS, n), np.nan)
+    results[REGIME], results[STATUS], results[STEPS] = NOT_COMPUTED, NOT_RUN, 0.0
+    return results
+
+
+def new_signals(n: int) -> NDArray[np.float64]:
+    """Results (RIG_ROWS, n) for the observer of signals: NaN, and the code for "not computed"."""
+    results = np.full((RIG_ROWS, n), np.nan)
+    results[RIG_STATUS] = NOT_RUN
+    return results
