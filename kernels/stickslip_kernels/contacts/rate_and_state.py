@@ -21,7 +21,7 @@ from ..arithmetic import exp, select, widest_vectors
 from ..arithmetic import log as ln
 from ..dense import speed, work_by_ends
 from ..drive import SMALLEST_SPEED, belt_in_lane, keeps_direction
-from ..jit import compiled, in_turn
+from ..jit import compiled
 from ..layout import DONE, RUNNING
 from ..linking import by_law
 from ..observers.recurrence import Recurrence
@@ -37,7 +37,6 @@ class RateAndState(NamedTuple):
 
 TAG, LAWS, REGIMES = RateAndState(0), laws.LAWS, Recurrence
 A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = laws.ROWS
-P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
 SPENT = 1.0  # of the tolerance that one step may spend
 CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
@@ -347,9 +346,9 @@ def expand(m):
         h, w, w_new = s[at.TAKEN + i], s[at.W + i], s[at.W_NEW + i]
         slope, slope_new = s[at.DW + i] / w, s[at.DW_NEW + i] / w_new
         bend, bend_new = s[at.JERK + i] / w - slope * slope, s[at.JERK_NEW + i] / w_new - slope_new * slope_new
-        put_powers(s, i, 0, h, ln(w_new / w), slope, slope_new, bend, bend_new)
+        laws.put_powers(s, i, 0, h, ln(w_new / w), slope, slope_new, bend, bend_new)
         s[at.SERIES + i] = w
-    terms(m.law, s)
+    laws.terms(m.law, s)
     for i in range(at.WIDTH):
         per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
         for n in range(1, at.ORDER + 1):
@@ -364,44 +363,6 @@ def expand(m):
 def bring_back_series(s):
     """Series that lanes had before."""
     explicit.bring_back(s, OF_SERIES, ROOM, 1.0)
-
-
-@compiled(inline=True)
-def put_powers(s, i, off, h, rise, slope, slope_new, bend, bend_new):
-    """The quintic Hermite polynomial of ln w into rows P, or those `off` beyond them.
-
-    rise : of ln w over the step. slope, bend : its first and second derivatives, at both ends.
-    """
-    rise -= h * (slope + 0.5 * h * bend)
-    change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
-    s[P_1 + off + i], s[P_2 + off + i] = h * slope, h * h * bend
-    s[P_3 + off + i] = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
-    s[P_4 + off + i] = 4.0 * (-15.0 * rise + 7.0 * change - turn)
-    s[P_5 + off + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
-
-
-def terms_of(off, series):
-    """What fills rows `series` from the polynomial in rows P + off, one coefficient after the other."""
-
-    def term_loop(n):
-        """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
-        count = min(n, len(P))
-
-        @compiled
-        def loop(law, s):
-            widest_vectors()
-            for i in range(at.WIDTH):
-                total = 0.0
-                for k in range(count):
-                    total += s[P[k] + off + i] * s[series + (n - 1 - k) * at.WIDTH + i]
-                s[series + n * at.WIDTH + i] = total * (1.0 / n)
-
-        return loop
-
-    return in_turn(term_loop, 1, at.ORDER + 1)
-
-
-terms = terms_of(0, at.SERIES)
 
 
 LINKED = (

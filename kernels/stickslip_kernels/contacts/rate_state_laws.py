@@ -13,7 +13,7 @@ from .. import layout as at
 from ..arithmetic import exp, select, widest_vectors
 from ..arithmetic import log as ln
 from ..dense import subtract_damper_work
-from ..jit import compiled
+from ..jit import compiled, in_turn
 from ..linking import by_law
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
 from .stribeck.equations import may_bend_twice
@@ -192,6 +192,49 @@ def over_a(cells, c, w):
     """ln(2 sinh chi) in steady sliding."""
     over = in_logarithms(cells, c, w) / cells[DIRECT, c]
     return over + log(1.0 + w * cells[PER_DIRECT, c])
+
+
+# --- the series of w over an implicit step, from ln w at its ends -----------------------------------------------------
+
+P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
+
+
+@compiled(inline=True)
+def put_powers(s, i, off, h, rise, slope, slope_new, bend, bend_new):
+    """The quintic Hermite polynomial of ln w into rows P, or those `off` beyond them.
+
+    rise : of ln w over the step. slope, bend : its first and second derivatives, at both ends.
+    """
+    rise -= h * (slope + 0.5 * h * bend)
+    change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
+    s[P_1 + off + i], s[P_2 + off + i] = h * slope, h * h * bend
+    s[P_3 + off + i] = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
+    s[P_4 + off + i] = 4.0 * (-15.0 * rise + 7.0 * change - turn)
+    s[P_5 + off + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
+
+
+def terms_of(off, series):
+    """What fills rows `series` from the polynomial in rows P + off, one coefficient after the other."""
+
+    def term_loop(n):
+        """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
+        count = min(n, len(P))
+
+        @compiled
+        def loop(law, s):
+            widest_vectors()
+            for i in range(at.WIDTH):
+                total = 0.0
+                for k in range(count):
+                    total += s[P[k] + off + i] * s[series + (n - 1 - k) * at.WIDTH + i]
+                s[series + n * at.WIDTH + i] = total * (1.0 / n)
+
+        return loop
+
+    return in_turn(term_loop, 1, at.ORDER + 1)
+
+
+terms = terms_of(0, at.SERIES)
 
 
 # --- the Taylor series of the motion, where much inertia lets the contact follow it -----------------------------------

@@ -328,7 +328,7 @@ def control_step(law, s, rtol):
         s[at.WORK + i] = work_by_ends(s, i, h)
 
 
-back_terms = plain.terms_of(BACK, BACK_SERIES)
+back_terms = laws.terms_of(BACK, BACK_SERIES)
 
 
 def expand(m):
@@ -349,15 +349,15 @@ def expand_regularised(law, s):
             motion(law, s, i, h, h, s[at.Y_NEW + i], chi_new, psi_new),
         )
         rise, fall = chi_new - chi, laws.risen(law, s, i, psi, psi_new)
-        plain.put_powers(s, i, 0, h, rise - fall, p.chi_1 - p.c_1, q.chi_1 - q.c_1, p.chi_2 - p.c_2, q.chi_2 - q.c_2)
-        plain.put_powers(
+        laws.put_powers(s, i, 0, h, rise - fall, p.chi_1 - p.c_1, q.chi_1 - q.c_1, p.chi_2 - p.c_2, q.chi_2 - q.c_2)
+        laws.put_powers(
             s, i, BACK, h, -rise - fall, -p.chi_1 - p.c_1, -q.chi_1 - q.c_1, -p.chi_2 - p.c_2, -q.chi_2 - q.c_2
         )
         forwards, backwards = 0.5 * (p.w_chi + p.w), 0.5 * (p.w_chi - p.w)
         slips = not has_ceased(law, s, i, chi, psi, chi_new, psi_new)
         s[at.SERIES + i] = select(slips & (max(chi, chi_new) > -ONE_WAY), forwards, 0.0)
         s[BACK_SERIES + i] = select(slips & (min(chi, chi_new) < ONE_WAY), backwards, 0.0)
-    plain.terms(law, s)
+    laws.terms(law, s)
     back_terms(law, s)
     for i in range(at.WIDTH):
         per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
