@@ -18,6 +18,8 @@ B = b + gamma a in place of b:
     y' = B - w,      w' = y - (gamma + slope) w - drop shape(rate w),      B' = a,      u'' = a - w'
 """
 
+from __future__ import annotations
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -146,10 +148,11 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     GUESS, GUESS_W, GUESS_DW, GUESS_A, GUESS_B,  # a time close to what is sought, and the series about it
     ALLOWED,  # error of w that a Taylor step may make
     BY_SERIES,  # 1 in lanes whose steps are those of series (`contacts/explicit.py`)
-    # inside a Runge-Kutta step: stages and errors
-    W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
-    SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 73 * WIDTH, WIDTH)  # fmt: skip
+    CONTACT,  # first of CONTACT_ROWS rows of what a contact must know beside (`Rows`)
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 61 * WIDTH, WIDTH)  # fmt: skip
+CONTACT_ROWS = 25
+# first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
+SERIES = CONTACT + CONTACT_ROWS * WIDTH
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step
@@ -169,29 +172,39 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     AGE,  # time in contact
     SEGMENT,  # number of the segment of the drive under way
     SAMPLE,  # the next one to be taken (`observers/signals.py`)
-    # records of the observer of regimes
-    STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
+    # records of the observers of regimes
     XI_STAR,  # steady sliding on the curve, true frame
-    AMPLITUDE, BAND,  # distance from steady sliding in the plane (u, u') where the slip began; settling band there
+    AMPLITUDE,  # distance from steady sliding in the plane (u, u') where the slip began
     ENTERED,  # time at which the motion last came into the settling band
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the break-away that starts the cycle, NaN before
-    STICK_COUNT, STICK_SUM,
-    HEAT_START,  # friction work up to the start of the cycle
     XI_HIGH, XI_LOW,
     V_HIGH, V_LOW,  # largest and least relative speed, true frame
     FASTEST, SLOWEST,  # slip speeds of the whole motion, up to the last reset of these
     CLOSEST,  # see CLOSENESS; inf before
-    PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
-    TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     STORED,  # 1 once extremes before these were put into the results
     MU_TURN,  # friction coefficient at the first reversal
+    LOOP_TAU, LOOP_HEAT, LOOP_STEPS,  # at the reference maximum of u (`observers/cycles.py`): time, work, steps
+    LOOP_STILL,  # looks in a row that showed nothing above the noise
+    DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
+    DECIDED_BY,  # the status then
+    SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
+    # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
+    ATTRACTS,  # 1 where it attracts small motions
+    FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
+    LONGEST,  # step; of implicit ones near steady sliding, so that they do not damp motions that grow
+    # from here on of `observers/regime.py` and its parts; that of recurrence takes its own from there, too (RECURRENCE)
+    STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
+    BAND,  # settling band where the slip began
+    STICK_COUNT, STICK_SUM,
+    HEAT_START,  # friction work up to the start of the cycle
+    PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
+    TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     TURN_LAST, TURN_BEFORE,  # xi at the last extremum looked at, and at the one before
     # the return map of slip, from one maximum of u to the next (`observers/cycles.py`)
-    LOOP_XI, LOOP_TAU, LOOP_HEAT, LOOP_STEPS, LOOP_GAIN,  # at the reference maximum of u: xi, time, work, steps, GAIN
+    LOOP_XI, LOOP_GAIN,  # at the reference maximum of u: xi, GAIN
     LOOP_CHANGE,  # relative change of xi a loop at the last look; inf before
     LOOP_MOVED,  # 1 once a change above the noise was seen
-    LOOP_STILL,  # looks in a row that showed nothing above the noise
     CONFIRMING,  # 1 while a suspected cycle is gone through once more, every extremum being looked at
     PUSH_STATE,  # whether the motion was pushed off a cycle that shows no change (`observers/cycles.py`)
     RETURNED,  # loops after which the state first was that of the reference again; 0 not yet
@@ -200,13 +213,6 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     RELEASE, RELEASE_CHANGE,  # load at the last break-away, and its change from the one before
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
     LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
-    DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
-    DECIDED_BY,  # the status then
-    SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
-    # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
-    ATTRACTS,  # 1 where it attracts small motions
-    FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
-    LONGEST,  # step; of implicit ones near steady sliding, so that they do not damp motions that grow
     # the amplitude map (`observers/amplitudes.py`)
     INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,
@@ -228,6 +234,28 @@ MAP_T = MAP_R + MAP_MOST_NODES * WIDTH  # the same of the duration
 # --- lanes brought together: the same rows once more (`roots.gather`) -----------------------------------------------
 GATHERED = MAP_T + MAP_MOST_NODES * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
+
+
+class Rows:
+    """Rows of `lanes` for files that work together: each takes its own, which no other of them gets."""
+
+    def __init__(self, first: int, end: int):
+        self._free, self._end = first, end
+
+    def take(self, number: int) -> tuple[int, ...]:
+        """Return so many rows, one after the other. Raises ValueError where so many are not left."""
+        rows = range(self._free, self._free + number * WIDTH, WIDTH)
+        if rows.stop > self._end:
+            raise ValueError(f"{number} rows of lanes, of {(self._end - self._free) // WIDTH} that are left")
+        self._free = rows.stop
+        return tuple(rows)
+
+    def beside(self) -> Rows:
+        """What is left, once more: for each of several files that are never at work together."""
+        return Rows(self._free, self._end)
+
+
+RECURRENCE = Rows(STABLE_FROM, GATHERED)  # of `observers/recurrence.py` and its parts
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------
 SEGMENT_TIME, SEGMENT_BELT, SEGMENT_ALPHA = range(3)  # duration > 0, belt speed at the start, its acceleration

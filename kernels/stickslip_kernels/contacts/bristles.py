@@ -18,6 +18,7 @@ from ..arithmetic import exp, select, widest_vectors
 from ..dense import rise_and_work, subtract_damper_work, work_by_ends
 from ..jit import compiled, in_turn
 from ..linking import by_law
+from . import explicit
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
 from .implicit import end_of_step, errors, factorise, rates, slopes, stages, step_factor
 from .stribeck import laws
@@ -27,8 +28,8 @@ from .stribeck.taylor import rows_of, sum_series
 
 # rows of a lane, beside those of `explicit.py`: sign of w, a1, s_0, s_1; scales of speeds and of loads; one over g;
 # steps since w' last vanished; of the series of f/g the first
-SIGN, LEVEL_OF_CURVE, S_0, S_1, SPEED_SCALE, LOAD_SCALE = at.W_2, at.W_3, at.W_4, at.W_5, at.K_3, at.K_4
-PER_LEVEL, QUIET = at.ERROR_Y, at.GAIN
+ROWS = explicit.ROWS.beside()
+SIGN, LEVEL_OF_CURVE, S_0, S_1, SPEED_SCALE, LOAD_SCALE, PER_LEVEL, QUIET = ROWS.take(8)
 SHARE = at.SERIES_SHARE
 ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may spend, and the error of a step
 
@@ -187,7 +188,7 @@ class LuGre(NamedTuple):
 
 
 # rows of a lane, beside those above: how fast s_1 falls; the elastic part
-S_1_RATE, ELASTIC = at.W_6, at.K_2
+S_1_RATE, ELASTIC = ROWS.take(2)
 SPENT = 0.3  # of the tolerance that one step may spend
 HELD = 30.0  # periods of bristles in a step from which on the slip follows the load
 NOTHING = 1e-300

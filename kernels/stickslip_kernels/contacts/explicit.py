@@ -12,9 +12,9 @@ from ..layout import WIDTH
 from ..roots import TO_ROUNDING, end_motion, extreme_speed
 from .stribeck.equations import MARGIN
 
-# rows of a lane: how long a step may be; the same after one that failed; tolerance of the state in the step; time when
-# stock was taken
-MOST, CAP, ALLOWED_STATE, SINCE = at.K_5, at.ERROR_W, at.K_6, at.AGE
+# how long a step may be; the same after one that failed; tolerance of the state in the step; time when stock was taken
+ROWS = at.Rows(at.CONTACT, at.SERIES)
+MOST, CAP, ALLOWED_STATE, SINCE = ROWS.take(4)
 STATE = at.SERIES_STATE
 # what one kind of step would overwrite of the other
 OF_STEP = (

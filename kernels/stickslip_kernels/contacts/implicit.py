@@ -77,9 +77,9 @@ RODAS_5P = Rosenbrock(
 
 
 STAGES, STATES = len(RODAS_5P.matrix), 3
-(V_START, PER_H, DIAGONAL, W_01, W_02, L_10, U_11, W_12, L_21, U_22) = range(
-    at.SERIES_DW + STAGES * STATES * at.WIDTH, at.SERIES_DW + (STAGES * STATES + 10) * at.WIDTH, at.WIDTH
-)
+_ROOM = at.Rows(at.SERIES_DW, at.SLOW)  # of series that no implicit step needs
+ROWS = tuple(_ROOM.take(STATES) for _ in range(STAGES))  # of k of a stage
+V_START, PER_H, DIAGONAL, W_01, W_02, L_10, U_11, W_12, L_21, U_22 = _ROOM.take(10)
 NODES, TIME_WEIGHTS = RODAS_5P.nodes_and_time_weights()
 EXPONENT = 0.5 / RODAS_5P.order
 LOG2_SAFETY, SHRINK_MOST, GROW_MOST = -0.152003093445, 0.2, 6.0
@@ -90,12 +90,6 @@ MOST_OF_GROWTH, TRIES = 0.5, 100  # radians, or e-folds, of a motion that grows,
 _contact = by_type(lambda kind, *_: kind.types[0], inline=True)
 
 
-def stage_row(n, state):
-    """Row of k of stage n."""
-    return at.SERIES_DW + (STATES * n + state) * at.WIDTH
-
-
-ROWS = tuple(tuple(stage_row(n, state) for state in range(STATES)) for n in range(STAGES))
 LAST = STAGES - 1
 WEIGHTS = (*RODAS_5P.matrix[LAST], 1.0)
 

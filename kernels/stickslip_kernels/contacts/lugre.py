@@ -37,7 +37,7 @@ from .stribeck.friction import TABLES, coefficient, coefficient_slope
 TAG = bristles.LuGre(0)
 LAWS, REGIMES = {f"lugre_{name}": law for name, law in (laws.LAWS | TABLES).items()}, Recurrence
 
-FITS = at.GAIN_TOP  # row of a lane, beside: 1 where it steps by series again once it swings
+(FITS,) = bristles.ROWS.take(1)  # 1 where a lane steps by series again once it swings
 TERMS = 6  # of a series between ends
 # what that of one kind of step would overwrite of the other
 OF_SERIES = (at.WORK, *range(at.SERIES, at.SERIES + TERMS * at.WIDTH, at.WIDTH))

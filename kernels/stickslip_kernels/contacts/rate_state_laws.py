@@ -15,6 +15,7 @@ from ..arithmetic import log as ln
 from ..dense import subtract_damper_work
 from ..jit import compiled, in_turn
 from ..linking import by_law
+from . import explicit
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
 from .stribeck.equations import may_bend_twice
 from .stribeck.taylor import sum_series
@@ -51,10 +52,9 @@ CUT_OFF = AgeingCutOff, SlipCutOff
 MU_0, DIRECT, EVOLUTION, DISTANCE, V_0 = at.OWN_0, at.OWN_1, at.OWN_2, at.OWN_3, at.OWN_4
 PER_DIRECT, PER_EVOLUTION = at.OWN_5, at.OWN_6
 # rows of a lane: a, b, mu_V, V, V/D, p, q
-ROWS = A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = (
-    at.SLOPE, at.DROP, at.EXPONENT, at.FAR, at.RATE, at.GAIN, at.GAIN_TOP
-)  # fmt: skip
-RATIO = at.K_2  # b/a, in the regularised form
+FREE = explicit.ROWS.beside()
+ROWS = A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = FREE.take(7)
+(RATIO,) = FREE.take(1)  # b/a, in the regularised form
 NOTHING = 1e-300
 
 
@@ -196,7 +196,7 @@ def over_a(cells, c, w):
 
 # --- the series of w over an implicit step, from ln w at its ends -----------------------------------------------------
 
-P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
+P = P_1, P_2, P_3, P_4, P_5 = FREE.take(5)  # k p_k of the polynomial of ln w
 
 
 @compiled(inline=True)
@@ -248,7 +248,7 @@ terms = terms_of(0, at.SERIES)
 
 # first rows of the series of phi', of psi', of u; rows of sums
 PHI_SLOPE, PSI_SLOPE, U = at.SERIES_WEAK, at.SERIES_DW, at.SERIES_SHARE
-SUM, SUM_STATE = at.K_3, at.K_4
+SUM, SUM_STATE = FREE.take(2)
 ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may spend, and the error of a step
 CARRIED = 10.0  # over a: from this slip speed on, errors of w do not count over w, since the load is as far off
 

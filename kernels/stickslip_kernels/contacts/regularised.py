@@ -46,8 +46,8 @@ TAG, LAWS, REGIMES = plain.TAG, plain.LAWS, plain.REGIMES  # which leaves the re
 A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = laws.ROWS
 
 CHI, CHI_NEW = at.ERROR_LOG, at.ERROR_LOG_NEW  # committed with the step, and no implicit step needs them
-LEVEL_0 = at.K_3  # mu_V/a
-BACK = at.K_4 - at.W_2  # rows P of what slips backwards, beyond those of what slips forwards
+(LEVEL_0,) = laws.FREE.take(1)  # mu_V/a
+BACK = laws.FREE.take(len(laws.P))[0] - laws.P_1  # rows P of what slips backwards, beyond those of what slips forwards
 BACK_SERIES = at.SERIES_DW  # rows of its series: those of stages, which the step no longer needs
 LOWEST = -450.0  # exponent of w below which there is no slip; to pass through 0, w takes steps as small as it is
 ONE_WAY = 20.0  # chi from which on slip backwards is below rounding

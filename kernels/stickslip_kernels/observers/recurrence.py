@@ -28,9 +28,7 @@ SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops 
 
 # Extremes before the loop under way; in the settling band, the deviation
 # at which it came there, and how often w has passed b since; FASTEST when the lane was first put ahead, NaN before.
-(
-    WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
-) = range(irregular.AFTER, irregular.AFTER + 6 * at.WIDTH, at.WIDTH)  # fmt: skip
+WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST = at.RECURRENCE.take(6)
 
 
 class Recurrence(NamedTuple):

@@ -13,7 +13,7 @@ from ..jit import compiled
 TRUNCATED = 0.01  # of the tolerance: terms below are left out
 NARROWER, MOST_STALLED = 0.7, 4000.0  # maps on the way down until the amplitude is so much smaller
 FEW, LEAST = 5, 0.7  # terms of a map that is doubled, and its ratio at least
-KEPT_R, KEPT_T, SCRATCH = (at.MAP_A + k * FEW * at.WIDTH for k in range(3))  # nodes are not needed on the way down
+KEPT_R, KEPT_T, SCRATCH = at.Rows(at.MAP_A, at.MAP_R).take(3 * FEW)[::FEW]  # nodes are not needed on the way down
 
 
 @compiled

@@ -32,8 +32,10 @@ ERROR_WEIGHTS = (
     -0.45808210592918697, 0.015151515151515152,
 )  # fmt: skip
 ORDER = 5
-STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
-STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
+ROWS = at.Rows(at.CONTACT, at.SERIES)
+STAGE_W = (at.W, *ROWS.take(5), at.W_NEW)
+STAGE_DW = (at.DW, *ROWS.take(5), at.DW_NEW)
+ERROR_Y, ERROR_W = ROWS.take(2)
 # PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.
 BETA = 0.4 / ORDER
 ALPHA = 1.0 / ORDER - 0.75 * BETA
@@ -120,7 +122,7 @@ def control_step(law, s, rtol):
         for j in range(len(STAGE_W)):
             error_y -= ERROR_WEIGHTS[j] * s[STAGE_W[j] + i]
             error_w += ERROR_WEIGHTS[j] * s[STAGE_DW[j] + i]
-        s[at.ERROR_Y + i], s[at.ERROR_W + i] = h * error_y, h * error_w
+        s[ERROR_Y + i], s[ERROR_W + i] = h * error_y, h * error_w
     for i in range(at.WIDTH):  # what the law tells
         b = s[at.B + i] + s[at.TAKEN + i] * s[at.ALPHA + i]
         s[at.JERK_NEW + i] = jerk_in_lane(law, s, i, s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], b)
@@ -133,7 +135,7 @@ def control_step(law, s, rtol):
         floor = s[at.FLOOR + i]
         amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
         scale_w = min(amplitude, abs(s[at.W_NEW + i]) + abs(s[at.DW_NEW + i]) + floor)
-        error2 = squared_error(s[at.ERROR_Y + i], s[at.ERROR_W + i], rtol * amplitude, rtol * scale_w)
+        error2 = squared_error(s[ERROR_Y + i], s[ERROR_W + i], rtol * amplitude, rtol * scale_w)
         factor, error_log = step_factor(error2, s[at.ERROR_LOG + i])
         # A step that ends far below w = 0 has crossed the zone at once, and the error estimate may not know.
         hides = may_hide(s, i, s[at.TAKEN + i], s[at.W_NEW + i], s[at.DW_NEW + i]) | (
