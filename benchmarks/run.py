@@ -190,7 +190,7 @@ def where_the_time_goes(accepted_sample: int = 100) -> list[dict]:
 
 def accepted_share(cells: problem.Cells, rtol: float) -> float:
     """Accepted over tried steps: the observer of signals looks at each good one."""
-    from stickslip.engine.compiled import kernels
+    from stickslip.engine.compiling import kernels
     from stickslip_kernels import layout
 
     n = len(cells)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.engine.compiled import kernels
+from stickslip.engine.compiling import kernels
 from stickslip_kernels import layout as at
 from stickslip_kernels.layout import new_regimes
 

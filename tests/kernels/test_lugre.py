@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from helpers.kernel_runs import columns_of, run
 from helpers.nightly import few
 from judge import memory
-from stickslip.engine.compiled import kernels
+from stickslip.engine.compiling import kernels
 from stickslip.theory import contacts
 from stickslip.theory.curve import weakening
 from stickslip_kernels import layout as at
