@@ -83,9 +83,9 @@ class Contours(OpenSection):
         "contours",
         "a node",
         Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed; "
-                  f"unless given {_POINTS}", key, at_least=2, at_most=65_536, whole=True, absent=_POINTS),
-        Parameter("scan", "1", "points of the grid along both parameters that are looked at first", key,
-                  default=64, at_least=2, at_most=65_536, whole=True),
+                  f"unless given {_POINTS}", key, at_least=2, at_most=8192, whole=True, absent=_POINTS),
+        Parameter("scan", "1", "points of the grid along both parameters that are looked at first, at least", key,
+                  default=64, at_least=2, at_most=8192, whole=True),
     )  # fmt: skip
     axes: Annotated[
         tuple[Annotated[str, PARAMETER], Annotated[str, PARAMETER]] | None,
