@@ -11,10 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.config.describe import friction_question_of_cells
 from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, provenance, trace_dataset
 from stickslip.engine import Options, compute, trajectory
-from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
+from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError
 from stickslip.theory.contacts import time_to_cycle
 from stickslip.vocabulary.cells import Parameters, as_cells, named_values, scales_of
 from stickslip.vocabulary.flags import REGIMES
@@ -85,8 +84,6 @@ def evaluate(
     if variables is not None:
         options = options.keeping(variables)
     full = given_cells(cells, options)
-    if question := friction_question_of_cells(full.listed):
-        warnings.warn(question, UnitWarning, stacklevel=2)
     computed = compute(full, options)
     if (slip_speed := computed.results.get("slip_speed_max")) is not None:
         _warn_beyond_points(options, slip_speed, full.listed)

@@ -28,7 +28,7 @@ from stickslip.vocabulary.models import STIFFNESS, WRITTEN_LAWS, law_of_contact,
 from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF
 from stickslip.vocabulary.results import MAP_VARIABLES, VARIABLES
 from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
-from stickslip.vocabulary.suggest import beyond_hint, listed
+from stickslip.vocabulary.suggest import listed
 
 DEFAULT_TITLE = "Regimes of a friction oscillator"
 _RIGID = "none"  # for the stiffness of a contact that sticks without giving way
@@ -192,8 +192,6 @@ class _ConfigReader(ProblemCollector):
             self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
-        elif sentence := beyond_hint(key) or beyond_hint("_".join(map(str, path[-2:]))):
-            self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
         else:
             super().unknown_key(path, known, what, hint)
 

@@ -5,8 +5,6 @@ those of all models of the contact (`models/`); what people measure instead of s
 extensions. `settings.py` has all other numbers.
 """
 
-from math import inf
-
 from stickslip import extensions
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import NAN, SPEED, Parameter, table
@@ -14,7 +12,7 @@ from stickslip.vocabulary.parameter import NAN, SPEED, Parameter, table
 _BODY = table(
     # Oscillators that stick and slip weigh up to a machine table, and their specimens and strokes are shorter than a
     # metre.
-    Parameter("mass", "kg", "mass", "system", above=0, plausible=(50.0, inf), synonyms="m"),
+    Parameter("mass", "kg", "mass", "system", above=0, plausible=50.0, synonyms="m"),
     Parameter("stiffness", "N m-1", "spring stiffness", "system", above=0, synonyms="k spring spring_constant"),
     Parameter(
         "damping", "N s m-1", "viscous damping coefficient", "system", default=0.0, at_least=0,
@@ -27,7 +25,7 @@ _BODY = table(
     ),
 )  # fmt: skip
 _START = table(
-    Parameter("displacement", "m", "displacement at the start", "start", default=0.0, plausible=(10.0, inf)),
+    Parameter("displacement", "m", "displacement at the start", "start", default=0.0, plausible=10.0),
     Parameter(
         "velocity", "m s-1", "velocity at the start", "start",
         default=NAN, word="sticking", absent="that of the belt, sticking", plausible=SPEED,
@@ -37,7 +35,6 @@ _START = table(
 # Of a cell whose contact follows a model, in their order.
 PARAMETERS_OF = {model: {**_BODY, **model.parameters, **_START} for model in MODELS}
 
-OSCILLATOR = tuple(_BODY)
 PARAMETERS: dict[str, Parameter] = {**_BODY, **{n: row for m in MODELS for n, row in m.parameters.items()}, **_START}
 MEASURED: dict[str, Parameter] = {name: row for model in MODELS for name, row in model.measured.items()}
 SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along

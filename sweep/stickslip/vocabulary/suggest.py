@@ -1,4 +1,4 @@
-"""Words in messages: the one that was probably meant, several in a row, and things that the model does not have.
+"""Words in messages: the one that was probably meant, and several in a row.
 
 Symbols of formulas and the field's other words for our quantities are never read, since a file should say the same to
 everyone; messages name ours.
@@ -37,7 +37,7 @@ def synonym_of(word: str, among: Iterable[str]) -> str | None:
 
 def nearest(word: str, among: Iterable[str]) -> str | None:
     """The word that is spelled most like `word`, if any comes close."""
-    known, spelled = list(among), word.lower().replace("-", "_").replace(" ", "_")
+    known, spelled = [other for other in among if other != word], word.lower().replace("-", "_").replace(" ", "_")
     if swapped := [other for other in known if sorted(other) == sorted(spelled)]:  # strokse is strokes, not stroke
         return swapped[0]
     if whole := [other for other in known if spelled in other.split("_")]:  # belt is belt_speed rather than delta
@@ -50,60 +50,3 @@ def listed(words: Iterable[str], last: str = "or") -> str:
     """Words in a row: ``a, b or c``."""
     *first, final = words
     return f"{', '.join(first)} {last} {final}" if first else final
-
-
-# --- what the model does not have -------------------------------------------------------------------------------------
-
-# A sentence, and the words in configurations that ask for it, spaces as underscores.
-_ROWS = (
-    (
-        "The model is one mass on one spring: it has no second mass, no further degree of freedom, no coupled modes",
-        "mass_2 m2 second_mass masses stiffness_2 k2 damping_2 c2 degrees_of_freedom dof modes mode_coupling flutter "
-        "brake squeal torsion",
-    ),
-    (
-        "The belt runs at a constant speed, the plate of a rig in strokes: neither is elastic or has a motor",
-        "belt_speed_amplitude belt_speed_frequency elastic_belt belt_stiffness belt_mass drive_stiffness motor gear",
-    ),
-    (
-        "The normal load is constant in time: it has no amplitude, frequency, modulation or dither",
-        "modulation load_modulation load_amplitude normal_load_amplitude normal_load_frequency dither variable_load "
-        "ultrasonic contact_loss",
-    ),
-    (
-        "Nothing but the belt, or the plate of a rig, moves the mass: no external force and no base excitation",
-        "forcing excitation external_force base_excitation",
-    ),
-    (
-        "Temperature is no quantity of the model: give each temperature a friction curve of its own (axes with labels)",
-        "temperature thermal heating flash_temperature",
-    ),
-    (
-        "Friction does not change with the number of cycles: the model has no wear, running-in or third body",
-        "wear running_in run_in archard third_body debris",
-    ),
-    (
-        "A contact has one layer of bristles, contact_stiffness, or none: no hysteresis with nonlocal memory",
-        "leuven gms maxwell_slip generalised_maxwell_slip iwan jenkins nonlocal_memory",
-    ),
-    (
-        "The contact is one point of dry friction: it has no area and no pressure distribution",
-        "contact_area pressure hertz asperities roughness fem finite_element",
-    ),
-)
-SENTENCES = tuple(sentence for sentence, _ in _ROWS)
-_BY_WORD = {word: sentence for sentence, words in _ROWS for word in words.split()}
-_BRISTLES = "Bristles stand on any friction curve: give the contact_stiffness of the contact beside its law"
-_BY_WORD |= dict.fromkeys("lugre bristle bristles dahl elasto_plastic presliding".split(), _BRISTLES)
-
-
-def beyond_the_model(word: str) -> str | None:
-    """The sentence on what a word asks for and the model does not have; None if it asks for nothing of the kind."""
-    return _BY_WORD.get("_".join(word.lower().replace("-", " ").replace("_", " ").split()))
-
-
-def beyond_hint(word: str) -> str | None:
-    """The sentence with the page that says more: which tools have it."""
-    sentence = beyond_the_model(word)
-    more = "memory` says more" if sentence == _BRISTLES else "speed` names tools that have it"
-    return f"{sentence}; `stickslip help {more}" if sentence else None

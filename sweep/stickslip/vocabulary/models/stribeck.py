@@ -78,7 +78,7 @@ _MEASURED = table(
     ),
     Parameter(
         "v_reversal", "m s-1", "speed at the minimum of the Stribeck curve", "friction", above=0,
-        plausible=(1.0, 20.0), synonyms="v_min vmin v_m",
+        plausible=FALL, synonyms="v_min vmin v_m",
     ),
 )  # fmt: skip
 
