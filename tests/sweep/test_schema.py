@@ -58,7 +58,6 @@ def test_the_starter_is_valid():
         ({"title": 3}, "title"),
         ({"uncertain": {}}, "uncertain"),
         ({"uncertain": {"quantities": {"oil": {"uniform": [1, 2]}}}}, "uncertain/quantities"),
-        ({"uncertain": {"quantities": {"mass": {"gauss": [1, 2]}}}}, "uncertain/quantities/mass/gauss"),
         ({"uncertain": {"fit": "p.csv", "subset": {"samples": 1}}}, "uncertain/subset/samples"),
     ],
 )

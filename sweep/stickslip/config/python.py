@@ -42,11 +42,9 @@ class _PlainData:
         if len(path) > DEEPEST:
             self._note(path[:3], f"nested more than {DEEPEST} levels deep")
             return None
-        if path == (_AXES,) and isinstance(given, list | tuple) and any(map(_has_dims, given)):
-            given = self._named(given)
         if hasattr(given, "columns") and hasattr(given, "to_xarray"):  # a table of pandas; its index are the labels
             given = given.to_xarray()
-        if _has_dims(given) and hasattr(given, "data_vars"):
+        if hasattr(given, "data_vars"):
             return self._dataset(given, path)
         if has_missing(given):
             return "values that are masked or missing"  # which the reader refuses, as any text
@@ -65,22 +63,7 @@ class _PlainData:
             if not isinstance(key, str):
                 self._note(path, f"got the key {key!r}, expected a word")
             mapping[str(key)] = self.value(value, (*path, str(key)))
-        if len(path) == 2 and path[0] == _AXES and isinstance(given.get("zip"), Mapping) and "labels" not in mapping:
-            names = next(filter(None, map(_labels, given["zip"].values())), None)
-            mapping |= {"labels": names} if names else {}
         return mapping
-
-    def _named(self, axes: list[Any] | tuple[Any, ...]) -> Any:
-        """A list of arrays that say their names, as the mapping it stands for."""
-        named = {}
-        for i, axis in enumerate(axes):
-            name = next(iter(axis.dims), None) if hasattr(axis, "data_vars") else getattr(axis, "name", None)
-            if not isinstance(name, str) or name in named:
-                self._note((_AXES, i), f"got {type(axis).__name__}, expected an array with a name of its own, "
-                           "or a mapping of names to axes")  # fmt: skip
-                continue
-            named[name] = axis
-        return named
 
     def _dataset(self, given: Any, path: Path) -> Any:
         """A dataset over one dimension as quantities that vary together; its labels are the names of the points."""
@@ -91,8 +74,9 @@ class _PlainData:
         numbers = [name for name, v in given.variables.items() if v.dims == (dim,) and v.dtype.kind not in "OUST"]
         names = [name for name in numbers if name != dim or dim in QUANTITIES]  # places in a row are no quantity
         zipped = {str(name): self.value(given[name], (*path, "zip", str(name))) for name in names}
-        labels = _labels(given)
-        return {"zip": zipped} | ({"labels": labels} if labels else {})
+        texts = (array.values for array in given.coords.values() if array.dims == (dim,) and array.dtype.kind in "OUT")
+        labels = next(texts, None)
+        return {"zip": zipped} | ({} if labels is None else {"labels": [*map(str, labels)]})
 
     def _array(self, values: Any, path: Path, unit: str | None) -> Any:
         """An array as a range or as lists; numbers that have a unit become texts, those of pure quantities do not."""
@@ -136,18 +120,3 @@ def _scalar(given: Any) -> Any:
         if isinstance(given, kind):
             return plain(given)
     return os.fspath(given) if isinstance(given, os.PathLike) else given
-
-
-def _labels(given: Any) -> list[str] | None:
-    """The texts along the one dimension of an array or a dataset, if there are any."""
-    if not _has_dims(given) or len(given.dims) != 1:
-        return None
-    for coordinate in given.coords.values():
-        if coordinate.dims == tuple(given.dims) and coordinate.dtype.kind in "OUT":
-            return [str(label) for label in coordinate.values]
-    return None
-
-
-def _has_dims(given: Any) -> bool:
-    """Return whether this is an array or a dataset of xarray."""
-    return hasattr(given, "dims") and hasattr(given, "coords")

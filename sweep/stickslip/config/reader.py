@@ -19,7 +19,7 @@ from stickslip.config.python import python_document
 from stickslip.config.resolve import LAWS_FITTED, existing_config, resolved, varied_paths
 from stickslip.config.sections import Solver
 from stickslip.config.studies import KEYS, section_class, study_class
-from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.uncertain import QUANTITIES_PATH, SamplingSection, read_uncertain
 from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import units
@@ -186,12 +186,14 @@ class _ConfigReader(ProblemCollector):
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
-        """Note that the last key of `path` is none of those `known`; a quantity belongs elsewhere."""
-        key = str(path[-1])
+        """Note that the last key of `path` is none of those `known`; it may belong elsewhere."""
+        key, sections = str(path[-1]), {**SECTIONS, "uncertain": SamplingSection}
         if key in QUANTITIES:
             self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
+        elif owner := next((name for name, model in sections.items() if key in model.model_fields), None):
+            self.add(path, f"unknown {what}, expected {listed(known)}", f"{key} belongs to {owner}", at_key=True)
         else:
             super().unknown_key(path, known, what, hint)
 
@@ -271,7 +273,10 @@ class _ConfigReader(ProblemCollector):
                 if self._elsewhere and path[0] in {"axes", *self._elsewhere}:
                     continue  # what is observed or predicted elsewhere
                 message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
-                self.add(path, message, "keep the one you mean", at_key=True)
+                other = path if "--set" in self.line(first) else first
+                is_set = "--set" in self.line(first) + self.line(path)
+                hint = f"--set {dotted(other)}= removes the other" if is_set else "keep the one you mean"
+                self.add(path, message, hint, at_key=True)
         for name, declared in QUANTITIES.items():
             if declared.section in self._sections - {"friction"} and declared.default is None:
                 self._check_given(name, given)

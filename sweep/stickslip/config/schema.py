@@ -4,15 +4,13 @@ It is generated from the tables and models that the reader uses. It cannot say e
 exactly once, and what must hold between quantities, is checked by `load_config` alone.
 """
 
-from collections.abc import Iterable
-
 from stickslip import extensions
 from stickslip.config.model import SECTIONS, Range
 from stickslip.config.problems import model_at
 from stickslip.config.reader import DEFAULT_TITLE
-from stickslip.config.sections import RANGE, VALUE, Friction, Read, Schema, Section, number_schema
+from stickslip.config.sections import VALUE, Friction, Read, Schema, Section, number_schema
 from stickslip.config.studies import section_class
-from stickslip.config.uncertain import DRAWN, NUMBERS, TRUNCATED, SamplingSection, Uncertain, has_unit
+from stickslip.config.uncertain import DRAWN, FORMS, SamplingSection, Uncertain
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.parameter import Parameter
@@ -50,29 +48,19 @@ def json_schema() -> Schema:
 
 def uncertain_schema() -> Schema:
     """The section `uncertain`."""
-    kinds: Schema = {kind: _numbers(kind, numbers) | {"required": list(numbers)} for kind, numbers in NUMBERS.items()}
-    kinds["uniform"] = {"anyOf": [kinds["uniform"], RANGE]}
-    kinds |= {DRAWN: {"type": "array", "minItems": 2, "items": VALUE}, TRUNCATED: _numbers(TRUNCATED, ("low", "high"))}
-    of_scipy = {"type": "object", "required": ["loc", "scale"], "additionalProperties": VALUE}
-    scatter = strict(kinds) | {"additionalProperties": of_scipy, "minProperties": 1}
-    quantities = {name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}
-    names = {"type": "array", "minItems": 2, "uniqueItems": True, "items": {"enum": list(SEARCHABLE)}}
-    rows = {"type": "array", "minItems": 2, "items": {"type": "array", "items": {"type": "number"}}}
+    scatter: Schema = {"type": "object", "minProperties": 1}
     own: Schema = {
         "quantities": {
-            "description": f"by quantity, its distribution: {', '.join([*NUMBERS, DRAWN])}, or one of scipy.stats",
-            **strict(quantities),
+            "description": f"by quantity, its distribution: {FORMS}, {DRAWN}: [...], or one of scipy.stats",
+            **strict({name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}),
         },
-        "correlation": strict({"between": names, "matrix": rows}) | {
-            "description": "of normal deviates of quantities (a Gaussian copula)", "required": ["between", "matrix"],
-        },
+        "correlation": {"type": "object", "required": ["between", "matrix"], "properties": {
+            "between": {"type": "array", "items": {"enum": list(SEARCHABLE)}, "minItems": 2},
+            "matrix": {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+        }, "description": "of normal deviates of quantities (a Gaussian copula)"},
     }  # fmt: skip
     whole = _object({**section_schema(SamplingSection)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
     return whole | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
-
-
-def _numbers(kind: str, names: Iterable[str]) -> Schema:
-    return strict({name: VALUE if has_unit(kind, name) else {"type": "number"} for name in names})
 
 
 def strict(properties: Schema) -> Schema:

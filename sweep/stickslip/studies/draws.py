@@ -224,10 +224,7 @@ class Inputs:
         if "quantile" in used:
             about = {"units": "1", "long_name": "share of the draws below the quantile"}
             coordinates["quantile"] = xr.Variable("quantile", np.asarray(quantiles, np.float64), about, NO_FILL)
-        quantities = (f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items())
-        attributes = dict(attributes) | {
-            "uncertain_method": uncertain.method_in_words, "uncertain_quantities": "; ".join(quantities),
-        }  # fmt: skip
+        attributes = {**attributes, "uncertain_method": uncertain.method_in_words}
         return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
 
 
