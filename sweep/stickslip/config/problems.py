@@ -71,13 +71,10 @@ class ProblemCollector:
             self.refuse(path, f"a mapping with {expected}")
         return {}
 
-    def read(self, model: type[AnySection], path: Path, data: object, context: object = None) -> AnySection | None:
-        """The model of the data at `path`; None, and problems, if something is wrong with it.
-
-        context : of validation; unless given, of lists: how many wrong values are explained, which takes its time.
-        """
+    def read(self, model: type[AnySection], path: Path, data: object) -> AnySection | None:
+        """The model of the data at `path`; None, and problems, if something is wrong with it."""
         try:
-            return model.model_validate(data, context=[MOST_PROBLEMS] if context is None else context)
+            return model.model_validate(data)
         except ValidationError as error:
             self._refuse_all(error, model, path)
             return None

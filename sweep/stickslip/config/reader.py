@@ -210,7 +210,7 @@ class _ConfigReader(ProblemCollector):
             return None
         data = {"values": raw} if isinstance(raw, list) else raw
         if not isinstance(data, dict) or not data:
-            self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
+            self.refuse(path, _AXIS_FORMS, f"{name}: {{start: ..., stop: ..., num: 50}}")
             return None
         model: type[Range | Values] = Values if "values" in data else Range
         known = self.known_keys(data, path, [key for key in model.model_fields if key != "name"])
@@ -327,11 +327,3 @@ class _ConfigReader(ProblemCollector):
         if absent:
             message = f"got {listed(absent, 'and')}, which only a run to a horizon defines"
             self.add(path, message, "add early_stop: false and a horizon to solver")
-
-
-def _example_range(name: str) -> str:
-    declared = QUANTITIES[name]
-    if declared.units == "1":
-        return "{start: 0.1, stop: 0.5, num: 50}"
-    number, unit = units.example(declared.units).split(" ", 1)
-    return f"{{start: {number} {unit}, stop: {float(number) * 10:g} {unit}, num: 50}}"

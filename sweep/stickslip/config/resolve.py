@@ -1,12 +1,10 @@
 """Words in place of which other things stand, between reading a document and checking it; names of files.
 
 Whoever owns such a word puts in what it stands for, once: keys of extensions (`uncertain: {explained: felt.nc}` stands
-for draws, say), a damping in percent, a table of points. What is checked then names no file that is still to be read.
+for draws, say), a table of points. What is checked then names no file that is still to be read.
 """
 
-import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
@@ -15,7 +13,6 @@ from typing import Any
 from stickslip import extensions
 from stickslip.config.yaml import Document
 from stickslip.errors import Path
-from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table
 from stickslip.vocabulary.quantities import QUANTITIES
@@ -25,7 +22,6 @@ LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
 _FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
 _AT: Path = ("friction", "table")
 _KEYS = ("file", "speed", "mu", "monotone")
-_SHARE = re.compile(r"\s*([-+0-9.eE]+)\s*%(\s*of critical)?\s*")
 
 
 def resolved(document: Document) -> Document:
@@ -36,7 +32,7 @@ def resolved(document: Document) -> Document:
             if place not in done and _has(document.data, pattern.split(".")):
                 done.add(place)
                 document = extensions.imported(place)(document)
-    return with_table(_with_damping(document))
+    return with_table(document)
 
 
 def varied_paths(axes: object) -> list[Path]:
@@ -66,28 +62,6 @@ def _section(document: Document, key: str) -> dict[str, Any]:
     """A section of the plain data; empty where it is none."""
     section = document.data.get(key) if isinstance(document.data, dict) else None
     return section if isinstance(section, dict) else {}
-
-
-def _with_damping(document: Document) -> Document:
-    """The document with a damping in percent of critical damping, 2 sqrt(k m), in N s/m.
-
-    Raises ConfigError where mass or stiffness is not one value beside it.
-    """
-    system = _section(document, "system")
-    written = system.get("damping")
-    share = _SHARE.fullmatch(written) if isinstance(written, str) else None
-    if share is None:
-        return document
-    try:
-        names = [name for name in system if name in QUANTITIES and name != "damping"]
-        scales = scales_of({name: QUANTITIES[name].read(system[name]) for name in names})
-        damping = float(share[1]) / 100.0 * float(scales.critical_damping)
-    except ValueError:  # QuantityError is one
-        damping = math.nan
-    if not damping >= 0.0:
-        text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"
-        raise document.refused(("system", "damping"), text, "or write the damping in N s/m")
-    return replace(document, data={**document.data, "system": {**system, "damping": f"{damping!r} N s/m"}})
 
 
 def with_table(document: Document) -> Document:
