@@ -16,9 +16,9 @@ from stickslip.engine import Options, compute, trajectory
 from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError
 from stickslip.theory.contacts import time_to_cycle
 from stickslip.vocabulary.cells import Parameters, as_cells, named_values, scales_of
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.quantities import PARAMETERS, SOLVER
+from stickslip.vocabulary.results import REGIMES
 
 
 def evaluate(

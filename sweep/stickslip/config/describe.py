@@ -1,9 +1,12 @@
-"""A configuration as it was understood: every quantity with its SI value and unit, every axis with its points;
-and numbers without a unit that are implausible in SI.
+"""A configuration for people and for editors: how it was understood, numbers without a unit that are implausible in SI,
+and the JSON Schema.
 
-A friction curve in mm/s read as one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So
-numbers beyond all contacts (`Parameter.plausible`) are asked about, and springs that stretch by metres. In
-dimensionless studies, in which two of mass, stiffness and load are 1, friction and springs are not questioned.
+`describe` has every quantity with its SI value and unit, every axis with its points. A friction curve in mm/s read as
+one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So numbers beyond all contacts
+(`Parameter.plausible`) are asked about, and springs that stretch by metres. In dimensionless studies, in which two of
+mass, stiffness and load are 1, friction and springs are not questioned. The schema is generated from the tables and
+models that the reader uses. It cannot say everything: that each quantity is given exactly once, and what must hold
+between quantities, is checked by `load_config` alone.
 """
 
 from __future__ import annotations
@@ -17,17 +20,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.config.model import Config, Group, Range, Values
+from stickslip import extensions
+from stickslip.config.model import DEFAULT_TITLE, SECTIONS, Config, Group, Range, Values
+from stickslip.config.problems import model_at
 from stickslip.config.resolve import varied_paths
-from stickslip.config.sections import StudySection
-from stickslip.config.studies import study_class
+from stickslip.config.sections import VALUE, Friction, Read, Schema, Section, StudySection, number_schema
+from stickslip.config.studies import section_class, study_class
+from stickslip.config.uncertain import DRAWN, FORMS, SamplingSection, Uncertain
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, Problem, UnitWarning
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY, customary
-from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with, model_of
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, LAW_MESSAGES, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.quantities import AXIS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.results import STUDIES
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
@@ -179,3 +186,139 @@ def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
 def span_text(span: NDArray[np.float64], unit: str = "") -> str:
     """`1 to 500 m/s`."""
     return f"{' to '.join(dict.fromkeys(f'{end:.3g}' for end in span))} {unit}".rstrip()
+
+
+# --- the JSON Schema --------------------------------------------------------------------------------------------------
+
+
+def json_schema() -> Schema:
+    """The schema, draft 2020-12, as plain data."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "stickslip configuration",
+        "description": "A friction oscillator, or with a drive a rig. Quantities: numbers in SI, texts with units.",
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {
+            "title": {
+                "type": "string",
+                "pattern": r"\S",
+                "default": DEFAULT_TITLE,
+                "description": "what the map shows",
+            },
+            "axes": axes_schema(),
+            **{key: section_schema(model) for key, model in SECTIONS.items()},
+            **{key: section_schema(section_class(key)) for key in STUDIES},
+            **{
+                key: section_schema(extensions.imported(place))
+                for entry in STUDIES.values()
+                for key, place in entry.beside.items()
+            },
+            "uncertain": uncertain_schema(),
+        },
+    }
+
+
+def uncertain_schema() -> Schema:
+    """The section `uncertain`."""
+    scatter: Schema = {"type": "object", "minProperties": 1}
+    own: Schema = {
+        "quantities": {
+            "description": f"by quantity, its distribution: {FORMS}, {DRAWN}: [...], or one of scipy.stats",
+            **strict({name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}),
+        },
+        "correlation": {"type": "object", "required": ["between", "matrix"], "properties": {
+            "between": {"type": "array", "items": {"enum": list(SEARCHABLE)}, "minItems": 2},
+            "matrix": {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+        }, "description": "of normal deviates of quantities (a Gaussian copula)"},
+    }  # fmt: skip
+    whole = _object({**section_schema(SamplingSection)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
+    return whole | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
+
+
+def strict(properties: Schema) -> Schema:
+    """A mapping with no other keys."""
+    return {"type": "object", "additionalProperties": False, "properties": properties}
+
+
+def _object(properties: Schema, description: str) -> Schema:
+    """A section; without content it is one, too."""
+    return strict(properties) | {"type": ["object", "null"], "description": description}
+
+
+def _description(row: Parameter) -> str:
+    unit = units.spelled(row.units)
+    return f"{row.long_name} ({unit})" if unit else row.long_name
+
+
+def _described(row: Parameter) -> Schema:
+    """A number with what it is, its unit, and its default."""
+    schema: Schema = {"description": _description(row), **number_schema(row)}
+    if row.default is not None and (row.word or not row.may_be_absent):
+        schema["default"] = row.written(row.default)
+    return schema
+
+
+# --- its axes ---------------------------------------------------------------------------------------------------------
+
+
+def axes_schema() -> Schema:
+    """Quantities that vary, and groups of them."""
+    values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
+                      for name in QUANTITIES}  # fmt: skip
+    values["fit"] = field_schema(Friction, "fit") | {
+        "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
+    }
+    names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
+    group = strict({
+        "zip": strict(values) | {"minProperties": 1}, "labels": names | {"description": "names of the points"},
+    })  # fmt: skip
+    return {
+        "type": ["object", "null"],
+        "description": "What varies, the outermost dimension first: quantities, or groups that vary together (zip).",
+        "properties": {
+            name: {"description": _description(row), "anyOf": _axis_forms(row)} for name, row in QUANTITIES.items()
+        },
+        "additionalProperties": group | {
+            "description": "Quantities that vary together, point by point.", "required": ["zip"],
+        },
+    }  # fmt: skip
+
+
+def _axis_forms(row: Parameter) -> list[Schema]:
+    """A list of values, the same in a mapping, or a range."""
+    values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
+    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
+    return [
+        values,
+        strict({"values": values}) | {"required": ["values"]},
+        strict({"start": end, "stop": end, "num": _described(AXIS["num"]), "spacing": spacing})
+        | {"required": ["start", "stop", "num"]},
+    ]
+
+
+# --- its sections -----------------------------------------------------------------------------------------------------
+
+
+def section_schema(model: type[Section]) -> Schema:
+    """A section: its numbers as the vocabulary has them, the rest with descriptions and defaults from the model."""
+    properties: Schema = {}
+    for name, field in model.model_fields.items():
+        if name in model.rows:
+            properties[name] = _described(model.rows[name])
+            continue
+        properties[name] = {"description": field.description} if field.description else {}
+        properties[name] |= field_schema(model, name)
+        if field.default is not None and not field.is_required():
+            properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
+    required = [name for name, field in model.model_fields.items() if field.is_required()]
+    return _object(properties, str(model.__doc__).splitlines()[0]) | ({"required": required} if required else {})
+
+
+def field_schema(model: type[Section], name: str) -> Schema:
+    """The schema of a field: what its annotation or the field itself says, or that of the section it holds."""
+    field, inner = model.model_fields[name], model_at(model, (name,))
+    for schema in (*(note.schema for note in field.metadata if isinstance(note, Read)), field.json_schema_extra):
+        if isinstance(schema, dict):
+            return dict(schema)
+    return VALUE if inner is model else section_schema(inner)

@@ -35,6 +35,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import AXIS, QUANTITIES, QUANTITIES_OF
 
+DEFAULT_TITLE = "Regimes of a friction oscillator"
 QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start}
 SECTIONS: dict[str, type[Section]] = {
     **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output,

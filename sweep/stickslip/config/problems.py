@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
-from stickslip.vocabulary.suggest import listed, suggest
+from stickslip.vocabulary.quantities import listed, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}

@@ -13,11 +13,20 @@ from typing import Any
 from stickslip import extensions
 from stickslip.config import rules
 from stickslip.config.describe import warn_of_units
-from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
+from stickslip.config.model import (
+    DEFAULT_TITLE,
+    QUANTITY_SECTIONS,
+    SECTIONS,
+    Axis,
+    Config,
+    Group,
+    Range,
+    Values,
+    quantities_in,
+)
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.python import python_document
-from stickslip.config.resolve import LAWS_FITTED, existing_config, resolved, varied_paths
-from stickslip.config.sections import Solver
+from stickslip.config.resolve import LAWS_FITTED, existing_config, python_document, resolved, varied_paths
+from stickslip.config.sections import Section, Solver
 from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.uncertain import QUANTITIES_PATH, SamplingSection, read_uncertain
 from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, read_yaml
@@ -25,12 +34,9 @@ from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import STIFFNESS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
-from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF
-from stickslip.vocabulary.results import MAP_VARIABLES, VARIABLES
-from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF, listed
+from stickslip.vocabulary.results import BESIDE, MAP_VARIABLES, STUDIES, VARIABLES, WITH_UNCERTAIN
 
-DEFAULT_TITLE = "Regimes of a friction oscillator"
 _RIGID = "none"  # for the stiffness of a contact that sticks without giving way
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -187,7 +193,8 @@ class _ConfigReader(ProblemCollector):
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
         """Note that the last key of `path` is none of those `known`; it may belong elsewhere."""
-        key, sections = str(path[-1]), {**SECTIONS, "uncertain": SamplingSection}
+        key = str(path[-1])
+        sections: dict[str, type[Section]] = {**SECTIONS, "uncertain": SamplingSection}
         if key in QUANTITIES:
             self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"

@@ -21,7 +21,7 @@ from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm
 from stickslip.engine.dispatch import by_theory, friction_at_belt_speed, kernels_for, to_kernel
 from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
 from stickslip.engine.traces import RigRuns, Sampling, compute_rigs, flows, sampled, trajectory
-from stickslip.vocabulary.scales import Scales
+from stickslip.vocabulary.models.model import Scales
 
 __all__ = [
     "Computed", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",

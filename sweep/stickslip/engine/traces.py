@@ -11,8 +11,8 @@ from stickslip.engine.dispatch import run_signals, signals_to_si, to_kernel
 from stickslip.engine.options import Options, Results, StopFlag
 from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
-from stickslip.vocabulary.scales import Scales
+from stickslip.vocabulary.models.model import Scales
+from stickslip.vocabulary.results import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
 from stickslip_kernels.layout import new_signals
 

@@ -18,7 +18,7 @@ from stickslip.files import writing
 from stickslip.files.locations import location
 from stickslip.runs.work import Blocks, Work
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.results import STATUSES
 
 if TYPE_CHECKING:
     from stickslip.studies.uncertain import SampleStudy

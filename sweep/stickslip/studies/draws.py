@@ -25,10 +25,10 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, te
 from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
 from stickslip.studies.search import Flags, Floats, Integers
 from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import MEASURED
+from stickslip.vocabulary.results import REGIMES
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 BITS = 30  # of a coordinate, as SciPy has them

@@ -22,8 +22,8 @@ from stickslip.studies.tracing import (
     meeting_points,
 )
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.results import REGIMES
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)

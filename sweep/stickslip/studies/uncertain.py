@@ -33,8 +33,8 @@ from stickslip.studies.reduction import STATES, Summary, reduced
 from stickslip.studies.search import Floats
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.flags import REGIMES, flag_label
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.results import REGIMES, flag_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,14 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import LAWS, MODELS, Rule, coefficients_of, laws_with, model_of
+from stickslip.vocabulary.models.model import Scales
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, PARAMETERS_OF
-from stickslip.vocabulary.scales import Floats, Scales
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, PARAMETERS_OF, listed, or_meant
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Floats = NDArray[np.float64]
 Parameters = dict[str, Floats]  # of some cells, in SI, by names of `PARAMETERS`: arrays of one length
 _LARGEST = 1e300  # of whole numbers that are floats
 _NAMES = (*PARAMETERS, *OF_EXTENSIONS)

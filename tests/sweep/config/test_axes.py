@@ -6,8 +6,7 @@ from helpers.configs import GOOD, message, with_line
 from stickslip.config.model import Values
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.quantities import OF_EXTENSIONS, QUANTITIES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import OF_EXTENSIONS, QUANTITIES, listed
 
 CELL_QUANTITIES = [name for name in QUANTITIES if name not in OF_EXTENSIONS]
 

@@ -24,8 +24,7 @@ from stickslip.vocabulary.parameter import FRICTION, NAN, SPEED, Parameter, Vari
 
 if TYPE_CHECKING:
     from stickslip.theory.contacts import Slopes
-    from stickslip.vocabulary.models.model import Row
-    from stickslip.vocabulary.scales import Floats, Scales
+    from stickslip.vocabulary.models.model import Floats, Row, Scales
 
 RESULTS = (
     Variable("slip_speed_min", "m s-1", "least slip speed on the attractor"),

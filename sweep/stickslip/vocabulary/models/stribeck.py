@@ -18,7 +18,7 @@ from stickslip.vocabulary.parameter import FALL, FRICTION, NAN, Parameter, Varia
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.vocabulary.scales import Floats, Scales
+    from stickslip.vocabulary.models.model import Floats, Scales
 
 FORMULA = "a1 + a2 w + a3 exp(-w/a4)"  # of the law stribeck
 OF_HYSTERESIS = ("mu_reversal", "tendency")  # results that only a curve with `mu_stop` has
