@@ -29,10 +29,10 @@ from stickslip.studies.search import Floats, Integers, Labels
 from stickslip.studies.study import axis_names, joined, parts_over
 from stickslip.vocabulary.cells import taken
 from stickslip.vocabulary.display_units import customary, spoken
-from stickslip.vocabulary.flags import VERDICTS
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
+from stickslip.vocabulary.results import VERDICTS
 from stickslip_explain.goal import IMPOSSIBLE, PROBABILITY, QUIET, VIBRATES, Demand, Goal, goal_plane
 
 _PER_POINT = 8  # places judged per grid point along one side of the plane, about

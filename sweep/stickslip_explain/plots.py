@@ -21,7 +21,7 @@ from stickslip.plots.maps import plot_map
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import BLACK, GREY, SKY, WHITE, regime_label
 from stickslip.vocabulary.display_units import spoken
-from stickslip.vocabulary.flags import VERDICTS, VIBRATING
+from stickslip.vocabulary.results import VERDICTS, VIBRATING
 
 _COLUMNS = 3  # of quantities side by side
 _BINS = 30

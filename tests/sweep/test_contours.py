@@ -16,7 +16,7 @@ from stickslip.studies import plane as plane_search
 from stickslip.studies.contours import Contours, ContourStudy
 from stickslip.studies.lines import fine_enough, opened
 from stickslip.studies.plane import Crossing, PlaneSearch, Segment, chained, joined, meeting_points
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0,

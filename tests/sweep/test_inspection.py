@@ -10,7 +10,7 @@ from stickslip.dataset.coarse import chunks
 from stickslip.dataset.summary import remark, summary, survey
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.vocabulary.flags import REGIMES, STATUSES
+from stickslip.vocabulary.results import REGIMES, STATUSES
 
 MAP = """
 title: a map

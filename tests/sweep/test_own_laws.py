@@ -17,8 +17,8 @@ from stickslip.engine import Options, will_compile
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
 from stickslip.vocabulary.cells import as_cells
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import laws_with, own_law
+from stickslip.vocabulary.results import REGIMES
 
 TESTS = Path(__file__).parents[1]
 CURVE = (0.3, 0.1, 0.2, 0.05)
@@ -227,28 +227,6 @@ def test_a_process_that_gets_the_options_computes_with_the_law(prefix):
     sent = pickle.dumps((options, cell))
     done = subprocess.run([sys.executable, "-c", script], input=sent, capture_output=True, check=True)
     assert float(done.stdout) == float(stickslip.evaluate(cell, options=options)["period"][0])
-
-
-def test_an_installed_package_brings_a_law(lorentzian, tmp_path):
-    """Which the command line knows as well."""
-    folder = tmp_path / "brought-1.0.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: brought\nVersion: 1.0\n", encoding="utf-8")
-    (folder / "entry_points.txt").write_text(
-        "[stickslip.laws]\nown_lorentzian = helpers.own_shapes\n", encoding="utf-8"
-    )
-    (tmp_path / "map.yaml").write_text(ENTRY.replace("LAW", "own_lorentzian"), encoding="utf-8")
-    command = [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(TESTS)!r}]; "
-               "from stickslip.__main__ import main; main()"]  # fmt: skip
-    run = [*command, "run", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "map.nc")]
-    subprocess.run(run, check=True, capture_output=True)
-    found = stickslip.open(tmp_path / "map.nc")
-    same = stickslip.evaluate(CELL | {"belt_speed": [0.02, 0.1, 0.6]}, law=lorentzian)
-    np.testing.assert_array_equal(found["period"], same["period"])
-    wrong = tmp_path / "wrong.yaml"
-    wrong.write_text(ENTRY.replace("LAW", "own_lorentz"), encoding="utf-8")
-    done = subprocess.run([*command, "validate", str(wrong)], capture_output=True, text=True)
-    assert done.returncode and "friction.law" in done.stderr + done.stdout
 
 
 @pytest.mark.slow

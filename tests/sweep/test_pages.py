@@ -13,7 +13,7 @@ from stickslip.errors import StoreError
 from stickslip.plots import pages
 from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.pages import Picture, pictures_of, result_page
-from stickslip.vocabulary.flags import REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.results import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'
 VOID = {"meta", "img", "br"}

@@ -14,7 +14,7 @@ from stickslip.plots.layout import resize
 from stickslip.plots.maps import plot_map
 from stickslip.plots.options import Look
 from stickslip.plots.palette import FLAG_COLOURS, paint
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 # --- limits and scales ------------------------------------------------------------------------------------------------
 

@@ -28,7 +28,7 @@ from stickslip.plots import layout
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
 from stickslip.plots.traces import plot_trace
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 # --- colours and legend -----------------------------------------------------------------------------------------------
 

@@ -26,8 +26,8 @@ from stickslip.runs.lock import Notice
 from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.threads import compute_study
 from stickslip.runs.work import MapStudy, parse_shard, study_of
-from stickslip.vocabulary.studies import STUDIES
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import or_meant
+from stickslip.vocabulary.results import STUDIES
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -15,7 +15,7 @@ from stickslip.cli import params, screen
 from stickslip.cli.outputs import plot_limits
 from stickslip.cli.screen import DONE, JSON, WRONG_INPUT, fail, fields, is_for_programs, print_json, reports_errors
 from stickslip.errors import ConfigError, Problem, dotted
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import or_meant
 
 
 @click.command()
@@ -97,7 +97,7 @@ def init(file: Path, name: str | None, listing: bool, schema: bool) -> None:
     from stickslip.config.yaml import read_yaml
 
     if schema:
-        from stickslip.config.schema import json_schema
+        from stickslip.config.describe import json_schema
 
         return screen.echo(json.dumps(json_schema(), indent=2))
     if listing:

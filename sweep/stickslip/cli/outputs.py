@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.cli import screen
 from stickslip.cli.params import requested_table
 from stickslip.cli.screen import drawing
-from stickslip.vocabulary.flags import flag_label
+from stickslip.vocabulary.results import flag_label
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,7 +194,7 @@ def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
     from stickslip.config.grid import shared_by
     from stickslip.dataset.selection import one_cell
     from stickslip.plots.options import marks_in
-    from stickslip.vocabulary.flags import REGIMES
+    from stickslip.vocabulary.results import REGIMES
 
     points = [*marks_in(ds, path)]
     if "regime" not in ds or "configuration" not in ds.attrs:

@@ -26,7 +26,7 @@ from stickslip.errors import StoreError, visible
 from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import listed, or_meant
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from stickslip.config.reader import parse_config
 from stickslip.dataset.coarse import chunks
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.flags import FLAGS, REGIMES
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
-from stickslip.vocabulary.suggest import did_you_mean, listed
+from stickslip.vocabulary.quantities import did_you_mean, listed
+from stickslip.vocabulary.results import FLAGS, REGIMES, VARIABLES, VARIABLES_OF
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 NOT_KEPT = "not kept"  # in place of a status

@@ -29,7 +29,7 @@ from stickslip.engine.dispatch import (
     trajectory,
 )
 from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns, stop_flag
-from stickslip.vocabulary.scales import Scales
+from stickslip.vocabulary.models.model import Scales
 
 __all__ = [
     "Computed", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",

@@ -1,6 +1,6 @@
 """Cells through the kernels: from SI to kernel units, to the kernels that suit them, and back.
 
-Units by the scales of a cell (`vocabulary/scales.py`) and by its model. Some cells of a law may have kernels of their
+Units by the scales of a cell (`models/model.py`) and by its model. Some cells of a law may have kernels of their
 own, which take a tenth of the time. Which kernels compute a cell depends on that cell alone, so its numbers do not
 depend on its neighbours. `friction_at_belt_speed` is the friction curve itself, as the kernels have it.
 
@@ -17,9 +17,9 @@ from stickslip.engine.compiling import kernels
 from stickslip.engine.options import Options, Results, StopFlag, columns, stop_flag
 from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.models import OwnKernels, model_of
-from stickslip.vocabulary.scales import Scales
+from stickslip.vocabulary.models.model import Scales
+from stickslip.vocabulary.results import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
 from stickslip_kernels.layout import NO_STOPS, new_signals
 

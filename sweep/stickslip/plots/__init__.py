@@ -23,7 +23,7 @@ from stickslip.plots.marks import BORDERS
 from stickslip.plots.options import PLAIN, Look, Mark
 from stickslip.plots.traces import plot_trace
 from stickslip.plots.uncertainty import plot_probability
-from stickslip.vocabulary.studies import kind_of
+from stickslip.vocabulary.results import kind_of
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "check_plain", "is_drawn", "is_over_map", "kind_of",

@@ -17,7 +17,7 @@ from stickslip.errors import PlotError
 from stickslip.plots.fixed_values import fixed_note
 from stickslip.plots.layout import Figure, apply, entitle, labelled, legend, shade, wrapped
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, GREY, SKY, VERMILLION, regime_label
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 _TITLE_WIDTH, _WIDTH = 70, 60  # letters in a line of what is drawn, and of the title
 BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0, "label": "bistable"}

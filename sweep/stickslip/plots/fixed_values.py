@@ -10,10 +10,10 @@ from stickslip.dataset.display import short_name, unit_of
 from stickslip.dataset.summary import summary
 from stickslip.plots.layout import NOTE_WIDTH, folded
 from stickslip.plots.palette import regime_label
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, STRIBECK
 from stickslip.vocabulary.models.stribeck import OF_HYSTERESIS
 from stickslip.vocabulary.quantities import QUANTITIES
+from stickslip.vocabulary.results import REGIMES
 
 _LONGEST = 20_000  # letters of a configuration that is looked into
 _ALWAYS = ("damping",)  # none decides everything

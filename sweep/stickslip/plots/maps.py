@@ -42,8 +42,8 @@ from stickslip.plots.palette import (
     paint,
 )
 from stickslip.vocabulary.display_units import Unit
-from stickslip.vocabulary.flags import FLAGS
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import or_meant
+from stickslip.vocabulary.results import FLAGS
 
 
 def painted(

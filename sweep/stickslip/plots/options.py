@@ -20,7 +20,7 @@ from stickslip.dataset.selection import span, unit_suggestion, within
 from stickslip.errors import PlotError, QuantityError
 from stickslip.files import tables
 from stickslip.vocabulary import units
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import or_meant
 
 _LABELS = ("label", "name", "point")  # headings of the column of a table that names operating points
 _INCH = 0.0254  # m

@@ -30,7 +30,7 @@ from stickslip.plots.fixed_values import fixed_values
 from stickslip.plots.layout import fit
 from stickslip.plots.options import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, VERMILLION, regime_label
-from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
+from stickslip.vocabulary.results import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 
 _DOTS = 200  # per inch
 _MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset

@@ -12,8 +12,8 @@ from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure, entitle, labelled, legend, shade
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
 from stickslip.vocabulary.display_units import quantity, spoken
-from stickslip.vocabulary.flags import MODES
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import MODES
 
 _ALWAYS = ("mass", "stiffness", "normal_load", "belt_speed")  # of the parameters that a title names
 _NAMED = (*_ALWAYS, "damping")  # the others where they are not 0

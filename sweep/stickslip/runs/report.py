@@ -25,7 +25,7 @@ from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.session import Request
 from stickslip.runs.work import Blocks, Shard, Work, study_of
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.results import STATUSES
 
 if TYPE_CHECKING:
     from stickslip.studies.uncertain import SampleStudy

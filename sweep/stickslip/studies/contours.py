@@ -34,11 +34,11 @@ from stickslip.studies.plane import PlaneSearch
 from stickslip.studies.search import Integers
 from stickslip.studies.study import joined, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.models.memory import CONTOUR_POINTS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.results import REGIMES
 
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold

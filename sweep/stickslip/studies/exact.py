@@ -32,8 +32,8 @@ from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.starts import Attractors, Motions, settled
 from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
 from stickslip.vocabulary.cells import Parameters, taken
-from stickslip.vocabulary.flags import REGIMES, STATUSES
 from stickslip.vocabulary.models import CURVE, STRIBECK
+from stickslip.vocabulary.results import REGIMES, STATUSES
 
 _INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
 _FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes

@@ -23,8 +23,8 @@ from stickslip.studies.boxes import Boxes
 from stickslip.studies.lines import Side, decided, growth_of, guide_of, uncontradicted
 from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.results import REGIMES
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)

@@ -29,9 +29,9 @@ from stickslip.studies.search import Scan
 from stickslip.theory import loss_of_stability, stick_slip_limit
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import as_cells, scales_of
-from stickslip.vocabulary.flags import VIBRATING
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import VIBRATING
 from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds

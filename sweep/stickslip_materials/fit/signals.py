@@ -10,8 +10,7 @@ from stickslip.errors import ConfigError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, listed
 from stickslip_materials.fit.columns import HeadedTable, factor, stated
 from stickslip_materials.fit.headings import turns
 from stickslip_materials.fit.uncertainty import Floats

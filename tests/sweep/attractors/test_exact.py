@@ -13,7 +13,7 @@ from stickslip.studies.exact import area_in_box, velocities_at_rest_point
 from stickslip.studies.starts import Attractors, Motions, critical_disturbances, sampled_shares, steady_state
 from stickslip.theory import unstable_amplitude
 from stickslip.vocabulary.cells import Cells, as_cells, taken
-from stickslip.vocabulary.flags import REGIMES, SHARE_METHODS
+from stickslip.vocabulary.results import REGIMES, SHARE_METHODS
 
 
 def ellipse(width, height):

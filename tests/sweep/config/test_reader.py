@@ -14,8 +14,8 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.resolve import config_path
 from stickslip.config.sections import System
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.studies import BESIDE, STUDIES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import listed
+from stickslip.vocabulary.results import BESIDE, STUDIES
 
 
 def test_quantities_become_si():
