@@ -229,6 +229,28 @@ def test_a_process_that_gets_the_options_computes_with_the_law(prefix):
     assert float(done.stdout) == float(stickslip.evaluate(cell, options=options)["period"][0])
 
 
+def test_an_installed_package_brings_a_law(lorentzian, tmp_path):
+    """Which the command line knows as well."""
+    folder = tmp_path / "brought-1.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: brought\nVersion: 1.0\n", encoding="utf-8")
+    (folder / "entry_points.txt").write_text(
+        "[stickslip.laws]\nown_lorentzian = helpers.own_shapes\n", encoding="utf-8"
+    )
+    (tmp_path / "map.yaml").write_text(ENTRY.replace("LAW", "own_lorentzian"), encoding="utf-8")
+    command = [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(TESTS)!r}]; "
+               "from stickslip.__main__ import main; main()"]  # fmt: skip
+    run = [*command, "run", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "map.nc")]
+    subprocess.run(run, check=True, capture_output=True)
+    found = stickslip.open(tmp_path / "map.nc")
+    same = stickslip.evaluate(CELL | {"belt_speed": [0.02, 0.1, 0.6]}, law=lorentzian)
+    np.testing.assert_array_equal(found["period"], same["period"])
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(ENTRY.replace("LAW", "own_lorentz"), encoding="utf-8")
+    done = subprocess.run([*command, "validate", str(wrong)], capture_output=True, text=True)
+    assert done.returncode and "friction.law" in done.stderr + done.stdout
+
+
 @pytest.mark.slow
 def test_workers_get_a_law_that_was_registered_here(lorentzian, tmp_path):
     config = make_config({

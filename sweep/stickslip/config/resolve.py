@@ -6,12 +6,13 @@ In arrays, which hold no words, NaN stands for the word of its quantity (none, s
 `np.geomspace` made is the range it came from, so that plots know its scale. A value that is none of these is left as
 it is, for the reader to refuse.
 
-Whoever owns a word in place of which other things stand puts these in, once: keys of extensions (`uncertain:
-{explained: felt.nc}` stands for draws, say), a table of points. What is checked then names no file that is still to be
-read.
+Whoever owns such a word puts in what it stands for, once: keys of extensions (`uncertain: {explained: felt.nc}` stands
+for draws, say), a damping in percent, a table of points. What is checked then names no file that is still to be read.
 """
 
+import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from numbers import Integral, Real
@@ -24,7 +25,7 @@ from stickslip import extensions
 from stickslip.config.yaml import DEEPEST, Document
 from stickslip.errors import Path, Problem
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import has_missing
+from stickslip.vocabulary.cells import has_missing, scales_of
 from stickslip.vocabulary.models import PREFIX, own_law
 from stickslip.vocabulary.own_laws import Table
 from stickslip.vocabulary.quantities import QUANTITIES, nearest
@@ -137,6 +138,7 @@ LAWS_FITTED = ("stribeck",)  # whose curves are fitted to points
 _FORMS = "a CSV file of slip speeds and friction, {file: FILE.csv, monotone: true}, or {speed: [...], mu: [...]}"
 _AT: Path = ("friction", "table")
 _KEYS = ("file", "speed", "mu", "monotone")
+_SHARE = re.compile(r"\s*([-+0-9.eE]+)\s*%(\s*of critical)?\s*")
 
 
 def resolved(document: Document) -> Document:
@@ -147,7 +149,7 @@ def resolved(document: Document) -> Document:
             if place not in done and _has(document.data, pattern.split(".")):
                 done.add(place)
                 document = extensions.imported(place)(document)
-    return with_table(document)
+    return with_table(_with_damping(document))
 
 
 def varied_paths(axes: object) -> list[Path]:
@@ -177,6 +179,28 @@ def _section(document: Document, key: str) -> dict[str, Any]:
     """A section of the plain data; empty where it is none."""
     section = document.data.get(key) if isinstance(document.data, dict) else None
     return section if isinstance(section, dict) else {}
+
+
+def _with_damping(document: Document) -> Document:
+    """The document with a damping in percent of critical damping, 2 sqrt(k m), in N s/m.
+
+    Raises ConfigError where mass or stiffness is not one value beside it.
+    """
+    system = _section(document, "system")
+    written = system.get("damping")
+    share = _SHARE.fullmatch(written) if isinstance(written, str) else None
+    if share is None:
+        return document
+    try:
+        names = [name for name in system if name in QUANTITIES and name != "damping"]
+        scales = scales_of({name: QUANTITIES[name].read(system[name]) for name in names})
+        damping = float(share[1]) / 100.0 * float(scales.critical_damping)
+    except ValueError:  # QuantityError is one
+        damping = math.nan
+    if not damping >= 0.0:
+        text = f"got {written!r}, a share of critical damping, expected one mass and one stiffness beside it"
+        raise document.refused(("system", "damping"), text, "or write the damping in N s/m")
+    return replace(document, data={**document.data, "system": {**system, "damping": f"{damping!r} N s/m"}})
 
 
 def with_table(document: Document) -> Document:

@@ -28,7 +28,8 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, is_law, law_remedy, own_names
+from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, law_remedy, own_names
+from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section
 from stickslip.vocabulary.quantities import EXECUTION, QUANTITIES, SOLVER, did_you_mean, listed
 from stickslip.vocabulary.results import VARIABLES

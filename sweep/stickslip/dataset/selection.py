@@ -16,7 +16,8 @@ from stickslip.dataset.display import MapAxis
 from stickslip.errors import ConfigError, PlotError, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import as_cells, parameters_of
-from stickslip.vocabulary.models import MODELS, is_law, model_with
+from stickslip.vocabulary.models import MODELS, model_with
+from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, listed, or_meant
 
 MAX_PANELS = 16

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stickslip.vocabulary import models
 from stickslip.vocabulary.models import Model, OnBristles, own_law
-from stickslip.vocabulary.own_laws import Table
+from stickslip.vocabulary.own_laws import Table, is_law
 from stickslip.vocabulary.quantities import EXECUTION, SOLVER
 from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
 from stickslip_kernels import layout
@@ -61,7 +61,7 @@ class Options:
     variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not models.is_law(self.law):
+        if not is_law(self.law):
             remedy = models.law_remedy(self.law)
             names = ", ".join((*models.LAWS, *models.own_names()))
             raise ValueError(f"law: got {self.law!r}, expected {names}{f'; {remedy}' if remedy else ''}")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from math import inf, isfinite
 from typing import Any
 
@@ -20,7 +20,7 @@ from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.vocabulary.cells import numbers_of
-from stickslip.vocabulary.models import LAWS, OWN_NAME, PREFIX, TABLE, OwnLaw, add_law, own_law
+from stickslip.vocabulary.models import LAW_MESSAGES, LAWS, OWN_NAME, PREFIX, TABLE, OwnLaw, add_law, own_law
 from stickslip.vocabulary.quantities import CURVE_COLUMNS
 
 Floats = NDArray[np.float64]
@@ -156,6 +156,7 @@ def _is_cubic(z: Floats, shape: Floats, slope: Floats) -> bool:
 
 # --- tables, and shapes as functions ----------------------------------------------------------------------------------
 
+ENTRY_POINTS = "stickslip.laws"  # group of a package: name of the law, and a module with `shape` and `slope`
 MOST_POINTS = 200
 _CLOSEST = 1e-9  # two points, over the fastest speed
 _TAKEN = (TABLE, PREFIX)  # beginnings of names
@@ -315,3 +316,25 @@ def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
         return RegisteredLaw(name, text, tabulated(shape, slope))
     except ValueError as error:
         raise ValueError(f"law {name}: {error}") from error.__cause__
+
+
+def is_law(name: object) -> bool:
+    """Return whether a law has this name: of the program, registered, or brought by a package that is installed."""
+    if not isinstance(name, str):
+        return False
+    if name not in LAW_MESSAGES:
+        _load_law(name.removeprefix(PREFIX))
+    return name in LAW_MESSAGES
+
+
+@cache
+def _load_law(name: str) -> None:
+    """Register the law of this name that an installed package brings, if one does. Raises ValueError."""
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group=ENTRY_POINTS, name=name):
+        law = entry.load()
+        try:
+            register_law(name, law.shape, law.slope)
+        except AttributeError:
+            raise ValueError(f"law {name}: {entry.value} has no functions `shape` and `slope`") from None

@@ -38,7 +38,7 @@ _OF_LAW = {law: model for model in MODELS for law in model.laws}
 __all__ = [
     "BREAKAWAY", "CURVE", "CURVE_LAWS", "FITTED", "FORMULA", "LAWS", "LAW_MESSAGES", "MODELS", "OWN_NAME", "PREFIX",
     "ROUNDING", "STIFFNESS", "STRIBECK", "TABLE", "WRITTEN_LAWS", "Curve", "Model", "OnBristles", "OwnKernels",
-    "OwnLaw", "Rule", "add_law", "coefficients_of", "is_law", "kernel_of", "law_of_contact", "law_remedy", "laws_with",
+    "OwnLaw", "Rule", "add_law", "coefficients_of", "kernel_of", "law_of_contact", "law_remedy", "laws_with",
     "model_of", "model_with", "own_law", "own_names",
 ]  # fmt: skip
 
@@ -50,11 +50,6 @@ def add_law(own: OwnLaw) -> None:
         model.laws[name] = LAW_MESSAGES[name] = own.text
         model.rules[name], _OF_LAW[name] = ruled, model
     KNOWN_OWN[str(own)] = own
-
-
-def is_law(name: object) -> bool:
-    """Return whether a law has this name: of the program, or registered in this process."""
-    return isinstance(name, str) and name in LAW_MESSAGES
 
 
 def model_of(name: str) -> Model:
