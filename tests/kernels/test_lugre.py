@@ -17,7 +17,7 @@ from stickslip.engine.compiled import kernels
 from stickslip.theory import contacts
 from stickslip.theory.curve import weakening
 from stickslip_kernels import layout as at
-from stickslip_kernels.layout import NO_STOPS, new_signals
+from stickslip_kernels.allocate import NO_STOPS, new_signals
 
 TABLE = pd.read_csv(Path(__file__).parents[1] / "data" / "lugre.csv")
 LAW, DELTA, GAUSSIAN = LAWS = ("lugre_stribeck", "lugre_stribeck_delta", "lugre_gaussian")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
+from stickslip.cli.outputs import Outputs, save_table, show_file
 from stickslip.cli.run import execute, report_result, study_answer
 from stickslip.cli.screen import JSON, fields, incomplete, print_json, reports_errors
 
@@ -231,8 +231,6 @@ def _here(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
         share = screen.share_text(tried.at_step_limit / tried.cells)
         limit = f"unresolved with solver: {{max_steps: {study.options.max_steps}}}"
         yield "steps", f"{tried.at_step_limit:,} of these cells ({share}) ended at the step limit: {limit}"
-    if loaded.output.plot is not None and (part := plot_limits(loaded)):
-        yield "plot", part
     yield study.name, loaded.output.file or "not kept, no output is named: run -o FILE.nc writes a file"
 
 

@@ -23,7 +23,7 @@ from stickslip.engine.options import Computed, Options, Progress, Results, StopF
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip_kernels import layout
-from stickslip_kernels.layout import new_regimes
+from stickslip_kernels.allocate import new_regimes
 
 T = TypeVar("T")
 Item = TypeVar("Item")

@@ -9,7 +9,7 @@ import llvmlite.binding as llvm
 from stickslip.engine.compiling import compile_apart, stored
 from stickslip.vocabulary.models import kernel_of, own_law
 from stickslip_kernels import objects, runtime
-from stickslip_kernels.layout import NO_STATIONS
+from stickslip_kernels.allocate import NO_STATIONS
 
 _loading = threading.Lock()
 _machines: dict[tuple[str, bool], runtime.Kernels] = {}

@@ -17,7 +17,7 @@ from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, TABLE, OwnKernels, model_of
 from stickslip.vocabulary.scales import Scales
 from stickslip_kernels import layout, objects
-from stickslip_kernels.layout import NO_STOPS
+from stickslip_kernels.allocate import NO_STOPS
 
 Floats = NDArray[np.float64]
 _ROWS = {name: row for name, row in vars(layout).items() if isinstance(row, int)}

@@ -14,7 +14,7 @@ from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.flags import STATUS_MESSAGES, STATUSES
 from stickslip.vocabulary.scales import Scales
 from stickslip_kernels import layout
-from stickslip_kernels.layout import new_signals
+from stickslip_kernels.allocate import new_signals
 
 Floats = NDArray[np.float64]
 
