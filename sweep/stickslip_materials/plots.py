@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
-from stickslip.plots.layout import Figure, entitle, legend
+from stickslip.plots.layout import Figure, entitle, labelled, legend
 from stickslip.plots.palette import BLACK, FLAG_COLOURS, look_of
 from stickslip.theory import reversal_speed
 from stickslip.vocabulary import units
@@ -96,8 +96,8 @@ def plot_memory_fits(fits: Mapping[str, MemoryFit]) -> Figure:
         ax.plot(factor * fit.along, fit.mu, ".", color="0.65", markersize=3, label="record")
         ax.plot(factor * fit.along, fit.predicted, color="black", linewidth=1.2, label=fit.law)
         ax.set(xlabel=label, ylabel="friction coefficient")
-        ax.legend(frameon=False)
         entitle(figure, ax, name)
+    legend(figure, labelled(*figure.axes))
     return figure
 
 

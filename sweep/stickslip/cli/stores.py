@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
+from stickslip.cli.outputs import Outputs, save_table, show_file
 from stickslip.cli.run import execute, report_result, study_answer
 from stickslip.cli.screen import JSON, fields, incomplete, print_json, reports_errors
 
@@ -219,8 +219,6 @@ def _here(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
         yield from _space(loaded, whole)
     rate = f"{1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map"
     yield "time", f"about {screen.duration_text(whole.seconds)} ({rate})"
-    if loaded.output.plot is not None and (part := plot_limits(loaded)):
-        yield "plot", part
     yield study.name, loaded.output.file or "not kept, no output is named: run -o FILE.nc writes a file"
 
 

@@ -265,7 +265,7 @@ class SampleStudy(Study):
     ) -> Figure | None:
         """The probability of a state; metrics are maps."""
         from stickslip.dataset.selection import selected
-        from stickslip.plots.uncertainty import plot_probability
+        from stickslip.plots.lines import plot_probability
 
         if variable not in (None, "regime"):
             return None
