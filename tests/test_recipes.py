@@ -227,9 +227,9 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
 def test_a_law_with_a_shape_of_its_own_is_a_file_and_its_row(tmp_path):
     """The Lorentzian of tests/data/lorentzian.py; its slip is held against SciPy."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
-    shutil.copy(ROOT / "tests/data/lorentzian.py", laws)
-    copy.insert("kernels/stickslip_kernels/contacts/stribeck/laws/__init__.py", '"gaussian"', ', "lorentzian"')
+    contact = "kernels/stickslip_kernels/contacts/stribeck"
+    shutil.copy(ROOT / "tests/data/lorentzian.py", tmp_path / contact)
+    copy.insert(f"{contact}/__init__.py", 'law of a table\n"""\n', "\nfrom . import lorentzian\n")
     row = '\n    "lorentzian": "1/(1 + (w/a4)^2), the law of Hess and Soom (1990)",'
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', row)
     copy.run("""
