@@ -163,7 +163,7 @@ def _remember() -> None:
     types.BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
     types.Dispatcher.get_call_type = call_without_values  # type: ignore[method-assign]
     base.BaseContext.get_abi_sizeof = cache(base.BaseContext.get_abi_sizeof)  # type: ignore[method-assign]
-    utils.pysignature = cache(utils.pysignature)
+    utils.pysignature = cache(utils.pysignature)  # type: ignore[attr-defined]
 
 
 def _leave_out_passes() -> None:
