@@ -1,7 +1,6 @@
-"""Plots of a rig: records over time, and a test matrix as a heat map; and the page of a matrix, one HTML file."""
+"""Plots of a rig: records over time, and a test matrix as a heat map."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import islice
+from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any
 
@@ -12,20 +11,17 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from stickslip.config.model import Config
 from stickslip.dataset import display
 from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
-from stickslip.plots import pages, palette
+from stickslip.plots import palette
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.maps import hatch_cells
-from stickslip.plots.pages import Column, PageCell, PageSection
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
-from stickslip_rig.evaluation import as_records, shown_table, test_names, unfinished
+from stickslip_rig.evaluation import test_names
 from stickslip_rig.quantities import RPN_NAME, SIGNALS
 from stickslip_rig.records import force_of
 from stickslip_rig.risk import BANDS, UNDEFINED, rpn_text
-from stickslip_rig.sections import sections_of
 from stickslip_rig.signals import Floats, gaps_of
 
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)  # of records, in this order
@@ -39,24 +35,17 @@ MEANINGS = {  # the article's, page 4
 RPN, BAND = "model_rpn", "model_rpn_band"
 _PIXELS = 3000  # across; more samples than that are plotted as the range of each pixel
 _ROOM = 2.2  # times its range: the right axis, so that the acceleration leaves the force readable
-_IN_A_ROW = 4  # records beside each other
 _CELL = (0.46, 0.29)  # inches: width and height of a cell where there is room
 _LARGEST = (10.0, 10.5)  # inches: of all cells together
 _AROUND = (2.6, 2.2)  # inches: names, title and legend
 _MOST_NAMED = 40  # points along an axis
 _MOST_WRITTEN = (25, 40)  # columns and rows of cells that numbers fit into
 _HATCH = "////"  # of red cells, whose colour is as dark as green
-MOST_ROWS = 500  # of the table
-_MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours
-_STYLE = "".join(f"td.{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items()) + (
-    "td { -webkit-print-color-adjust: exact; print-color-adjust: exact; }\n"
-)
 
 
 def plot_records(
     records: Mapping[str, xr.Dataset],
     *,
-    beside: bool = False,
     numbers: Mapping[str, float] | None = None,
     heading: str = "",
     window: tuple[float, float] | None = None,
@@ -66,35 +55,28 @@ def plot_records(
     One record is drawn as in the article: force in colour, acceleration black. Of several, the acceleration has the
     colour of the force, thin. Gaps are left blank.
 
-    beside : each in a panel of its own, instead of over each other. numbers : the model RPN of each, "?" for NaN.
-    heading : of the figure. window : part of each record to draw, s since its start.
+    numbers : the model RPN of each, "?" for NaN. heading : of the figure. window : part of each record to draw, s
+    since its start.
     """
     parts = [_part(record, window) for record in records.values()]
-    columns = min(_IN_A_ROW, len(parts)) if beside else 1
-    rows = -(-len(parts) // columns) if beside else 1
-    figure = Figure(figsize=(10.0, 1.2 + 3.6 * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel().tolist()
-    twins = [panel.twinx() for panel in panels]
-    handles = []
+    figure = Figure(figsize=(10.0, 4.8), layout="constrained")
+    panel = figure.subplots()
+    twin, handles = panel.twinx(), []
     for i, (name, part) in enumerate(zip(records, parts, strict=True)):
         label = f"{name}: {rpn_text(numbers[name])}" if numbers and name in numbers else name
         label += " (shaded: no samples)" * bool(gaps_of(part["time"].values).size)
-        panel, twin, colour = panels[i * beside], twins[i * beside], SERIES[i % len(SERIES)]
+        colour = SERIES[i % len(SERIES)]
         _draw(panel, part, force_of(part), color=colour, linewidth=1.3)
         if "acceleration" in part:
             thin = {"color": BLACK, "linewidth": 0.7} if len(parts) == 1 else {"color": colour, "linewidth": 0.5}
             _draw(twin, part, part["acceleration"].values, alpha=0.55, **thin)
-        if beside:
-            panel.set_title(label, fontsize="medium")
         # what begins with _ would be hidden from the legend
         handles.append(Line2D([], [], color=colour, label=f" {label}" if label.startswith("_") else label))
-    for panel in panels[len(parts) :]:
-        panel.set_axis_off()
-    _name_axes(panels, twins, parts, columns)
+    _name_axes(panel, twin, parts)
     note = f"after the names: {RPN_NAME}" if numbers else None
-    legend(figure, [] if beside else handles, [note])
+    legend(figure, handles, [note])
     if heading:
-        entitle(figure, panels[0], heading, above_all=True)
+        entitle(figure, panel, heading, above_all=True)
     return figure
 
 
@@ -123,24 +105,20 @@ def _draw(ax: Axes, record: xr.Dataset, values: Floats, **style: Any) -> None:
         ax.axvspan(time[gap], time[gap + 1], color=style["color"], alpha=0.12, linewidth=0)
 
 
-def _name_axes(panels: Sequence[Axes], twins: Sequence[Axes], parts: Sequence[xr.Dataset], columns: int) -> None:
-    """Force at the left of a row, acceleration, if recorded, at its right, zero in the middle of both."""
+def _name_axes(panel: Axes, twin: Axes, parts: Sequence[xr.Dataset]) -> None:
+    """Force at the left, acceleration, if recorded, at the right, zero in the middle of both."""
     signal = next(parts[0][name] for name in SIGNALS if name in parts[0])
     shown = next((part["acceleration"] for part in parts if "acceleration" in part), None)
-    height, swing = (max(abs(end) for ax in axes for end in ax.get_ylim()) for axes in (panels, twins))
-    for i, (panel, twin) in enumerate(zip(panels, twins, strict=True)):
-        panel.set_zorder(twin.get_zorder() + 1)  # forces are drawn over accelerations
-        panel.patch.set_visible(False)
-        panel.set(xlabel="time since the start (s)", ylim=(-height, height))
-        panel.margins(x=0.01)
-        if i % columns == 0:
-            panel.set_ylabel(display.title(signal, display.si_unit(signal)))
-        twin.set_visible(shown is not None)
-        twin.set_ylim(-_ROOM * swing, _ROOM * swing)
-        last = i % columns == columns - 1
-        twin.tick_params(labelright=last)
-        if last and shown is not None:
-            twin.set_ylabel(display.title(shown, display.si_unit(shown)))
+    height, swing = (max(map(abs, ax.get_ylim())) for ax in (panel, twin))
+    panel.set_zorder(twin.get_zorder() + 1)  # forces are drawn over accelerations
+    panel.patch.set_visible(False)
+    panel.set(xlabel="time since the start (s)", ylim=(-height, height))
+    panel.margins(x=0.01)
+    panel.set_ylabel(display.title(signal, display.si_unit(signal)))
+    twin.set_visible(shown is not None)
+    twin.set_ylim(-_ROOM * swing, _ROOM * swing)
+    if shown is not None:
+        twin.set_ylabel(display.title(shown, display.si_unit(shown)))
 
 
 # --- matrices ---------------------------------------------------------------------------------------------------------
@@ -186,50 +164,3 @@ def plot_matrix(ds: xr.Dataset) -> Figure:
     legend(figure, handles, [RPN_NAME, None if has_room else "the cells are too small for numbers"])
     entitle(figure, ax, str(ds.attrs.get("title", "")), above_all=True)
     return figure
-
-
-# --- the page ---------------------------------------------------------------------------------------------------------
-
-
-def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: Config) -> str:
-    """The page of a test matrix (`run_matrix`) as text.
-
-    records : those to draw, by name. rig : the configuration the matrix was computed from.
-    """
-    again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
-    words = ((str(name).replace("_", " "), str(v.attrs.get("long_name", name))) for name, v in ds.data_vars.items())
-    sections = [
-        PageSection("The matrix", pages.embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")),
-        PageSection("Traces", "\n".join(_traces(ds, records, sections_of(rig).drive.strokes))),
-        PageSection("All tests", _table(ds)),
-        PageSection("What the words mean", pages.terms(words, "short")),
-        PageSection("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
-    ]
-    title = str(ds.attrs.get("title", "")) or rig.title
-    return pages.page(
-        title, f"{ds['model_rpn'].size} tests", sections, warnings=[*map(pages.warning, unfinished(ds))], style=_STYLE
-    )
-
-
-def _traces(ds: xr.Dataset, records: Mapping[str, xr.Dataset], strokes: int) -> Iterator[str]:
-    """Records over each other, as many as colours tell apart, and the first stroke in detail."""
-    rpn = dict(zip(as_records(ds)["record"].values.tolist(), ds["model_rpn"].values.ravel().tolist(), strict=True))
-    for first in range(0, len(records), _MOST_TOGETHER):
-        drawn = dict(islice(records.items(), first, first + _MOST_TOGETHER))
-        end = min(float(np.ptp(record["time"].values)) for record in drawn.values()) / strokes
-        whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
-        start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
-        yield pages.embedded(whole, f"Force and acceleration over time: {'; '.join(drawn)}")
-        yield pages.embedded(start, f"The first stroke of the same: {'; '.join(drawn)}")
-
-
-def _table(ds: xr.Dataset) -> str:
-    """All tests, the model RPN on its light; rows after `MOST_ROWS` are left out, which a line below says."""
-    table, bands = shown_table(ds), [list(LIGHTS)[code] for code in ds["model_rpn_band"].values.ravel().tolist()]
-    columns = [Column("test", is_text=True), *map(Column, table.numbers)]
-    rows: Iterator[list[str | PageCell]] = (
-        [name, PageCell(rpn, band), *rest] for (name, rpn, *rest), band in zip(table.rows, bands, strict=True)
-    )
-    more = len(bands) - MOST_ROWS
-    cut = pages.paragraph(f"{more} more tests are left out here; the file of results has all.") if more > 0 else ""
-    return pages.table(columns, islice(rows, MOST_ROWS)) + cut

@@ -30,10 +30,9 @@ _MOST_ROWS = 60  # on screen
 
 
 def PART(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `CONFIG_OPTION`
-    """The options `--beside`, `--from` and `--to`; `time_window` reads the latter two."""
+    """The options `--from` and `--to`, which `time_window` reads."""
     return params.decorated(
         command,
-        click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other."),
         click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on."),
         click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each test."),
     )
@@ -44,7 +43,7 @@ def PART(command: params.Command) -> params.Command:  # noqa: N802, a decorator 
     epilog="""\b
 Examples:
   stickslip rig features felt.csv fluid.csv
-  stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
+  stickslip rig features *.csv -c rig.yaml --plot traces.png -o features.nc
   stickslip rig features *.csv -o features.csv    # with a column rpn, for stickslip rig calibrate
   stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
 )
@@ -63,7 +62,7 @@ Examples:
 @reports_errors
 def features(
     files: tuple[Path, ...], config: Path | None, load: str | None, speed: str | None, bandwidth: str | None,
-    plot: Path | None, beside: bool, begin: str | None, end: str | None, output: Location | None,
+    plot: Path | None, begin: str | None, end: str | None, output: Location | None,
 ) -> Answer:  # fmt: skip
     """Compute features and a risk number of rig records.
 
@@ -91,11 +90,11 @@ def features(
         from stickslip_rig.plots import plot_records
 
         numbers = dict(zip(records, ds["model_rpn"].values.tolist(), strict=True))
-        save_plot(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
+        save_plot(plot_records(records, numbers=numbers, window=window), plot)
     action = f"rig-features {' '.join(map(str, files))}"
     ds = ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
     if isinstance(output, Path) and output.suffix.lower() in KINDS["table"].suffixes:
-        save_table(as_columns(ds), output)
+        save_table(ds, output)
     else:
         save_result(ds, output, "features")
 
@@ -225,23 +224,16 @@ def calibrate(file: Path, config: Path | None) -> dict[str, Any]:
     At least five pairs of different features are needed. Records of which a feature is not
     determined are left out.
 
-    Prints the parameters ready to paste into a configuration; the pairs and what the fit makes of them go to standard
-    error.
+    Prints the parameters ready to paste into a configuration, with the error of predictions.
     """
-    from stickslip.config.studies import ReportTable
     from stickslip_rig.calibration import calibrate_file
     from stickslip_rig.settings import load_settings
 
     fit = calibrate_file(file, load_settings(config).risk)
     screen.echo(fit.text())
-    columns = {"RPN": fit.rpn, "fitted": fit.level, "left out": fit.left_out, "default": fit.default}
-    rows = [(name, *(f"{value:.2f}" for value in row)) for name, *row in zip(fit.names, *columns.values(), strict=True)]
-    screen.notice(ReportTable("", ("pair",), tuple(columns), rows).text())
-    screen.notice(fit.prediction())
     for pair in fit.omitted:
-        screen.notice(f"left out  {pair}")
-    pairs = ("names", "rpn", "level", "left_out", "default")
+        screen.notice(f"left out  {pair}: a feature is empty")
     return {"risk": fit.risk.resolved(), "interval": fit.interval, "unidentified": fit.unidentified,
             "leave_one_out_error": fit.error, "default_error": fit.default_error,
-            "is_better_than_default": fit.is_better, "noise": fit.noise,
-            "omitted": fit.omitted, "pairs": {name: getattr(fit, name) for name in pairs}}  # fmt: skip
+            "is_better_than_default": fit.is_better, "noise": fit.noise, "omitted": fit.omitted,
+            "pairs": {name: getattr(fit, name) for name in ("rpn", "level", "left_out")}}  # fmt: skip
