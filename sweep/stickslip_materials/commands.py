@@ -33,8 +33,6 @@ def _columns(command: params.Command) -> params.Command:
         option("--speed-column", metavar="NAME", help="Heading of the column of speeds, if it is none of the usual."),
         option("--friction-column", metavar="NAME", multiple=True,
                help="Heading of a column of friction coefficients; several give a fit each."),
-        option("--same", metavar="PATTERN", multiple=True,
-               help='Names of repeats of one material ("grease A*"), which are fitted as one; repeatable.'),
     )  # fmt: skip
 
 
@@ -45,10 +43,10 @@ def _fits(files: Sequence[Path], load: str | None, **how: Any) -> list[MaterialF
 
     unit, speed, time = (screen.remembered(name) or "" for name in ("unit", "speed_column", "time_column"))
     wanted = Wanted(unit, speed, time, screen.remembered("friction_column"), load)
-    fits = fit_materials([params.points_file(file) for file in files], wanted, same=screen.remembered("same"), **how)
+    fits = fit_materials([params.points_file(file) for file in files], wanted, **how)
     of_file: dict[str, list[MaterialFit]] = {}
-    for part in (part for each in fits for part in each.parts):
-        of_file.setdefault(str(part.path), []).append(part)
+    for each in fits:
+        of_file.setdefault(str(each.path), []).append(each)
     alike: dict[str, list[str]] = {}
     for path, parts in of_file.items():
         alike.setdefault(report.describe_columns(parts), []).append(path)
@@ -108,8 +106,6 @@ def fit(
     else:
         if stiffness is not None:
             fail(f"--stiffness goes with a law of rate-and-state friction, got --law {law}")
-        if screen.remembered("same") and law != "stribeck":
-            fail(f"--same goes with the law stribeck, got --law {law}")
         answer = _fit_points(_fits(files, load, law=law), at, load, plot)
     return lambda: answer | ({"plot": str(plot)} if plot else {})
 
@@ -219,8 +215,7 @@ def compare(
 
         files = {output.suffix[1:].lower(): output for output in outputs} | {"plot": plot, "report": report}
         written = {kind: str(file) for kind, file in files.items() if file is not None}
-        parts = [part for fit in fits for part in fit.parts]
-        read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
+        read = {fit.name: {"file": str(fit.path), **columns_of(fit)} for fit in fits}
         return {**Comparison.answer(ds), "written": written, "read": read}
 
     return for_programs

@@ -35,7 +35,7 @@ from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds
-from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
+from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials
 from stickslip_materials.fit.files import NO_CURVE, question_of
 
 Amount = float | str
@@ -58,7 +58,6 @@ def compare(
     between: tuple[Amount, Amount] | None = None,
     unit: str | None = None,
     columns: Wanted | None = None,
-    same: str | Sequence[str] = (),
     level: float = 0.95,
     draws: int = 1000,
     seed: int = 1,
@@ -85,8 +84,6 @@ def compare(
         four times where theory sees the end of vibration, if that is more.
     unit : of speeds whose heading names none.
     columns : which columns of the files to take, where headings do not say.
-    same : patterns of names ("grease A*") of repeats of one material each: one row, whose interval holds what differs
-        between them (`fit.fit_repeats`); the variables `repeats` and `repeat_names` tell how many there are, and which.
     level : of the confidence intervals.
     draws, seed : curves drawn per material from what its fit leaves open, of which the intervals are quantiles; 0
         leaves intervals out.
@@ -123,7 +120,6 @@ def compare(
     wanted = columns or Wanted()
     load = normal_load if wanted.load is None else wanted.load  # by which friction forces are divided
     fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
-    fits = join_repeats(fits, [same] if isinstance(same, str) else same)
     if question := _question(fits, given | {"belt_speed": belt_speed}, comparing):
         warnings.warn(question, UnitWarning, stacklevel=2)
     with watched(progress, "curves", options.law) as move:
@@ -390,7 +386,7 @@ def _attributes(fits: Sequence[MaterialFit], comparing: Comparing, scan: Scan) -
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
         "confidence": comparing.level, "draws": comparing.draws, "seed": comparing.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.parts)),
+        "files": "\n".join(dict.fromkeys(str(fit.path) for fit in fits)),
     }  # fmt: skip
     if comparing.is_range:
         return attributes | {"speed_range_from": speeds[0], "speed_range_to": speeds[1]}

@@ -84,13 +84,7 @@ def material_dataset(
             variable.attrs["ancillary_variables"] = f"{name}_low {name}_high"
     qualities = (f"{reason} {curve.quality}".strip() for reason, curve in zip(reasons, curves, strict=True))
     variables["fit_quality"] = _text("material", qualities, "quality of the fit")
-    if any(fit.repeats for fit in fits):
-        counts = np.array([max(len(fit.repeats), 1) for fit in fits], np.int32)
-        variables["repeats"] = xr.Variable("material", counts, {"units": "1", "long_name": "repeats of the material"})
-        repeats = ("; ".join(repeat.name for repeat in fit.repeats) for fit in fits)
-        variables["repeat_names"] = _text("material", repeats, "names of the repeats")
-    files = (dict.fromkeys(str(part.path) for part in fit.parts) for fit in fits)
-    variables["file"] = _text("material", map("; ".join, files), "files of the measured points")
+    variables["file"] = _text("material", (str(fit.path) for fit in fits), "files of the measured points")
     coordinates = {"material": xr.Variable("material", names, {"long_name": "material"})}
     if any(variable.dims[-1:] == ("belt_speed",) for variable in variables.values()):
         coordinates["belt_speed"] = parameter_variable("belt_speed", ("belt_speed",), speeds)

@@ -138,7 +138,7 @@ class CurveFit:
         return np.minimum(np.maximum(low, 0.0), middle), np.maximum(high, middle)
 
     def draw(self, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:
-        """Curves as likely as the points leave them, or as the repeats of a `RepeatedFit` do.
+        """Curves as likely as the points leave them.
 
         a4 has the confidence distribution of the fit's profile likelihood, the others are t-distributed about the best
         ones for it, with the fit's degrees of freedom: quantiles of what follows from draws are profile-likelihood

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +18,6 @@ from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.fitting import fit_curve
 from stickslip_materials.fit.points import Columns, only, read_materials
-from stickslip_materials.fit.repeats import fit_repeats
 from stickslip_materials.fit.roles import Wanted
 
 NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
@@ -30,8 +27,7 @@ NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit 
 class MaterialFit:
     """The fit to the points of one material: a curve, or ageing.
 
-    name : no other material read with it has the same. path : the file they come from. repeats : the fit of each
-    repeat, of a material that was measured several times; its points are those of all.
+    name : no other material read with it has the same. path : the file they come from.
     """
 
     name: str
@@ -39,12 +35,6 @@ class MaterialFit:
     points: Columns = field(repr=False)
     curve: CurveFit | None = None
     ageing: AgeingFit | None = None
-    repeats: tuple[MaterialFit, ...] = field(default=(), repr=False)
-
-    @property
-    def parts(self) -> tuple[MaterialFit, ...]:
-        """The repeats, or the material itself."""
-        return self.repeats or (self,)
 
     def coefficients(self) -> dict[str, float]:
         """Of the curve; none of ageing."""
@@ -71,7 +61,6 @@ def fit_materials(
     materials: Sequence[Path] | Mapping[str, tuple[ArrayLike, ArrayLike] | CurveFit],
     wanted: Wanted | None = None,
     columns: Sequence[Parameter] | None = None,
-    same: Sequence[str] = (),
     law: str = "stribeck",
     ageing: bool = True,
 ) -> list[MaterialFit]:
@@ -82,8 +71,7 @@ def fit_materials(
     materials : CSV or .xlsx files; or by name, points (slip speeds in m/s, friction coefficients) or a fit of them
     wanted : which columns to take, and in which units, where the headings do not say
     columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has
-    same : as for `join_repeats`
-    law : of curves, as for `fit_curve`; repeats are fitted by the Stribeck curve
+    law : of curves, as for `fit_curve`
     ageing : False refuses friction over waiting time
 
     Returns
@@ -99,7 +87,7 @@ def fit_materials(
         For points that will not do.
     """
     if isinstance(materials, Mapping):
-        return join_repeats([_named(name, points, law) for name, points in materials.items()], same)
+        return [_named(name, points, law) for name, points in materials.items()]
     rows: list[tuple[str, str, Path, Columns]] = []
     errors: list[ConfigError] = []
     for file, path in zip(names_of(materials), materials, strict=True):
@@ -117,7 +105,8 @@ def fit_materials(
             errors.append(error)
     if errors:
         raise ConfigError.of_files(errors)
-    return join_repeats(fits, same)
+    names = _numbered([fit.name for fit in fits])
+    return [replace(fit, name=name) for fit, name in zip(fits, names, strict=True)]
 
 
 def _named(name: str, points: tuple[ArrayLike, ArrayLike] | CurveFit, law: str) -> MaterialFit:
@@ -151,47 +140,6 @@ def _cautious(fit: MaterialFit) -> MaterialFit:
     own = {name: replace(each, quality=f"{caution} {each.quality}", good=False)
            for name in ("curve", "ageing") if (each := getattr(fit, name))}  # fmt: skip
     return replace(fit, **own)
-
-
-def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[MaterialFit]:
-    """Materials of which some are repeats of one, joined to one each, in the place of the first, with a `RepeatedFit`
-    through all points.
-
-    same : patterns of names, such as ``"grease A*"`` (`fnmatch`, whatever the case), one for each material; it is
-    called after its pattern, without the wildcards. Raises ConfigError if a pattern matches fewer than two, or one that
-    another has; for ageing, and where `fit_repeats` does.
-    """
-    joined = dict(enumerate(fits))  # by the place of the first
-    for pattern in dict.fromkeys(same):
-        group = [i for i, fit in enumerate(fits) if fnmatchcase(fit.name.casefold(), pattern.casefold())]
-        if len(group) < 2 or any(joined.get(i) is not fits[i] for i in group):
-            matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
-            message = f"matches {matched or 'none'}, expected two or more of {', '.join(fit.name for fit in fits)}"
-            raise ConfigError.of(f"same {pattern!r}", message)
-        repeats = [joined.pop(i) for i in group]
-        joined[group[0]] = _joined(pattern, repeats)
-    materials = [joined[i] for i in sorted(joined)]
-    names = _numbered([fit.name for fit in materials])
-    return [replace(fit, name=name) for fit, name in zip(materials, names, strict=True)]
-
-
-def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
-    points, names = [fit.points for fit in group], [fit.name for fit in group]
-    whole = Columns({name: np.concatenate([columns[name] for columns in points])
-                     for name in points[0] if all(name in columns for columns in points)})  # fmt: skip
-    whole.__dict__.update(points[0].__dict__)
-    whole.assumed = next((columns.assumed for columns in points if columns.assumed), ())
-    whole.ignored = tuple(dict.fromkeys(text for columns in points for text in columns.ignored))
-    try:
-        if "speed" not in whole:
-            raise ValueError("the repeats have no points of friction over speed, expected some of each")
-        speeds, mus = ([columns[name] for columns in points] for name in ("speed", "mu"))
-        ways = [columns["direction"] for columns in points] if "direction" in whole else None
-        curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"), directions=ways)
-    except ValueError as error:
-        raise ConfigError.of(f"same {pattern!r}", str(error)) from None
-    name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"
-    return _cautious(MaterialFit(name, group[0].path, whole, curve, repeats=tuple(group)))
 
 
 def question_of(material: MaterialFit) -> str | None:
