@@ -19,7 +19,7 @@ from stickslip.vocabulary.models import CURVE_LAWS
 if TYPE_CHECKING:
     from stickslip_materials.fit import MaterialFit
 
-_MEMORY = ("rate_state_ageing", "rate_state_slip", "lugre")  # laws of `fit/memory.py`
+_MEMORY = ("rate_state_ageing", "rate_state_slip")  # laws of `fit/memory.py`
 _AT = "300"  # s
 _SEVERAL = partial(click.option, multiple=True)
 
@@ -64,8 +64,7 @@ Examples:
   stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
   stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu
-  stickslip fit steps.csv --law rate_state_ageing          # columns: time [s], speed, mu
-  stickslip fit loops.csv --law lugre --load "10 N"        # columns: displacement [um], mu"""
+  stickslip fit steps.csv --law rate_state_ageing          # columns: time [s], speed, mu"""
 )
 @params.RECORDS
 @click.option("--at", metavar="TIME", help="Hold time at which lubricants are ranked.  [default: 300]")
@@ -78,7 +77,7 @@ Examples:
     default="stribeck",
     show_default=True,
     help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here. rate_state_...: of a record of "
-    "velocity steps and holds; lugre: contact stiffness, of small motions back and forth.",
+    "velocity steps and holds.",
 )
 @click.option("--stiffness", metavar="STIFFNESS", help='Of the drive ("20 N/um"); fitted where it is not given.')
 @params.plot_option("Plot of points, curves and their 95 % bands.")
@@ -90,8 +89,8 @@ def fit(
     """Fit friction curves, ageing, or contacts with memory.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
-    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps, and
-    of pre-sliding loops, give contacts with memory (--law). Files are CSV as instruments and
+    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps give
+    contacts with memory (--law). Files are CSV as instruments and
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """

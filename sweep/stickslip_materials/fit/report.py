@@ -13,9 +13,9 @@ from stickslip_materials.fit.steps import StepPoints
 
 _UNITS = {
     CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade", "v_0": "m/s", "D_c": "m",
-    "contact_stiffness": "N/m", "drive_stiffness": "1/m",
+    "drive_stiffness": "1/m",
 }  # fmt: skip
-_FOLLOWS = ("mu_k", "drive_stiffness")  # from a record, and no parameters of a contact
+_DRIVE = "drive_stiffness"  # no parameter of a contact
 _WILD = 0.2  # share of its mean by which friction varies where it sticks and slips
 
 
@@ -35,10 +35,9 @@ def describe(material: MaterialFit) -> str:
 def describe_memory(name: str, fit: MemoryFit) -> str:
     """Parameters with their 95 % intervals, the quality of the fit, and what to paste."""
     rows = [_row(key, value, fit.interval.get(key, (value, value))) for key, value in fit.values.items()]
-    law = {"law": fit.law} if "D_c" in fit.values else {}
-    pasted = {key: _rounded(value) for key, value in fit.values.items() if key not in _FOLLOWS}
+    pasted = {"law": fit.law, **{name: _rounded(value) for name, value in fit.values.items() if name != _DRIVE}}
     heading = [f"{name}: {fit.law}", *([f"  {fit.columns}"] if fit.columns else [])]
-    return "\n".join([*heading, *rows, f"  {fit.quality}", f"  {write_yaml({'friction': law | pasted})}"])
+    return "\n".join([*heading, *rows, f"  {fit.quality}", f"  {write_yaml({'friction': pasted})}"])
 
 
 def _row(name: str, value: float, interval: tuple[float, float]) -> str:
