@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,27 +23,14 @@ _BATCHES = 200  # of draws, until enough of them lie within the bounds
 
 
 class Drawn(NamedTuple):
-    """Curves drawn. coefficients : a1 to a4 by name, and mu_stop of a fit that has it,
-    each (count,). kept : share of the draws within the bounds."""
+    """Curves drawn. coefficients : a1 to a4 by name, and mu_stop of a fit that has it, each (count,)."""
 
     coefficients: dict[str, Floats]
-    kept: float
 
     @property
     def falling(self) -> Flags:
         """Curves that fall for ever, since a2 < 0."""
         return np.asarray(self.coefficients["a2"] < 0)
-
-    @classmethod
-    def in_batches(cls, batch: Callable[[], Floats], count: int, names: Sequence[str] = CURVE) -> Drawn | None:
-        """Curves drawn `count` at a time, of which a batch (n, 4) lies within the bounds, until these are as many."""
-        inside: list[Floats] = []
-        for batches in range(1, _BATCHES + 1):
-            inside.append(batch())
-            if (enough := sum(map(len, inside))) >= count:
-                values = np.concatenate(inside)[:count].T
-                return cls(dict(zip(names, values, strict=True)), enough / (batches * count))
-        return None
 
 
 @dataclass(frozen=True)
@@ -60,12 +47,11 @@ class CurveFit:
     residual_rms : of mu. r_squared : explained share of the variance of mu, NaN if mu does not vary.
     unidentified : coefficients that the points do not determine. assumed : those of them that were fixed.
     at_bound : those (and mu_start) that the points would have beyond their bound.
-    outliers : positions of points that were left out. scatter : standard deviation at the fastest point over that at
-        the slowest, by which points were weighted; 1 unless they show that it differs, or sigma was given.
+    outliers : positions of points that were left out.
     determined : whether the points tell where vibration ends; a material whose points do not is not ranked.
     has_intervals : whether what follows from the curve has an interval: points are to spare, and follow its shape.
     good : whether the curve may be used without reservation. quality : why, or why not, in plain words.
-    law : of the curve. preferred : by how much its AICc is below that of the Stribeck curve.
+    law : of the curve.
     measured, form : points and form of the curve, which bands and draws come from.
     mu_stop : friction while the speed falls to 0, Eq. (2a); NaN where the points were not measured on the way down, or
         do not differ there. line : the points it follows from.
@@ -87,7 +73,6 @@ class CurveFit:
     assumed: tuple[str, ...]
     at_bound: tuple[str, ...]
     outliers: tuple[int, ...]
-    scatter: float
     has_intervals: bool
     law: str
     measured: MeasuredPoints = field(repr=False, compare=False)
@@ -96,7 +81,6 @@ class CurveFit:
     determined: bool = False
     good: bool = False
     quality: str = ""
-    preferred: float = math.nan
     mu_stop: float = math.nan
     line: SlowingLine | None = field(default=None, repr=False, compare=False)
 
@@ -159,19 +143,15 @@ class CurveFit:
         """
         if not self.measured.can_draw(self.form):
             return None
-        random = np.random.default_rng(seed)
-
-        def batch() -> Floats:
+        random, inside = np.random.default_rng(seed), np.zeros((0, 4))
+        for _ in range(_BATCHES):
             values = self.measured.draw(self.form, count, random)
-            return values if falling or self.a3 < 0 else values[values[:, 1] >= 0]
-
-        return self._slowing(Drawn.in_batches(batch, count), random)
-
-    def _slowing(self, drawn: Drawn | None, random: np.random.Generator) -> Drawn | None:
-        """Curves drawn, each with a mu_stop as likely as the points leave it."""
-        if drawn is not None and self.line is not None:
-            drawn.coefficients.setdefault("mu_stop", self.line.draw(drawn.coefficients, random))
-        return drawn
+            inside = np.concatenate([inside, values if falling or self.a3 < 0 else values[values[:, 1] >= 0]])
+            if len(inside) >= count:
+                coefficients = dict(zip(CURVE, inside[:count].T, strict=True))
+                stop = {} if self.line is None else {"mu_stop": self.line.draw(coefficients, random)}
+                return Drawn(coefficients | stop)
+        return None
 
 
 def draw_curves(fit: CurveFit, count: int, seed: int = 1, *, falling: bool = False) -> Drawn | None:

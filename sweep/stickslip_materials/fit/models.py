@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +16,12 @@ import scipy  # type: ignore[import-untyped]
 from stickslip.theory.curve import SHAPES
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED
 from stickslip_materials.fit.likelihood import Likelihood
-from stickslip_materials.fit.uncertainty import CONFIDENCE, Floats, Interval, Residuals, rms, student
+from stickslip_materials.fit.uncertainty import CONFIDENCE, Flags, Floats, Interval, chance_of, rms, student
 
 _VISIBLE, _ROUNDING = 0.01, 1e-9  # of the span, of the friction: smaller residuals do no harm; are none
+_SMOOTH = 3  # waves over the points that residuals may follow, each half a wave longer
 _CERTAIN = 0.99  # confidence with which a branch must be seen
 _TREND = 0.05  # chance of as many falls among points without a trend
-_UNEVEN = 6.63  # by which the deviance falls where the scatter differs along the speed: chi-squared, 1 %
 _LEAST = 2  # points to spare for an interval, where the scatter is not given
 _FEW, _WIDER = 3, 0.975  # with so few points to spare a branch that is seen was often seen by luck: 97.5 % cover 95 %
 
@@ -64,35 +64,23 @@ class Chosen(NamedTuple):
 class MeasuredPoints:
     """Speeds (m/s), friction, its standard deviations or None, and the law of the curve.
 
-    slope : of the logarithm of the scatter, over the range of log speeds; 0 for an even one. Curves through them have
-    coefficients in `units`, the largest speed and friction being 1, so that nothing depends on their size; what they
-    leave is weighted. order : logarithms of the speeds over a range of 1, about their mean.
+    Curves through them have coefficients in `units`, the largest speed and friction being 1, so that nothing depends on
+    their size; what they leave is weighted.
     """
 
-    def __init__(self, speed: Floats, mu: Floats, deviation: Floats | None, law: str, slope: float = 0.0) -> None:
-        self.speed, self.mu, self.deviation, self.law, self.slope = speed, mu, deviation, law, slope
+    def __init__(self, speed: Floats, mu: Floats, deviation: Floats | None, law: str) -> None:
+        self.speed, self.mu, self.deviation, self.law = speed, mu, deviation, law
         slowest, fastest, most = float(speed[speed > 0].min()), float(speed.max()), float(mu.max())
         self.units = np.array([most, most / fastest, most, fastest])
         self.place, self.target = speed / fastest, mu / most
         self.limits = 0.1 * slowest / fastest, 50.0  # of a4: faster decay leaves e^-10 at the first point
-        place = np.log(np.maximum(speed, slowest / 3.0))
-        self.order = (place - place.mean()) / (np.ptp(place) or 1.0)
-        self.weight = np.exp(-slope * self.order) if deviation is None else most / deviation
-        self._fits: dict[Form, Floats] = {}
+        self.weight = np.ones_like(mu) if deviation is None else most / deviation
         self._likelihoods: dict[Form, Likelihood] = {}
 
-    def without(self, positions: tuple[int, ...]) -> MeasuredPoints:
-        """The points, some left out; of an even scatter."""
-        if not positions:
-            return self
-        deviation = None if self.deviation is None else np.delete(self.deviation, positions)
-        return MeasuredPoints(np.delete(self.speed, positions), np.delete(self.mu, positions), deviation, self.law)
-
-    def scattered(self, slope: float) -> MeasuredPoints:
-        """The points, of a scatter that differs along the speed."""
-        points = MeasuredPoints(self.speed, self.mu, self.deviation, self.law, slope)
-        points._likelihoods = self._likelihoods  # which search the slope
-        return points
+    def of(self, which: Flags) -> MeasuredPoints:
+        """Some of the points."""
+        deviation = None if self.deviation is None else self.deviation[which]
+        return MeasuredPoints(self.speed[which], self.mu[which], deviation, self.law)
 
     def columns(self, a4: Floats) -> Floats:
         """What a1, a2 and a3 multiply, for each a4 (k,): (k, n, 3)."""
@@ -107,28 +95,20 @@ class MeasuredPoints:
     # --- curves -------------------------------------------------------------------------------------------------------
 
     def likelihood(self, form: Form) -> Likelihood:
-        """Of the curves of a form, whatever the slope: it is searched."""
+        """Of the curves of a form."""
         if form not in self._likelihoods:
-            parts = np.array(form.parts, np.float64)
-            model = self.target, self.weight, self.columns, self.limits, parts, form.bounded
-            if self.deviation is not None:
-                self._likelihoods[form] = Likelihood(*model, math.inf, student(math.inf))
-            else:
-                spare = self.freedom(form)
-                reach = student(spare, _WIDER if _LEAST <= spare <= _FEW else CONFIDENCE)
-                even = self.target, np.ones_like(self.target), *model[2:]
-                self._likelihoods[form] = Likelihood(*even, float(max(spare, 0)), reach, self.order)
+            spare = math.inf if self.deviation is not None else float(max(self.freedom(form), 0))
+            reach = student(spare, _WIDER if _LEAST <= spare <= _FEW else CONFIDENCE)
+            parts, model = np.array(form.parts, np.float64), (self.target, self.weight, self.columns, self.limits)
+            self._likelihoods[form] = Likelihood(*model, parts, form.bounded, spare, reach)
         return self._likelihoods[form]
 
     def fit(self, form: Form) -> Floats:
         """The best a1 to a4."""
-        if form not in self._fits:
-            if form is STRAIGHT:
-                self._fits[form] = np.array([*self._straight(falling=False)[0], 0.0, 1.0])
-            else:
-                weighted = replace(self.likelihood(form), weight=self.weight)
-                self._fits[form] = np.append(weighted.solve(weighted.scale)[0], math.exp(weighted.scale))
-        return self._fits[form]
+        if form is STRAIGHT:
+            return np.array([*self._straight(falling=False)[0], 0.0, 1.0])
+        likelihood = self.likelihood(form)
+        return np.append(likelihood.solve(likelihood.scale)[0], math.exp(likelihood.scale))
 
     def choose(self) -> Chosen:
         """The form that the points ask for: weakening, unless they show none; then strengthening, falling, or none."""
@@ -155,14 +135,6 @@ class MeasuredPoints:
             return straight - left > -2.0 * math.log(1.0 - confidence)  # the quantile of chi-squared of 2 degrees
         return freedom > 0 and straight > left * (1.0 - confidence) ** (-2.0 / freedom)  # F(2, freedom)
 
-    def uneven(self, chosen: Chosen) -> float | None:
-        """The slope of a scatter that differs along the speed beyond doubt; None if it may be even, or is given."""
-        if self.deviation is not None or self.freedom(WEAKENING) <= _FEW or self.residuals(chosen) is None:
-            return None
-        likelihood = self.likelihood(chosen.form.whole)
-        _, slope, deviance = likelihood.best
-        return slope if likelihood.deviance(likelihood.scale) - deviance > _UNEVEN else None
-
     def curve(self, a: Floats) -> Floats:
         """Friction at the points."""
         return np.asarray(self.columns(a[3:])[0] @ a[:3])
@@ -171,13 +143,23 @@ class MeasuredPoints:
         """The weighted sum of squares that a curve leaves."""
         return float(np.sum(((self.curve(a) - self.target) * self.weight) ** 2))
 
-    def residuals(self, chosen: Chosen) -> Residuals | None:
-        """The residuals of a curve, weighted; None where they are rounding, or no points are to spare."""
+    def residuals(self, chosen: Chosen) -> tuple[Floats, Floats] | None:
+        """The weighted residuals of a curve, and its derivatives; None where they are rounding, or few are to spare."""
         apart = self.curve(chosen.best) - self.target
-        if self.freedom(chosen.form) < 1 or rms(apart) <= max(_VISIBLE * float(np.ptp(self.target)), _ROUNDING):
+        if self.freedom(chosen.form) < 2 or rms(apart) <= max(_VISIBLE * float(np.ptp(self.target)), _ROUNDING):
             return None
         free = [name not in chosen.form.assumed for name in CURVE]
-        return Residuals(apart * self.weight, self.jacobian(chosen.best)[:, free], self.speed)
+        return apart * self.weight, self.jacobian(chosen.best)[:, free]
+
+    def chance_of_shape(self, chosen: Chosen, residuals: Floats, jacobian: Floats) -> float:
+        """The chance that points of this shape leave residuals that follow a curve as closely: one of another exponent
+        of w/a4, or any smooth one."""
+        place = np.argsort(np.argsort(self.speed)) / self.speed.size
+        smooth = np.cos(math.pi * place[:, None] * np.arange(3, 3 + _SMOOTH)) * self.weight[:, None]
+        z, step, shape = self.place / chosen.best[3], 1e-4, SHAPES[self.law]
+        steeper = (shape(z ** (1.0 + step)) - shape(z)) * self.weight / step
+        ways = [smooth, *([] if chosen.form is FALLING else [steeper[:, None]])]
+        return min(chance_of(residuals, jacobian, way) for way in ways)
 
     def jacobian(self, a: Floats) -> Floats:
         """Derivatives of the curve with respect to a1 to a4, weighted; points by coefficients."""
@@ -185,11 +167,6 @@ class MeasuredPoints:
         below, here, above = self.columns(a[3] + step * np.array([-1.0, 0.0, 1.0]))
         columns = np.column_stack([here, a[2] * (above - below)[:, 2] / (2.0 * step)])
         return np.asarray(columns * self.weight[:, None])
-
-    def steepened(self, a: Floats) -> Floats:
-        """Derivative by d, about 1, of a curve of the shape with (w/a4)^d for w/a4, weighted."""
-        z, step, shape = self.place / a[3], 1e-4, SHAPES[self.law]
-        return np.asarray((shape(z ** (1.0 + step)) - shape(z)) * self.weight / step)
 
     def _rate(self, a: Floats) -> float:
         """The slope of a curve at the slowest point."""

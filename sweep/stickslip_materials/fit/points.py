@@ -231,24 +231,15 @@ def _number(text: str, unit: str, column: Parameter, comma: bool, are_thousands:
 
 
 def _direct(points: Columns, table: PointsTable) -> None:
-    """Put points into the order of a column of time, and add what one of directions says."""
+    """Add the way of a sweep that a column of directions says, or else the order of the points."""
     heads = table.headed.headings
-    at = np.searchsorted([row[0].place.line for row in table.complete], points.lines)
-    for kind in ("time", "direction"):
-        places = [i for i, head in enumerate(heads) if head.kind == kind and not head.label]
-        if len(places) != 1:
-            continue
-        i, text = places[0], heads[places[0]].text
-        time = table.numbers[at, i]
-        if kind == "direction" and (way := directions(table.texts[at, i].tolist(), points["speed"])).any():
-            points[kind], points.read[kind] = way, text
+    places = [i for i, head in enumerate(heads) if head.kind == "direction" and not head.label]
+    if len(places) == 1:
+        at = np.searchsorted([row[0].place.line for row in table.complete], points.lines)
+        if (way := directions(table.texts[at, places[0]].tolist(), points["speed"])).any():
+            text = heads[places[0]].text
+            points["direction"], points.read["direction"] = way, text
             points.ignored = tuple(other for other in points.ignored if other != text)
-        elif kind == "time" and np.isfinite(time).all() and len({*time}) == time.size and (np.diff(time) < 0).any():
-            order = np.argsort(time)
-            at = at[order]
-            points.update({name: values[order] for name, values in points.items()})
-            points.lines = tuple(points.lines[k] for k in order)
-            points.notes += (f"points are in the order of {text!r}",)
     if "direction" not in points and (turned := course(points["speed"])) is not None:
         points["direction"] = turned
 
