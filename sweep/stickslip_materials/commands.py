@@ -167,7 +167,6 @@ Examples:
 @click.option("--damping", help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %".  [default: 0]')
 @_SEVERAL("--speed", metavar="SPEED", help="Belt speed at which regime and margin are told; several, a column each; or "
           'a range ("5..60 mm/s"), in which it is to be quiet throughout.')  # fmt: skip
-@click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @_columns
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")

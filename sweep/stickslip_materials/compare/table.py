@@ -32,7 +32,7 @@ def verdict(row: Any) -> str:
     if row.state == "not_determined" or int(row.regime) in UNDECIDED:
         return "open"
     if REGIMES[int(row.regime)] in VIBRATING:
-        return "open" if row.margin > 1 or 1.0 - quiet - row.undecided_probability < 0.5 else "vibrates"
+        return "open" if row.margin > 1 or quiet > 0.5 else "vibrates"
     return "quiet" if row.margin > 1 and not quiet < 0.5 else "open"
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from stickslip.theory.curve import SHAPES
 from stickslip.vocabulary.models import CURVE
 from stickslip_materials.fit.models import Form, MeasuredPoints
-from stickslip_materials.fit.uncertainty import Flags, Floats, Interval
+from stickslip_materials.fit.uncertainty import Floats, Interval
 
 if TYPE_CHECKING:
     from stickslip_materials.fit.turns import SlowingLine
@@ -26,11 +26,6 @@ class Drawn(NamedTuple):
     """Curves drawn. coefficients : a1 to a4 by name, and mu_stop of a fit that has it, each (count,)."""
 
     coefficients: dict[str, Floats]
-
-    @property
-    def falling(self) -> Flags:
-        """Curves that fall for ever, since a2 < 0."""
-        return np.asarray(self.coefficients["a2"] < 0)
 
 
 @dataclass(frozen=True)
