@@ -157,15 +157,10 @@ def question_of(material: MaterialFit) -> str | None:
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """A name for each file: its stem, with as many folders before it as tell it from the others."""
-    depths = range(1, max((len(path.parts) for path in paths), default=0) + 1)
-
-    def named(path: Path) -> list[str]:
-        return ["/".join((*path.parts[:-1], path.stem)[-depth:]) for depth in depths]
-
-    ways = [named(path) for path in paths]
-    counts = Counter(name for way in ways for name in dict.fromkeys(way))
-    return _numbered([next((name for name in way if counts[name] == 1), way[0]) for way in ways])
+    """A name for each file: its stem; the whole path of files that share it."""
+    counts = Counter(path.stem for path in paths)
+    whole = [path.with_suffix("").as_posix() for path in paths]
+    return _numbered([path.stem if counts[path.stem] == 1 else name for path, name in zip(paths, whole, strict=True)])
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
