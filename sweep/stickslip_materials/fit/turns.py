@@ -19,6 +19,7 @@ import scipy  # type: ignore[import-untyped]
 
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.models import CURVE
+from stickslip_materials.fit.models import MeasuredPoints
 from stickslip_materials.fit.uncertainty import TAILS, Flags, Floats, chance_of, rms
 from stickslip_materials.fit.words import plain
 
@@ -204,22 +205,16 @@ class Sweep:
         used, left = self._used(model), self._predicted(model) - self.mu
         if used.sum() <= len(CURVE) + 2 or not rms(left[used]) > 1e-9 * float(self.mu.max()):
             return model
-        slopes = np.column_stack([self._slope(model, name) for name in model.coefficients()])
-        falls, start = self.direction < 0, reversal(model.row(), self._peak)[0]
-        lever = 1.0 - np.minimum(self.speed / (start if start > 0 else self._peak), 1.0)
-        ways = falls & (self.speed >= start), falls * lever, np.arange(self.speed.size) - self.speed.size / 2
-        weight = self._weight * used
-        chances = [chance_of((left * weight)[used], (slopes * weight[:, None])[used], (way * weight)[used, None])
-                   for way in ways if np.count_nonzero(way[used]) > 1]  # fmt: skip
-        if min(chances) >= _CHANCE:
+        points, falls = MeasuredPoints(self.speed, self.mu, self.sigma, model.law), self.direction < 0
+        start = reversal(model.row(), self._peak)[0] or self._peak
+        lever = falls * (1.0 - np.minimum(self.speed / start, 1.0))
+        on_line = lever * (not math.isnan(model.mu_stop))
+        curve = points.jacobian(np.array([*model.row().values()])[:, 0] / points.units) * (on_line == 0)[:, None]
+        followed = np.column_stack([curve, on_line * points.weight])
+        ways = np.column_stack([falls & (lever == 0), lever, np.arange(left.size) - 0.5 * left.size])
+        weight = points.weight[:, None]
+        if chance_of((left * weight[:, 0])[used], followed[used], (ways * weight)[used]) >= _CHANCE:
             return model
         quality = "Friction differs while the speed falls, or drifts with the order of the points, by more than a line "
         quality += f"to mu_stop: one curve goes through all points. {whole.quality}"
         return replace(whole, good=False, quality=quality)
-
-    def _slope(self, model: CurveFit, name: str) -> Floats:
-        """The derivative of friction at the points by a coefficient."""
-        value = getattr(model, name)
-        step = 1e-5 * (abs(value) or model.mu_start)
-        above, below = (self._predicted(replace(model, **{name: value + sign * step})) for sign in (1.0, -1.0))
-        return np.asarray((above - below) / (2.0 * step))
