@@ -72,6 +72,13 @@ def test_points_that_determine_too_little_come_last_with_the_reason():
     assert np.isfinite(ds.attrs["searched_to"])
 
 
+def test_neighbours_whose_order_is_open_and_points_that_nobody_measured_are_named():
+    ds = compared({"dry": (SPEED, DRY), "drier": (SPEED, 1.01 * DRY), "oil": (SPEED, 0.3 * DRY)})
+    (note,) = [text for name, text in RankTable(ds).notes() if not name]
+    assert "dry may be behind drier" in note or "drier may be behind dry" in note
+    assert [text for _, text in RankTable(compared(FILES)).notes()][0].endswith("grease_b, grease_a and dry")
+
+
 # --- belt speeds ------------------------------------------------------------------------------------------------------
 
 
@@ -136,8 +143,9 @@ def test_damping_in_percent_is_a_share_of_critical_damping():
     share = compared(FILES[:1], damping="3 %", draws=0)
     assert share.attrs["system_damping"] == pytest.approx(0.03 * 2 * np.sqrt(5000 * 0.1))
     assert dict(RankTable(share).conditions())["viscous damping coefficient"] == "1.342 N s/m (3 % of critical)"
-    assert not RankTable(share).notes()
-    assert [name for name, _ in RankTable(stickslip.compare(FILES[0], **{**SYSTEM, "damping": None})).notes()] == [""]
+    bare = compared(FILES[:1], damping=None, draws=0)
+    for ds, is_assumed in ((share, False), (bare, True)):
+        assert any("damping" in text for _, text in RankTable(ds).notes()) == is_assumed
 
 
 def test_the_answer_for_programs_has_a_row_a_speed():

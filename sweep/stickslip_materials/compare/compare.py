@@ -31,6 +31,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.flags import VIBRATING
 from stickslip.vocabulary.models import CURVE
+from stickslip.vocabulary.suggest import listed
 from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds
@@ -326,6 +327,8 @@ def _attributes(fits: Sequence[MaterialFit], comparing: Comparing, scan: Scan) -
         "vibrating_regimes": " ".join(VIBRATING),
         "files": "\n".join(dict.fromkeys(str(fit.path) for fit in fits)),
     }  # fmt: skip
+    if synthetic := [fit.name for fit in fits if fit.points.are_synthetic]:
+        attributes["synthetic"] = listed(synthetic, "and")
     if comparing.is_range:
         return attributes | {"speed_range_from": speeds[0], "speed_range_to": speeds[1]}
     return attributes | ({"belt_speed": speeds[0]} if len(speeds) == 1 else {})

@@ -46,7 +46,7 @@ class Columns(dict[str, NDArray[np.float64]]):
     assumed : those that were read in SI for want of a unit. units : in which the others were written, by name.
     read : headings they came from, by name. ignored : headings of columns that were left out. notes : what else was
     done with columns. above : numbers of the first and the last line above the heading that were left out. lines : of
-    the file, row by row.
+    the file, row by row. are_synthetic : whether a remark of the file says that nobody measured them.
     """
 
     assumed: tuple[Parameter, ...] = ()
@@ -56,6 +56,7 @@ class Columns(dict[str, NDArray[np.float64]]):
     notes: tuple[str, ...] = ()
     above: tuple[int, int] | None = None
     lines: tuple[int, ...] = ()
+    are_synthetic: bool = False
 
     def caution(self) -> str:
         """A sentence on each unit that was assumed; empty if none was."""
@@ -153,6 +154,7 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
         points.read = {role.name: headed.headings[role.position].text for role in own_roles}
         points.ignored = tuple(headed.headings[i].text for i in unused if headed.headings[i].text)
         points.above = (above[0], above[-1]) if above else None
+        points.are_synthetic = any("synthetic" in remark.text.casefold() for remark in headed.table.remarks)
         if "speed" in points:
             _direct(points, table)
     return _branches_joined(materials)
