@@ -39,7 +39,8 @@ def _columns(command: params.Command) -> params.Command:
 def _fits(files: Sequence[Path], load: str | None, **how: Any) -> list[MaterialFit]:
     """The fits of files, or of those that come with the package, and what their columns were taken for on screen; of
     files alike once. load : by which friction forces are divided. how : as for `fit_materials`."""
-    from stickslip_materials.fit import Wanted, fit_materials, report
+    from stickslip_materials.fit import Wanted, fit_materials
+    from stickslip_materials.fit.files import describe_columns
 
     unit, speed, time = (screen.remembered(name) or "" for name in ("unit", "speed_column", "time_column"))
     wanted = Wanted(unit, speed, time, screen.remembered("friction_column"), load)
@@ -49,7 +50,7 @@ def _fits(files: Sequence[Path], load: str | None, **how: Any) -> list[MaterialF
         of_file.setdefault(str(each.path), []).append(each)
     alike: dict[str, list[str]] = {}
     for path, parts in of_file.items():
-        alike.setdefault(report.describe_columns(parts), []).append(path)
+        alike.setdefault(describe_columns(parts), []).append(path)
     for text, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {text}\n")
     return fits
@@ -112,18 +113,17 @@ def fit(
 def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot: Path | None) -> dict[str, Any]:
     """Curves and ageing, of each material."""
     from stickslip.config.grid import seconds
-    from stickslip_materials.fit import rank, report
-    from stickslip_materials.fit.files import question_of
+    from stickslip_materials.fit import files, rank
 
     for each in fits:
-        if each.curve and (question := question_of(each)):
+        if each.curve and (question := files.question_of(each)):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
-        screen.echo(f"{each.name}\n{report.describe(each)}\n")
-    answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}
+        screen.echo(f"{each.name}\n{files.describe(each)}\n")
+    answer: dict[str, Any] = {"fits": [files.as_plain(each) for each in fits]}
     ageing = {each.name: each.ageing for each in fits if each.ageing}
     if len(ageing) > 1:
         order = rank(ageing, seconds(at or _AT))
-        screen.echo(report.describe_ranking(order))
+        screen.echo(files.describe_ranking(order))
         names = {by: [place.name for place in getattr(order, by)] for by in ("by_level", "by_slope")}
         answer["ranking"] = {"at": order.at, **names}
     elif at is not None:
@@ -132,7 +132,7 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
         text = "--load is not used: no column is a friction force, or the file tells the load"
         warnings.warn(text, UnitWarning, stacklevel=1)
     if len(ageing) < len(fits):
-        answer["yaml"] = report.as_yaml(fits)
+        answer["yaml"] = files.as_yaml(fits)
         screen.echo(f"to paste into a configuration\n{answer['yaml']}")
     save_plot(lambda plots: plots.plot_fits(fits), plot)
     return answer
@@ -140,13 +140,14 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
 
 def _fit_memory(files: Sequence[Path], given: dict[str, Any], plot: Path | None) -> dict[str, Any]:
     """Contacts with memory, of each record. given : as for `fit_memory_file`."""
-    from stickslip_materials.fit import fit_memory_file, report
+    from stickslip_materials.fit import fit_memory_file
+    from stickslip_materials.fit.files import describe_memory
 
     fits = {}
     for file in files:
         with refuses_bad_input(file):
             fits[file.name] = fit_memory_file(params.points_file(file), **given)
-        screen.echo(f"{report.describe_memory(file.name, fits[file.name])}\n")
+        screen.echo(f"{describe_memory(file.name, fits[file.name])}\n")
     save_plot(lambda plots: plots.plot_memory_fits(fits), plot)
     shown = ("law", "values", "interval", "residual_rms", "good", "quality")
     return {"fits": [{"name": name} | {key: getattr(each, key) for key in shown} for name, each in fits.items()]}
@@ -209,7 +210,7 @@ def compare(
 
     def for_programs() -> dict[str, Any]:
         from stickslip_materials.compare.result import Comparison
-        from stickslip_materials.fit.report import columns_of
+        from stickslip_materials.fit.files import columns_of
 
         files = {output.suffix[1:].lower(): output for output in outputs} | {"plot": plot, "report": report}
         written = {kind: str(file) for kind, file in files.items() if file is not None}
@@ -247,7 +248,7 @@ def points(
     leave. `stickslip fit` and `stickslip compare` read what is written.
     """
     from stickslip_materials.fit import read_steps, write_points
-    from stickslip_materials.fit.report import describe_steps
+    from stickslip_materials.fit.files import describe_steps
 
     length, force, time = (
         None if text is None else params.si_quantity(option, text, unit, "a value above 0", or_zero=unit == "s")

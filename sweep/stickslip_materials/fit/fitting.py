@@ -11,8 +11,15 @@ from numpy.typing import ArrayLike
 
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, CURVE_LAWS, FITTED
-from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.models import FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
+from stickslip_materials.fit.curve import (
+    FALLING,
+    STRAIGHT,
+    STRENGTHENING,
+    WEAKENING,
+    Chosen,
+    CurveFit,
+    MeasuredPoints,
+)
 from stickslip_materials.fit.turns import Sweep, course
 from stickslip_materials.fit.uncertainty import (
     CONFIDENCE,

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip_materials.fit.signals import Signals
+from stickslip_materials.fit.columns import Signals
 from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 
 RATE_STATE = ("rate_state_ageing", "rate_state_slip")

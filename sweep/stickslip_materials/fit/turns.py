@@ -12,19 +12,15 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
 
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.fit.models import MeasuredPoints
+from stickslip_materials.fit.curve import CurveFit, MeasuredPoints
 from stickslip_materials.fit.uncertainty import TAILS, Flags, Floats, chance_of, rms
 from stickslip_materials.fit.words import plain
-
-if TYPE_CHECKING:
-    from stickslip_materials.fit.curve import CurveFit
 
 _BACK = 0.25  # of all points that the speed passes again before it has turned; less is the scatter of a step
 _SHOWN, _CHANCE = 0.01, 0.002  # chance of a line where there is none, and of another difference
