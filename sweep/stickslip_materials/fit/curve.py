@@ -71,12 +71,13 @@ class Chosen(NamedTuple):
 class MeasuredPoints:
     """Speeds (m/s), friction, its standard deviations or None, and the law of the curve.
 
-    Curves through them have coefficients in `units`, the largest speed and friction being 1, so that nothing depends on
-    their size; what they leave is weighted.
+    left_out : how many were, since they stand apart: choosing them costs freedom. Curves through them have coefficients
+    in `units`, the largest speed and friction being 1, so that nothing depends on their size; what they leave is
+    weighted.
     """
 
-    def __init__(self, speed: Floats, mu: Floats, deviation: Floats | None, law: str) -> None:
-        self.speed, self.mu, self.deviation, self.law = speed, mu, deviation, law
+    def __init__(self, speed: Floats, mu: Floats, deviation: Floats | None, law: str, left_out: int = 0) -> None:
+        self.speed, self.mu, self.deviation, self.law, self.left_out = speed, mu, deviation, law, left_out
         slowest, fastest, most = float(speed[speed > 0].min()), float(speed.max()), float(mu.max())
         self.units = np.array([most, most / fastest, most, fastest])
         self.place, self.target = speed / fastest, mu / most
@@ -84,10 +85,10 @@ class MeasuredPoints:
         self.weight = np.ones_like(mu) if deviation is None else most / deviation
         self._likelihoods: dict[Form, Likelihood] = {}
 
-    def of(self, which: Flags) -> MeasuredPoints:
+    def of(self, which: Flags, left_out: int = 0) -> MeasuredPoints:
         """Some of the points."""
         deviation = None if self.deviation is None else self.deviation[which]
-        return MeasuredPoints(self.speed[which], self.mu[which], deviation, self.law)
+        return MeasuredPoints(self.speed[which], self.mu[which], deviation, self.law, left_out)
 
     def columns(self, a4: Floats) -> Floats:
         """What a1, a2 and a3 multiply, for each a4 (k,): (k, n, 3)."""
@@ -97,7 +98,7 @@ class MeasuredPoints:
 
     def freedom(self, form: Form) -> int:
         """Points to spare."""
-        return self.speed.size - 4 + len(form.assumed)
+        return self.speed.size - self.left_out - 4 + len(form.assumed)
 
     # --- curves -------------------------------------------------------------------------------------------------------
 

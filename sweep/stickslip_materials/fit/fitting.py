@@ -124,7 +124,7 @@ def _criterion(points: MeasuredPoints) -> float:
 def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str, is_rough: bool) -> CurveFit:
     """The curve through the points but outliers. is_rough : without intervals."""
     inside = _without_outliers(given)
-    points = given if inside.all() else given.of(inside)
+    points = given if inside.all() else given.of(inside, left_out=int(np.count_nonzero(~inside)))
     chosen = points.choose()
     form, known = chosen.form, points.deviation is not None
     freedom = math.inf if known else float(points.freedom(form))
