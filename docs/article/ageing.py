@@ -167,7 +167,6 @@ def _ranked(fits: dict[str, AgeingFit], order: Ranking, true: dict[str, float]) 
         "best_by_level": order.by_level[0].name,
         "best_by_slope": order.by_slope[0].name,
         "judged_after": order.at,
-        "best_apart": str(order.by_slope[1].apart).lower(),  # whether the second best differs at 95 % confidence
     }
     for name, fit in fits.items():
         key = name.split()[-1]

@@ -19,7 +19,7 @@ from stickslip.vocabulary.models import CURVE_LAWS
 if TYPE_CHECKING:
     from stickslip_materials.fit import MaterialFit
 
-_MEMORY = ("rate_state_ageing", "rate_state_slip", "lugre")  # laws of `fit/memory.py`
+_MEMORY = ("rate_state_ageing", "rate_state_slip")  # laws of `fit/memory.py`
 _AT = "300"  # s
 _SEVERAL = partial(click.option, multiple=True)
 
@@ -33,25 +33,24 @@ def _columns(command: params.Command) -> params.Command:
         option("--speed-column", metavar="NAME", help="Heading of the column of speeds, if it is none of the usual."),
         option("--friction-column", metavar="NAME", multiple=True,
                help="Heading of a column of friction coefficients; several give a fit each."),
-        option("--same", metavar="PATTERN", multiple=True,
-               help='Names of repeats of one material ("grease A*"), which are fitted as one; repeatable.'),
     )  # fmt: skip
 
 
 def _fits(files: Sequence[Path], load: str | None, **how: Any) -> list[MaterialFit]:
     """The fits of files, or of those that come with the package, and what their columns were taken for on screen; of
     files alike once. load : by which friction forces are divided. how : as for `fit_materials`."""
-    from stickslip_materials.fit import Wanted, fit_materials, report
+    from stickslip_materials.fit import Wanted, fit_materials
+    from stickslip_materials.fit.files import describe_columns
 
     unit, speed, time = (screen.remembered(name) or "" for name in ("unit", "speed_column", "time_column"))
     wanted = Wanted(unit, speed, time, screen.remembered("friction_column"), load)
-    fits = fit_materials([params.points_file(file) for file in files], wanted, same=screen.remembered("same"), **how)
+    fits = fit_materials([params.points_file(file) for file in files], wanted, **how)
     of_file: dict[str, list[MaterialFit]] = {}
-    for part in (part for each in fits for part in each.parts):
-        of_file.setdefault(str(part.path), []).append(part)
+    for each in fits:
+        of_file.setdefault(str(each.path), []).append(each)
     alike: dict[str, list[str]] = {}
     for path, parts in of_file.items():
-        alike.setdefault(report.describe_columns(parts), []).append(path)
+        alike.setdefault(describe_columns(parts), []).append(path)
     for text, paths in alike.items():
         screen.echo(f"{', '.join(paths)}: {text}\n")
     return fits
@@ -66,8 +65,7 @@ Examples:
   stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
   stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu
-  stickslip fit steps.csv --law rate_state_ageing          # columns: time [s], speed, mu
-  stickslip fit loops.csv --law lugre --load "10 N"        # columns: displacement [um], mu"""
+  stickslip fit steps.csv --law rate_state_ageing          # columns: time [s], speed, mu"""
 )
 @params.RECORDS
 @click.option("--at", metavar="TIME", help="Hold time at which lubricants are ranked.  [default: 300]")
@@ -80,7 +78,7 @@ Examples:
     default="stribeck",
     show_default=True,
     help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here. rate_state_...: of a record of "
-    "velocity steps and holds; lugre: contact stiffness, of small motions back and forth.",
+    "velocity steps and holds.",
 )
 @click.option("--stiffness", metavar="STIFFNESS", help='Of the drive ("20 N/um"); fitted where it is not given.')
 @params.plot_option("Plot of points, curves and their 95 % bands.")
@@ -92,8 +90,8 @@ def fit(
     """Fit friction curves, ageing, or contacts with memory.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
-    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps, and
-    of pre-sliding loops, give contacts with memory (--law). Files are CSV as instruments and
+    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps give
+    contacts with memory (--law). Files are CSV as instruments and
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
@@ -108,8 +106,6 @@ def fit(
     else:
         if stiffness is not None:
             fail(f"--stiffness goes with a law of rate-and-state friction, got --law {law}")
-        if screen.remembered("same") and law != "stribeck":
-            fail(f"--same goes with the law stribeck, got --law {law}")
         answer = _fit_points(_fits(files, load, law=law), at, load, plot)
     return lambda: answer | ({"plot": str(plot)} if plot else {})
 
@@ -117,18 +113,17 @@ def fit(
 def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot: Path | None) -> dict[str, Any]:
     """Curves and ageing, of each material."""
     from stickslip.config.grid import seconds
-    from stickslip_materials.fit import rank, report
-    from stickslip_materials.fit.files import question_of
+    from stickslip_materials.fit import files, rank
 
     for each in fits:
-        if each.curve and (question := question_of(each)):
+        if each.curve and (question := files.question_of(each)):
             warnings.warn(f"{each.name}: {question}", UnitWarning, stacklevel=1)
-        screen.echo(f"{each.name}\n{report.describe(each)}\n")
-    answer: dict[str, Any] = {"fits": [report.as_plain(each) for each in fits]}
+        screen.echo(f"{each.name}\n{files.describe(each)}\n")
+    answer: dict[str, Any] = {"fits": [files.as_plain(each) for each in fits]}
     ageing = {each.name: each.ageing for each in fits if each.ageing}
     if len(ageing) > 1:
         order = rank(ageing, seconds(at or _AT))
-        screen.echo(report.describe_ranking(order))
+        screen.echo(files.describe_ranking(order))
         names = {by: [place.name for place in getattr(order, by)] for by in ("by_level", "by_slope")}
         answer["ranking"] = {"at": order.at, **names}
     elif at is not None:
@@ -137,7 +132,7 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
         text = "--load is not used: no column is a friction force, or the file tells the load"
         warnings.warn(text, UnitWarning, stacklevel=1)
     if len(ageing) < len(fits):
-        answer["yaml"] = report.as_yaml(fits)
+        answer["yaml"] = files.as_yaml(fits)
         screen.echo(f"to paste into a configuration\n{answer['yaml']}")
     save_plot(lambda plots: plots.plot_fits(fits), plot)
     return answer
@@ -145,13 +140,14 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
 
 def _fit_memory(files: Sequence[Path], given: dict[str, Any], plot: Path | None) -> dict[str, Any]:
     """Contacts with memory, of each record. given : as for `fit_memory_file`."""
-    from stickslip_materials.fit import fit_memory_file, report
+    from stickslip_materials.fit import fit_memory_file
+    from stickslip_materials.fit.files import describe_memory
 
     fits = {}
     for file in files:
         with refuses_bad_input(file):
             fits[file.name] = fit_memory_file(params.points_file(file), **given)
-        screen.echo(f"{report.describe_memory(file.name, fits[file.name])}\n")
+        screen.echo(f"{describe_memory(file.name, fits[file.name])}\n")
     save_plot(lambda plots: plots.plot_memory_fits(fits), plot)
     shown = ("law", "values", "interval", "residual_rms", "good", "quality")
     return {"fits": [{"name": name} | {key: getattr(each, key) for key in shown} for name, each in fits.items()]}
@@ -172,7 +168,6 @@ Examples:
 @click.option("--damping", help='Of its damper: N s/m, "1 N s/m" or, of critical damping, "3 %".  [default: 0]')
 @_SEVERAL("--speed", metavar="SPEED", help="Belt speed at which regime and margin are told; several, a column each; or "
           'a range ("5..60 mm/s"), in which it is to be quiet throughout.')  # fmt: skip
-@click.option("--between", nargs=2, metavar="LOW HIGH", help="Belt speeds to search.  [default: from the points]")
 @_columns
 @click.option("--level", type=float, default=0.95, show_default=True, help="Of confidence of the intervals.")
 @click.option("--draws", type=int, default=1000, show_default=True, help="Curves drawn a material; 0: no intervals.")
@@ -215,12 +210,11 @@ def compare(
 
     def for_programs() -> dict[str, Any]:
         from stickslip_materials.compare.result import Comparison
-        from stickslip_materials.fit.report import columns_of
+        from stickslip_materials.fit.files import columns_of
 
         files = {output.suffix[1:].lower(): output for output in outputs} | {"plot": plot, "report": report}
         written = {kind: str(file) for kind, file in files.items() if file is not None}
-        parts = [part for fit in fits for part in fit.parts]
-        read = {part.name: {"file": str(part.path), **columns_of(part)} for part in parts}
+        read = {fit.name: {"file": str(fit.path), **columns_of(fit)} for fit in fits}
         return {**Comparison.answer(ds), "written": written, "read": read}
 
     return for_programs
@@ -254,7 +248,7 @@ def points(
     leave. `stickslip fit` and `stickslip compare` read what is written.
     """
     from stickslip_materials.fit import read_steps, write_points
-    from stickslip_materials.fit.report import describe_steps
+    from stickslip_materials.fit.files import describe_steps
 
     length, force, time = (
         None if text is None else params.si_quantity(option, text, unit, "a value above 0", or_zero=unit == "s")

@@ -24,7 +24,6 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.results import QUIET_STATES
 from stickslip_materials.compare.result import speeds_of
-from stickslip_materials.fit.memory import BRISTLES
 
 if TYPE_CHECKING:
     from stickslip_materials.fit import MaterialFit, MemoryFit
@@ -91,11 +90,9 @@ def plot_memory_fits(fits: Mapping[str, MemoryFit]) -> Figure:
     """Records of contacts with memory, by name, and what is fitted to them; a panel each."""
     figure = Figure(figsize=(7.2, 1.2 + 3.0 * len(fits)), layout="constrained")
     for (name, fit), ax in zip(fits.items(), figure.subplots(len(fits), squeeze=False)[:, 0], strict=True):
-        is_loop = fit.law == BRISTLES
-        factor, label = (1e6, "displacement (µm)") if is_loop else (1.0, "time (s)")
-        ax.plot(factor * fit.along, fit.mu, ".", color="0.65", markersize=3, label="record")
-        ax.plot(factor * fit.along, fit.predicted, color="black", linewidth=1.2, label=fit.law)
-        ax.set(xlabel=label, ylabel="friction coefficient")
+        ax.plot(fit.time, fit.mu, ".", color="0.65", markersize=3, label="record")
+        ax.plot(fit.time, fit.predicted, color="black", linewidth=1.2, label=fit.law)
+        ax.set(xlabel="time (s)", ylabel="friction coefficient")
         entitle(figure, ax, name)
     legend(figure, labelled(*figure.axes))
     return figure

@@ -108,7 +108,6 @@ def test_draws_have_the_mean_and_the_covariance_of_the_fit_and_stay_within_its_b
     np.testing.assert_allclose(values.mean(axis=1), list(fit.coefficients().values()), rtol=0.01)
     scale = np.sqrt(np.outer(*[np.diag(fit.covariance)] * 2))
     np.testing.assert_allclose(np.cov(values) / scale, fit.covariance / scale, atol=0.04)
-    assert drawn.kept > 0.999
     few = fit_curve(speed[:8], law(speed[:8], 0.08, 0.3, 0.01, 0.02) + random.normal(0, 0.003, 8))
     assert all((draw_curves(few, 100).coefficients[name] >= 0).all() for name in ("a1", "a2", "a3", "a4"))
 
@@ -171,14 +170,13 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--mass", "100 N"], "mass: got '100 N', expected a mass"),
+        (["--mass", "100 N"], "mass: got '100 N' (force), expected a mass"),
         (["--stiffness", "-5"], "expected a stiffness above 0 N/m"),
         (["--speed", "0"], "belt_speed: got 0, expected a speed above 0 m/s"),
-        (["--between", "2", "1"], "between: got 2 to 1"),
         (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
         (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
         (["--report", "x.doc"], "pages end in .html, .htm"),
-        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected one value"),
+        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected a force"),
         (["--plot", "x.txt"], "plots end in"),
     ],
 )
@@ -222,11 +220,11 @@ def test_points_that_may_fall_for_ever_leave_the_interval_open_upwards_unless_a_
     noise = 0.0012 * np.array([1, -1, 0.5, -0.5, 1, 0, -1, 0.8, -0.6, 0.4, -0.9, 0.7, 0.6, -0.5])
     points = {"oil": (SPEED, law(SPEED, 0.1, 0.004, 0.05, 0.02) + noise)}
     ds = stickslip.compare(points, **{**SYSTEM, "damping": 0}, belt_speed=0.05, draws=200)
-    assert 0.1 < ds["draws_falling"][0] < 0.6 and np.isinf(ds["quiet_above_high"][0])
+    assert np.isinf(ds["quiet_above_high"][0])
     table = RankTable(ds).table()
     assert "> " in table.rows[0][[*table.words, *table.numbers].index("95 % interval")]
     held = stickslip.compare(points, **{**SYSTEM, "damping": 20}, draws=200)
-    assert held["draws_falling"][0] == ds["draws_falling"][0] and np.isfinite(held["quiet_above_high"][0])
+    assert np.isfinite(held["quiet_above_high"][0])
 
 
 def test_tables_for_colleagues_show_what_is_printed_and_no_bound_as_a_border(tmp_path):

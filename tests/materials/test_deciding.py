@@ -72,6 +72,13 @@ def test_points_that_determine_too_little_come_last_with_the_reason():
     assert np.isfinite(ds.attrs["searched_to"])
 
 
+def test_neighbours_whose_order_is_open_and_points_that_nobody_measured_are_named():
+    ds = compared({"dry": (SPEED, DRY), "drier": (SPEED, 1.01 * DRY), "oil": (SPEED, 0.3 * DRY)})
+    (note,) = [text for name, text in RankTable(ds).notes() if not name]
+    assert "dry may be behind drier" in note or "drier may be behind dry" in note
+    assert [text for _, text in RankTable(compared(FILES)).notes()][0].endswith("grease_b, grease_a and dry")
+
+
 # --- belt speeds ------------------------------------------------------------------------------------------------------
 
 
@@ -82,11 +89,10 @@ def test_several_belt_speeds_say_what_each_says_alone():
         one, same = compared(FILES, belt_speed=speed), both.sel(belt_speed=speed)
         for name in ("regime", "frequency", "margin", "quiet_probability", "quiet_above"):
             np.testing.assert_array_equal(one[name], same[name])
-    assert compared(FILES, belt_speed=[0.01, 0.01]).sizes.get("belt_speed") is None
 
 
 def test_a_range_counts_its_worst_speed():
-    ds = compared(FILES, speed_range=("25 mm/s", "60 mm/s"))
+    ds = compared(FILES, belt_speed="25..60 mm/s")
     np.testing.assert_allclose(ds["margin"], 0.025 / ds["quiet_above"])
     quiet = ds["quiet_above"].values < 0.025
     assert (np.isin(ds["regime"], (1, 4)) == ~quiet).all() and quiet.any() and not quiet.all()
@@ -94,8 +100,6 @@ def test_a_range_counts_its_worst_speed():
     alone = compared(FILES, belt_speed="25 mm/s")
     np.testing.assert_array_equal(ds["quiet_probability"], alone["quiet_probability"])
     assert RankTable(ds, "mm/s").answer() == "from 25 to 60 mm/s: quiet grease_b; vibrates grease_a and dry"
-    same = compared(FILES, belt_speed="25..60 mm/s")
-    np.testing.assert_array_equal(same["worst_speed"], ds["worst_speed"])
 
 
 OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--draws", 0]
@@ -104,8 +108,8 @@ OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--draw
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--speed", "60..5 mm/s"], "swap the ends"),
-        (["--speed", "5..5 mm/s"], "the lower end first"),
+        (["--speed", "60..5 mm/s"], "swap start and stop"),
+        (["--speed", "5..5 mm/s"], "expected more than start"),
         (["--speed", "5 mm/s..60"], "upper end has no unit"),
         (["--speed", "-5..60 mm/s"], "expected a speed above 0"),
         (["--speed", "0..60 mm/s"], "expected a speed above 0"),
@@ -116,11 +120,9 @@ OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--draw
         (["--speed", "5-60 mm/s"], "expected a speed"),
         (["--speed", "5..60 mm/s", "--speed", "7 mm/s"], "several values or one range"),
         (["--damping", "-1 %"], "a share of critical damping"),
-        (["--damping", "0,5 %"], "a share of critical damping"),
-        (["--damping", "nan %"], "a share of critical damping"),
+        (["--damping", "0,5 %"], "expected a damping coefficient"),
         (["--damping", "0.5..5 %"], "a share of critical damping"),
-        (["--mass", "1..2 kg"], "expected one value"),
-        (["--between", "1 mm/s", "10 mm/s", "--speed", "20 mm/s"], "expected it to hold the belt speed"),
+        (["--mass", "1..2 kg"], "expected a mass"),
     ],
 )
 def test_what_is_no_speed_or_range_is_refused(words, said):
@@ -141,8 +143,9 @@ def test_damping_in_percent_is_a_share_of_critical_damping():
     share = compared(FILES[:1], damping="3 %", draws=0)
     assert share.attrs["system_damping"] == pytest.approx(0.03 * 2 * np.sqrt(5000 * 0.1))
     assert dict(RankTable(share).conditions())["viscous damping coefficient"] == "1.342 N s/m (3 % of critical)"
-    assert not RankTable(share).notes()
-    assert [name for name, _ in RankTable(stickslip.compare(FILES[0], **{**SYSTEM, "damping": None})).notes()] == [""]
+    bare = compared(FILES[:1], damping=None, draws=0)
+    for ds, is_assumed in ((share, False), (bare, True)):
+        assert any("damping" in text for _, text in RankTable(ds).notes()) == is_assumed
 
 
 def test_the_answer_for_programs_has_a_row_a_speed():
@@ -163,17 +166,15 @@ SHARE = st.floats(0, 1) | st.just(math.nan)
 MARGIN = st.floats(0.01, 100) | st.just(math.inf)
 
 
-@given(st.sampled_from(STATES), st.integers(0, len(REGIMES) - 1), MARGIN, SHARE, SHARE)
-def test_no_verdict_contradicts_a_number_beside_it(state, regime, margin, quiet, undecided):
+@given(st.sampled_from(STATES), st.integers(0, len(REGIMES) - 1), MARGIN, SHARE)
+def test_no_verdict_contradicts_a_number_beside_it(state, regime, margin, quiet):
     """Whatever the numbers of a material are."""
-    undecided *= 1.0 - quiet  # no share where there is none of the other
-    row = SimpleNamespace(state=state, regime=regime, margin=margin, quiet_probability=quiet,
-                          undecided_probability=undecided)  # fmt: skip
+    row = SimpleNamespace(state=state, regime=regime, margin=margin, quiet_probability=quiet)
     kind, name = verdict(row), REGIMES[regime]
     if kind == "quiet":
         assert name in ("damped", "creep", "stuck") and margin > 1 and not quiet < 0.5
     if kind == "vibrates":
-        assert name in ("stick_slip", "sustained") and margin <= 1 and not 1.0 - quiet - undecided < 0.5
+        assert name in ("stick_slip", "sustained") and margin <= 1 and not quiet > 0.5
     if state == "not_determined":
         assert kind == "open"
 

@@ -91,7 +91,7 @@ def test_points_of_another_law_are_not_called_good_and_the_law_is_named(name):
     fit = fit_curve(w, mu)
     assert not fit.good and name in fit.quality
     best = fit_curve(w, mu, law="best")
-    assert best.law == name and best.good and best.a4 == pytest.approx(0.05, rel=0.15) and best.preferred > 6
+    assert best.law == name and best.good and best.a4 == pytest.approx(0.05, rel=0.15)
     with pytest.raises(ValueError, match="law: got 'linear', expected stribeck"):
         fit_curve(w, mu, law="linear")
 
@@ -101,18 +101,6 @@ def test_a_logarithmic_fall_is_said_to_have_another_shape():
     bad = [fit_curve(w, 0.12 - 0.01 * np.log(w / 0.05) + 0.03 * w + np.random.default_rng(s).normal(0, 0.0012, 14))
            for s in range(10)]  # fmt: skip
     assert sum(one.good for one in bad) <= 1
-
-
-def test_scatter_that_differs_along_the_speed_is_seen_and_weighed():
-    w = np.geomspace(0.001, 1, 40)
-    sigma = 0.002 * np.sqrt(0.05 / w)
-    hits, seen = np.zeros(2), 0
-    for seed in range(20):
-        fit = fit_curve(w, law(w, 0.3, 0.05, 0.2, 0.05) + sigma * np.random.default_rng(seed).standard_normal(40))
-        seen += fit.scatter < 1 and not fit.good and "points scatter" in fit.quality
-        for i, (name, truth) in enumerate((("mu_start", 0.5), ("a4", 0.05))):
-            hits[i] += fit.interval[name][0] <= truth <= fit.interval[name][1]
-    assert (hits >= 17).all() and seen >= 17, (hits, seen)
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stickslip.errors import ConfigError
-from stickslip_materials.fit import fit_memory_file, fit_presliding, fit_rate_state
+from stickslip_materials.fit import fit_memory_file, fit_rate_state
 
 A, B, DISTANCE, DRIVE = 0.01, 0.015, 1e-6, 5e4
 STEPS = [(20.0, 1e-6), (15.0, 1e-5), (20.0, 1e-6), (30.0, 0.0), (20.0, 1e-6)]  # duration, speed
@@ -52,29 +52,6 @@ def test_another_law_than_that_of_the_record_is_said():
     assert not fit.good and "another law" in fit.quality
 
 
-def test_contact_stiffness_of_a_loop():
-    """Dahl's equation, integrated along the way."""
-    stiffness, most, load = 3e5, 0.35, 10.0
-    x = np.concatenate([np.linspace(0, 3e-6, 80), np.linspace(3e-6, -3e-6, 160)[1:], np.linspace(-3e-6, 1e-6, 110)[1:]])
-    mu = [0.0]
-    for move in np.diff(x):
-        side = np.sign(move)
-        solved = solve_ivp(lambda _, m, s=side: s * stiffness * (1.0 - s * m / most), (0.0, abs(move)), [mu[-1]],
-                           rtol=1e-10, atol=1e-12)  # fmt: skip
-        mu.append(solved.y[0, -1])
-    fit = fit_presliding(x, mu + np.random.default_rng(1).normal(0.0, 0.002, x.size), load)
-    assert fit.good
-    for name, value in {"contact_stiffness": stiffness * load, "mu_k": most}.items():
-        low, high = fit.interval[name]
-        assert abs(value - fit.values[name]) < high - low and high < 1.02 * low
-
-
-def test_loops_that_stay_elastic_do_not_tell_friction():
-    x = 1e-9 * np.sin(np.linspace(0.0, 12.0, 200))
-    fit = fit_presliding(x, 1e6 * x + np.random.default_rng(0).normal(0.0, 1e-5, x.size), 10.0)
-    assert not fit.good and "mu_k" in fit.quality
-
-
 @pytest.mark.parametrize(("columns", "expected"), [
     ({"speed": np.full(40, 1e-6)}, "1 steps"),
     ({"speed": np.random.default_rng(0).uniform(1.0, 2.0, 40)}, "steps in 40 samples"),
@@ -90,19 +67,10 @@ def test_impossible_records_are_refused(columns, expected):
 
 
 def test_files_say_what_they_lack(tmp_path):
-    path = tmp_path / "loop.csv"
-    path.write_text("time [s], displacement [um]\n" + "1, 2\n" * 30)
-    with pytest.raises(ConfigError, match=r"loop.csv: no column of mu"):
-        fit_memory_file(path, "lugre")
-    path.write_text("displacement [um], friction force [N]\n" + "1, 2\n" * 30)
+    path = tmp_path / "steps.csv"
+    path.write_text("time [s], speed [um/s]\n" + "1, 2\n" * 30)
+    with pytest.raises(ConfigError, match=r"steps.csv: no column of mu"):
+        fit_memory_file(path, "rate_state_ageing")
+    path.write_text("time [s], speed [um/s], friction force [N]\n" + "1, 2, 3\n" * 30)
     with pytest.raises(ConfigError, match="load is not known"):
-        fit_memory_file(path, "lugre")
-
-
-def test_a_force_over_its_load_is_a_coefficient(tmp_path):
-    x = np.concatenate([np.linspace(0, 3, 80), np.linspace(3, -3, 160)[1:]])
-    mu, path = 0.3 * np.tanh(x), tmp_path / "loop.csv"
-    path.write_text("displacement [um], friction force [N], load [N]\n" + "".join(
-        f"{a:.4f}, {20.0 * b:.5f}, 20\n" for a, b in zip(x, mu, strict=True)))  # fmt: skip
-    by_force, by_mu = fit_memory_file(path, "lugre"), fit_presliding(x * 1e-6, mu, 20.0)
-    assert by_force.values["contact_stiffness"] == pytest.approx(by_mu.values["contact_stiffness"], rel=1e-4)
+        fit_memory_file(path, "rate_state_ageing")

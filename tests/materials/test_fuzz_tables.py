@@ -11,7 +11,7 @@ from helpers.fuzzing import EXAMPLES
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
 from stickslip_materials.fit import fit_materials
-from stickslip_materials.fit.report import as_yaml, describe, describe_columns
+from stickslip_materials.fit.files import as_yaml, describe, describe_columns
 
 CSV = [
     "# felt\nspeed [mm/s], mu\n0.5, 0.61\n1, 0.58\n10, 0.5\n20, 0.45\n100, 0.4\n300, 0.41\n500, 0.43\n",

@@ -13,7 +13,7 @@ from stickslip_materials.compare.table import RankTable
 
 TRUE = {"Fett_A_1": (0.1, 0.6, 0.05, 15), "Fett_A_2": (0.103, 0.6, 0.05, 15), "Fett_A_3": (0.097, 0.6, 0.05, 15),
         "Fett_B": (0.095, 0.16, 0.004, 20), "Fett_C": (0.09, 0.2, 0.09, 6)}  # a1, a2 (s/m), a3, a4 (mm/s)  # fmt: skip
-OPTIONS = ["--mass", "120 g", "--stiffness", "8 N/mm", "--load", "15 N", "--same", "Fett_A*", "--speed", "10..60 mm/s"]
+OPTIONS = ["--mass", "120 g", "--stiffness", "8 N/mm", "--load", "15 N", "--speed", "10..60 mm/s"]
 HEAD = "Prüfbericht;;;\nPrüflast;15;N;\n\nNr.;Gleitgeschw. [mm/s];Reibungszahl µ [-];Std.-Abw.\n"
 
 
@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_every_repeat_and_every_number_reaches_programs_excel_and_the_page(folder):
+def test_every_file_and_every_number_reaches_programs_excel_and_the_page(folder):
     table, page, whole = (folder / f"x.{suffix}" for suffix in ("csv", "html", "nc"))
     words = ["compare", *sorted(folder.glob("Fett*.csv")), *OPTIONS, "--damping", "2 %", "--draws", 120, "--json",
              "-o", table, "-o", whole, "--report", page, "--title", "Fette"]  # fmt: skip
@@ -44,14 +44,12 @@ def test_every_repeat_and_every_number_reaches_programs_excel_and_the_page(folde
     read = json.loads(done.stdout)["read"]
     assert set(read) == set(TRUE) and all(columns["lines_above"] for columns in read.values())
     rows = pd.read_csv(table, encoding="utf-8-sig", dtype=str).set_index("material")
-    assert [f"Fett_A_{i}.csv" in rows["file"]["Fett_A"] for i in (1, 2, 3)] == [True] * 3
-    counts = [cell for name in ("rank", "draws_used", "points", "fit_good") for cell in rows[name]]
+    assert all(rows["file"][name].endswith(f"{name}.csv") for name in TRUE)
+    counts = [cell for name in ("rank", "points", "fit_good") for cell in rows[name]]
     assert all(re.fullmatch(r"\d+", cell) for cell in counts)
     assert not re.search(r"(?<![a-z])inf", table.read_text(encoding="utf-8-sig"))  # open ends are empty
     assert "<h1>Fette</h1>" in page.read_text(encoding="utf-8")
     ds = stickslip.open(whole).load()
-    quiet, undecided = ds["quiet_probability"].values, ds["undecided_probability"].values
-    assert (undecided >= 0).all() and (quiet + undecided <= 1).all()
     assert "2 % of critical" in dict(RankTable(ds).conditions())["viscous damping coefficient"]
     ranks = RankTable(ds, "mm/s").table()
     best = ranks.rows[0][[*ranks.words, *ranks.numbers].index("margin")]

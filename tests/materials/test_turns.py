@@ -60,7 +60,7 @@ def test_a_way_down_that_differs_at_all_speeds_is_no_mu_stop():
 def test_friction_that_runs_in_over_loops_is_no_mu_stop():
     speed, mu = sweep(None, noise=0.01, loops=3)
     fit = fit_curve(speed, mu * np.linspace(1.2, 1.0, mu.size))
-    assert math.isnan(fit.mu_stop) and not fit.good and "drifts or runs in" in fit.quality
+    assert math.isnan(fit.mu_stop) and not fit.good and "drifts with the order" in fit.quality
 
 
 def test_the_order_of_points_tells_where_a_sweep_turns():
@@ -82,7 +82,6 @@ TABLES = {
     "direction": "direction, speed [mm/s], mu\n{rows}",
     "hin/her": "Richtung;v [mm/s];Reibwert\n{rows}",
     "ramp": "ramp,speed [mm/s],mu\n{rows}",
-    "time": "time [s],speed [mm/s],mu\n{rows}",
     "wide": "speed [mm/s],mu up,mu down\n{rows}",
 }
 
@@ -95,8 +94,6 @@ def test_tables_say_where_a_sweep_turns(kind, tmp_path):
     words = {"direction": ("up", "down"), "hin/her": ("hin", "her"), "ramp": ("1", "2")}
     if kind in words:
         lines = [f"{words[kind][int(i > 13)]},{line}" for i, line in zip(order, lines, strict=True)]
-    elif kind == "time":
-        lines = [f"{2.0 * i},{line}" for i, line in zip(order, lines, strict=True)]
     elif kind == "wide":
         lines = [f"{1000 * speed[i]:.6g},{mu[i]:.6g},{mu[27 - i]:.6g}" for i in range(14)]
     text = TABLES[kind].format(rows="\n".join(lines))

@@ -1,7 +1,7 @@
 """Materials compared in one system: `stickslip.compare`.
 
-A system is given as people do, in numbers, texts with units and shares of critical damping; the belt speed is one,
-several, or the ends of a range.
+A system is given as in a configuration, in numbers, texts with units and shares of critical damping; the belt speed is
+one, several, or the ends of a range.
 """
 
 import os
@@ -15,27 +15,27 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.config.describe import unit_question
+from stickslip.config.python import python_document
 from stickslip.config.reader import make_config
 from stickslip.config.resolve import points_path
 from stickslip.config.studies import section_of_call
-from stickslip.config.yaml import Document
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
-from stickslip.errors import ConfigError, QuantityError, UnitWarning
+from stickslip.errors import ConfigError, UnitWarning
 from stickslip.progress import Watch, watched
 from stickslip.studies.border import Border
 from stickslip.studies.lines import fine_enough
 from stickslip.studies.search import Scan
 from stickslip.theory import loss_of_stability, stick_slip_limit
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import as_cells, scales_of
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.models import CURVE
-from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.quantities import listed
 from stickslip.vocabulary.results import VIBRATING
 from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds
-from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials, join_repeats
+from stickslip_materials.fit import CurveFit, MaterialFit, Wanted, fit_materials
 from stickslip_materials.fit.files import NO_CURVE, question_of
 
 Amount = float | str
@@ -54,11 +54,8 @@ def compare(
     normal_load: Amount,
     damping: Amount | None = None,
     belt_speed: Amounts | None = None,
-    speed_range: tuple[Amount, Amount] | None = None,
-    between: tuple[Amount, Amount] | None = None,
     unit: str | None = None,
     columns: Wanted | None = None,
-    same: str | Sequence[str] = (),
     level: float = 0.95,
     draws: int = 1000,
     seed: int = 1,
@@ -77,16 +74,11 @@ def compare(
         in percent of critical damping, 2 sqrt(k m) ("3 %"). No damping is taken as 0, which the attribute
         `damping_assumed` says; a damper lowers the borders.
     belt_speed : at which regime, margin and probability of being quiet are told, each with the dimension `belt_speed`
-        if several are given; without it they are left out.
-    speed_range : instead of it, the ends of a range in which a contact is to be quiet throughout: margin and
-        probability are those of its slowest speed, the regime is that at the speed where it vibrates most
-        (worst_speed). A text such as "5..60 mm/s" as belt_speed says the same.
-    between : belt speeds searched; None takes a tenth of the slowest measured speed to four times the fastest, or to
-        four times where theory sees the end of vibration, if that is more.
+        if several are given; without it they are left out. A range ("5..60 mm/s") is one in which a contact is to be
+        quiet throughout: margin and probability are those of its slowest speed, the regime is that at the speed where
+        it vibrates most (worst_speed).
     unit : of speeds whose heading names none.
     columns : which columns of the files to take, where headings do not say.
-    same : patterns of names ("grease A*") of repeats of one material each: one row, whose interval holds what differs
-        between them (`fit.fit_repeats`); the variables `repeats` and `repeat_names` tell how many there are, and which.
     level : of the confidence intervals.
     draws, seed : curves drawn per material from what its fit leaves open, of which the intervals are quantiles; 0
         leaves intervals out.
@@ -99,7 +91,9 @@ def compare(
         Over `material`, best first: quiet_above and the interval quiet_above_low to quiet_above_high, what kind of
         number it is (quiet_state), the coefficients, and over `slip_speed` the curves with their 95 % bands, over
         `point` what was measured. Materials whose points do not tell where vibration ends, whose friction or speeds are
-        implausible, or whose curve says other than most of the curves drawn, come last, without a rank (NaN).
+        implausible, or whose curve says other than most of the curves drawn, come last, without a rank (NaN). Belt
+        speeds are searched from a tenth of the slowest measured speed to four times the fastest, or to four times where
+        theory sees the end of vibration, if that is more.
 
     Raises
     ------
@@ -112,104 +106,72 @@ def compare(
         raise ValueError(f"level: got {level!r}, expected a share above 0 and below 1, such as 0.95")
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 0:
         raise ValueError(f"draws: got {draws!r}, expected a whole number of at least 0")
-    given = {"mass": mass, "stiffness": stiffness, "damping": 0.0 if damping is None else damping,
-             "normal_load": normal_load}  # fmt: skip
-    search, options = fine_enough(
-        section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance), Options(threads=threads)
-    )
-    speeds, is_range = _speeds_of(belt_speed, speed_range)
-    searched = None if between is None else _ends("between", between)
-    comparing = Comparing(_system_of(given), speeds, is_range, searched, level, draws, seed, search, options)
+    given: dict[str, Amount] = {"mass": mass, "stiffness": stiffness, "normal_load": normal_load}
+    given |= {} if damping is None else {"damping": damping}
     wanted = columns or Wanted()
     load = normal_load if wanted.load is None else wanted.load  # by which friction forces are divided
     fits = _fits(materials, replace(wanted, unit=unit or wanted.unit, load=load))
-    fits = join_repeats(fits, [same] if isinstance(same, str) else same)
-    if question := _question(fits, given | {"belt_speed": belt_speed}, comparing):
+    system, speeds, is_range, question = _conditions(given, _belt_speeds(belt_speed), fits)
+    if question:
         warnings.warn(question, UnitWarning, stacklevel=2)
+    search, options = fine_enough(
+        section_of_call(Border, along="belt_speed", scan=scan, tolerance=tolerance), Options(threads=threads)
+    )
+    comparing = Comparing(system, speeds, is_range, level, draws, seed, search, options)
     with watched(progress, "curves", options.law) as move:
         ds = _compared(fits, comparing, move)
-    written = {
-        f"given_{name}": value for name, value in given.items() if isinstance(value, str) and not units.is_number(value)
-    }
+    written = {f"given_{name}": value for name, value in given.items()
+               if isinstance(value, str) and not units.is_number(value)}  # fmt: skip
     return ds.assign_attrs(written | ({"damping_assumed": 1} if damping is None else {}))
 
 
-# --- the system, as it is given ---------------------------------------------------------------------------------------
+# --- the system and the belt speeds, as they are given ----------------------------------------------------------------
 
 
-def _system_of(given: Mapping[str, Amount]) -> dict[str, float]:
-    """The system, in SI; damping may be in percent of critical. Raises ValueError."""
-    damping = given["damping"]
-    text = damping.strip().removesuffix("of critical").strip() if isinstance(damping, str) else ""
-    if not text.endswith("%"):
-        return {name: _quantity(name, value) for name, value in given.items()}
-    share = text.removesuffix("%").strip()
-    if not (units.is_number(share) and float(share) >= 0.0):
-        expected = "expected a share of critical damping such as '3 %', at least 0"
-        raise ValueError(f"damping: got {damping!r}, {expected}")
-    system = {name: 0.0 if name == "damping" else _quantity(name, value) for name, value in given.items()}
-    return system | {"damping": float(share) / 100.0 * float(scales_of(system).critical_damping)}
-
-
-def _speeds_of(belt_speed: Amounts | None, speed_range: tuple[Amount, Amount] | None) -> tuple[tuple[float, ...], bool]:
-    """The belt speeds (m/s), in ascending order, and whether they are the ends of a range."""
-    if belt_speed is not None and speed_range is not None:
-        raise TypeError("got belt_speed and speed_range, expected one of them")
-    if speed_range is not None:
-        return _ends("speed_range", speed_range), True
-    several = _each(belt_speed)
-    if belt_speed is not None and not several:
+def _belt_speeds(given: Amounts | None) -> Any:
+    """An axis of belt speeds, as a configuration has it, of a range its two ends; empty without any."""
+    several = [given] if isinstance(given, str) or np.ndim(given) == 0 else [*given]  # type: ignore[arg-type, misc]
+    if given is None:
+        return []
+    if not several:
         raise ValueError("belt_speed: got no value")
-    if ranges := [value for value in several if isinstance(value, str) and ".." in value]:
-        if len(several) > 1:
-            raise ValueError(f"belt_speed: got {several!r}, expected several values or one range, not both")
-        return _ends("belt_speed", units.ends_of("belt_speed", ranges[0])), True
-    return tuple(sorted({*_speeds("belt_speed", several)})), False
+    numbers = [units.number_or_text(value) if isinstance(value, str) else value for value in several]
+    ranges = [value for value in numbers if isinstance(value, str) and ".." in value]
+    if not ranges:
+        return numbers
+    if len(several) > 1:
+        raise ValueError(f"belt_speed: got {several!r}, expected several values or one range, not both")
+    low, high = units.ends_of("belt_speed", ranges[0])
+    return {"start": low, "stop": high, "num": 2}
 
 
-def _ends(called: str, ends: tuple[Amount, Amount]) -> tuple[float, float]:
-    """The range between two ends, the lower one first. Raises TypeError or ValueError."""
-    if not isinstance(ends, tuple | list) or len(ends) != 2:
-        raise TypeError(f"{called}: got {ends!r}, expected the two ends of a range")
-    low, high = _speeds(called, ends)
-    if not low < high:
-        hint = "; swap the ends" if low > high else ""
-        raise ValueError(f"{called}: got {ends[0]} to {ends[1]}, expected the lower end first and one above it{hint}")
-    return low, high
+def _conditions(
+    given: Mapping[str, Amount], belt_speeds: Any, fits: Sequence[MaterialFit]
+) -> tuple[dict[str, float], tuple[float, ...], bool, str | None]:
+    """The system in SI, the belt speeds (m/s) in ascending order, whether they are the ends of a range, and a question
+    about what is implausible: about the system with these curves, as of a configuration, or about friction and speeds.
+    Raises ConfigError."""
+    curves, questions = _curves(fits), [question_of(fit) for fit in fits]
+    plausible = [curve for curve, odd in zip(curves, questions, strict=True) if not odd] or curves
+    zipped = {name: [getattr(curve, name) for curve in plausible] for name in CURVE}
+    system = {name: units.number_or_text(value) if isinstance(value, str) else value for name, value in given.items()}
+    axes = {"belt_speed": belt_speeds} if belt_speeds else {}
+    written: dict[str, Any] = {"system": system, "axes": axes}
+    if not belt_speeds:
+        written["system"] = system | {"belt_speed": min(curve.searched[0] for curve in plausible)}
+    config = make_config({**written, "axes": {**axes, "material": {"zip": zipped}}}, "compare")
+    points = {member.name: member.points().tolist() for axis in config.axes for member in axis.members}
+    speeds = tuple(sorted({*points.get("belt_speed", ())}))
+    if speeds and not speeds[0] > 0.0:
+        raise ValueError(f"belt_speed: got {speeds[0]:g}, expected a speed above 0 m/s")
+    known = config.fixed()
+    doubts = [unit_question(python_document(written, "compare"), config)]
+    doubts += [f"{fit.name}: {question}" for fit, question in zip(fits, questions, strict=True) if question]
+    system_in_si = {name: float(known[name]) for name in ("mass", "stiffness", "damping", "normal_load")}
+    return system_in_si, speeds, isinstance(belt_speeds, dict), "\n".join(filter(None, doubts)) or None
 
 
-def _speeds(called: str, given: Sequence[Amount]) -> list[float]:
-    """Belt speeds, of which numbers without a unit take that of the others. Raises ValueError."""
-    numbers = [float(value) if units.is_number(value) else value for value in given]
-    try:
-        alike: list[Amount] = [*units.each_with_unit(numbers, PARAMETERS["belt_speed"].units)]
-    except QuantityError as error:
-        raise ValueError(f"{called}: got {given!r}, expected {error.expected}") from None
-    speeds = [_quantity("belt_speed", value, called) for value in alike]
-    if speeds and not min(speeds) > 0:
-        raise ValueError(f"{called}: got {min(speeds):g}, expected a speed above 0 m/s")
-    return speeds
-
-
-def _quantity(name: str, value: Amount, called: str = "") -> float:
-    """A quantity in SI, from a number, also as text, or a text with a unit. Raises ValueError."""
-    if not isinstance(value, str | int | float | np.number) or (isinstance(value, str) and ".." in value):
-        raise ValueError(f"{called or name}: got {value!r}, expected one value")
-    try:
-        return PARAMETERS[name].read(float(value) if units.is_number(value) else value)
-    except QuantityError as error:
-        hint = f"; {error.hint}" if error.hint else ""
-        raise ValueError(f"{called or name}: got {value!r}, expected {error.expected}{hint}") from None
-
-
-def _each(given: Amounts | None) -> list[Amount]:
-    """The values that were given."""
-    if given is None or isinstance(given, str) or np.ndim(given) == 0:  # type: ignore[arg-type]
-        return [] if given is None else [given]  # type: ignore[list-item]
-    return [*given]  # type: ignore[misc]
-
-
-# --- materials, doubts, speeds searched -------------------------------------------------------------------------------
+# --- materials, speeds searched ---------------------------------------------------------------------------------------
 
 
 def _fits(materials: Materials, wanted: Wanted) -> list[MaterialFit]:
@@ -231,34 +193,9 @@ def _curves(fits: Sequence[MaterialFit]) -> list[CurveFit]:
     return [fit.curve for fit in fits if fit.curve is not None]  # `_fits` refuses others
 
 
-def _question(fits: Sequence[MaterialFit], given: Mapping[str, Amounts | None], comparing: Comparing) -> str | None:
-    """A question about a system that is implausible with these curves, as a configuration is asked about it, and about
-    implausible friction and speeds."""
-    curves = _curves(fits)
-    questions = [question_of(fit) for fit in fits]
-    plausible = [curve for curve, odd in zip(curves, questions, strict=True) if not odd] or curves
-    zipped = {name: [getattr(curve, name) for curve in plausible] for name in CURVE}
-    slowest = float(min(curve.searched[0] for curve in plausible))
-    system = {**comparing.system, "belt_speed": comparing.speeds[-1] if comparing.speeds else slowest}
-    plain = [name for name, values in given.items() if any(not str(v).strip("+-.0123456789eE ") for v in _each(values))]
-    written = {  # what was given with a unit needs no question about it
-        name: value if name in plain else f"{value!r} {units.spelled(PARAMETERS[name].units)}"
-        for name, value in system.items()
-    }
-    config = make_config({"system": written, "axes": {"material": {"zip": zipped}}})
-    question = unit_question(Document("compare", {"system": written}), config)
-    odd = [f"{fit.name}: {question}" for fit, question in zip(fits, questions, strict=True) if question]
-    return "\n".join([*([question] if question else []), *odd]) or None
-
-
 def _scan(known: Sequence[CurveFit], curves: Sequence[CurveFit], comparing: Comparing) -> Scan:
-    """The speeds looked at first. Raises ValueError."""
+    """The speeds looked at first."""
     speeds, system = comparing.speeds, comparing.system
-    if comparing.between is not None:
-        low, high = comparing.between
-        if speeds and not low <= min(speeds) <= max(speeds) <= high:
-            raise ValueError(f"between: got {low:g} to {high:g} m/s, expected it to hold the belt speed asked about")
-        return Scan(low, high, comparing.search.scan, "log")
     slowest = min(curve.searched[0] for curve in known or curves)  # a tenth of the slowest measured speed above 0
     fastest = max(curve.speeds[1] for curve in known or curves)
     for curve in known:
@@ -310,10 +247,10 @@ def _contradiction(scatter: dict[str, float | Floats], ends: tuple[float, float]
     if not scatter:
         return ""
     (least, most), (low, high) = ends, (float(scatter[f"quiet_above_{which}"]) for which in ("low", "high"))
-    if most == 0.0 and np.ravel(scatter.get("quiet_probability", 1.0))[0] < 0.5:  # at the slowest belt speed
-        return "The fitted curve vibrates at no speed; most of the curves that the points allow do at the belt speed."
-    if not (least <= high * (1.0 + end.DRAWN_TO) and most * (1.0 + end.DRAWN_TO) >= low):
-        return "The border of the fitted curve lies outside of the interval that the points leave."
+    is_outside = least > high * (1.0 + end.DRAWN_TO) or most * (1.0 + end.DRAWN_TO) < low
+    chance = np.ravel(scatter.get("quiet_probability", 1.0))[0]  # at the slowest belt speed
+    if is_outside or most == 0.0 and chance < 0.5:
+        return "The border of the fitted curve is none of those that most of the curves drawn have."
     scatter |= {"quiet_above_low": min(low, most), "quiet_above_high": max(high, least)}
     return ""
 
@@ -322,13 +259,11 @@ def _blank(count: int, comparing: Comparing) -> dict[str, Floats]:
     """The results of materials of which nothing is determined, by names of MATERIAL_VARIABLES: over materials, and over
     belt speeds where there are several."""
     names = ["rank", "quiet_above", "quiet_state", *(["worst_speed"] if comparing.is_range else [])]
-    names += ["quiet_above_low", "quiet_above_high", "draws_falling", "draws_used"] if comparing.draws else []
-    at_speeds = ["regime", "frequency", "stick_fraction", "margin", *(end.CHANCES if comparing.draws else ())]
+    names += ["quiet_above_low", "quiet_above_high"] if comparing.draws else []
+    at_speeds = ["regime", "frequency", "stick_fraction", "margin", *(["quiet_probability"] if comparing.draws else ())]
     shape = (count, len(comparing.speeds)) if comparing.several_speeds else (count,)
     table = {name: np.full(shape, np.nan) for name in at_speeds} if comparing.speeds else {}
-    return table | {
-        name: np.full(count, {"quiet_state": NOT_DETERMINED, "draws_used": 0.0}.get(name, np.nan)) for name in names
-    }
+    return table | {name: np.full(count, NOT_DETERMINED if name == "quiet_state" else np.nan) for name in names}
 
 
 def _at_speeds(
@@ -390,8 +325,10 @@ def _attributes(fits: Sequence[MaterialFit], comparing: Comparing, scan: Scan) -
         "searched_from": scan.low, "searched_to": scan.high, "searched_points": scan.points,
         "confidence": comparing.level, "draws": comparing.draws, "seed": comparing.seed,
         "vibrating_regimes": " ".join(VIBRATING),
-        "files": "\n".join(dict.fromkeys(str(each.path) for fit in fits for each in fit.parts)),
+        "files": "\n".join(dict.fromkeys(str(fit.path) for fit in fits)),
     }  # fmt: skip
+    if synthetic := [fit.name for fit in fits if fit.points.are_synthetic]:
+        attributes["synthetic"] = listed(synthetic, "and")
     if comparing.is_range:
         return attributes | {"speed_range_from": speeds[0], "speed_range_to": speeds[1]}
     return attributes | ({"belt_speed": speeds[0]} if len(speeds) == 1 else {})

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.config.studies import ReportTable, Result
 from stickslip.dataset.build import NO_FILL, parameter_variable, shown_in, variable_of
 from stickslip.vocabulary.display_units import DISPLAY
-from stickslip.vocabulary.models import CURVE, FITTED
+from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
 from stickslip.vocabulary.results import FLAGS, QUIET_STATES, VARIABLES
@@ -31,16 +31,12 @@ MATERIAL_VARIABLES: dict[str, Variable] = table(
              comment="0: no vibration at any speed searched; NaN: the points do not determine it"),
     Variable("quiet_above_high", "m s-1", "upper end of the confidence interval of quiet_above",
              comment="inf: vibration up to the fastest speed searched; NaN: the points do not determine it"),
-    Variable("draws_used", "1", "curves drawn whose verdict is known"),
-    Variable("draws_falling", "1", f"share of the curves drawn that fall for ever ({CURVE.slope} < 0)",
-             comment="they vibrate at any speed unless the damper outweighs the fall"),
     Variable("margin", "1", "belt speed over quiet_above",
              comment="above 1: quiet; of a range of belt speeds that of its slowest"),
     Variable("worst_speed", "m s-1", "belt speed of a range at which the vibration is largest",
              comment="its slowest where it is quiet throughout"),
     Variable("quiet_probability", "1", "probability of being quiet at the belt speed and above",
              comment="as far as the scatter of the points goes; draws without a verdict do not count as quiet"),
-    Variable("undecided_probability", "1", "share of the curves drawn without a verdict at the belt speed"),
     *(VARIABLES[name] for name in ("regime", "frequency", "stick_fraction")),
     *(Variable(name, SEARCHABLE[name].units, SEARCHABLE[name].long_name) for name in (*FITTED, "mu_stop")),
     Variable("residual_rms", "1", "residual of the fit, root mean square"),
@@ -83,13 +79,7 @@ def material_dataset(
             variable.attrs["ancillary_variables"] = f"{name}_low {name}_high"
     qualities = (f"{reason} {curve.quality}".strip() for reason, curve in zip(reasons, curves, strict=True))
     variables["fit_quality"] = _text("material", qualities, "quality of the fit")
-    if any(fit.repeats for fit in fits):
-        counts = np.array([max(len(fit.repeats), 1) for fit in fits], np.int32)
-        variables["repeats"] = xr.Variable("material", counts, {"units": "1", "long_name": "repeats of the material"})
-        repeats = ("; ".join(repeat.name for repeat in fit.repeats) for fit in fits)
-        variables["repeat_names"] = _text("material", repeats, "names of the repeats")
-    files = (dict.fromkeys(str(part.path) for part in fit.parts) for fit in fits)
-    variables["file"] = _text("material", map("; ".join, files), "files of the measured points")
+    variables["file"] = _text("material", (str(fit.path) for fit in fits), "files of the measured points")
     coordinates = {"material": xr.Variable("material", names, {"long_name": "material"})}
     if any(variable.dims[-1:] == ("belt_speed",) for variable in variables.values()):
         coordinates["belt_speed"] = parameter_variable("belt_speed", ("belt_speed",), speeds)

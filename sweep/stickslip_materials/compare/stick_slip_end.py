@@ -36,7 +36,6 @@ DRAWN_TO = 1e-3  # tolerance of the borders of drawn curves, which scatter by fa
 _DRAWN_STEPS = 20_000  # of a cell of a drawn curve
 _LONGER = 10  # times as many of curves without a verdict by then; what has none then either widens the interval
 _TO_TELL = 100  # curves drawn to see whether there are any, where no intervals are asked for
-CHANCES = ("quiet_probability", "undecided_probability")
 
 
 @dataclass(frozen=True)
@@ -44,14 +43,13 @@ class Comparing:
     """A comparison to compute.
 
     system : mass, stiffness, damping and normal load, in SI. speeds : m/s, in ascending order, at which motions are
-    computed, or the two ends of a range; there may be none. between : speeds searched, None for a range about the
-    measured ones. level : of confidence. draws : curves drawn per material, 0 for no intervals.
+    computed, or the two ends of a range; there may be none. level : of confidence. draws : curves drawn per
+    material, 0 for no intervals.
     """
 
     system: Mapping[str, float]
     speeds: tuple[float, ...]
     is_range: bool
-    between: tuple[float, float] | None
     level: float
     draws: int
     seed: int
@@ -158,18 +156,15 @@ def _last_borders(
 
 
 def scatter_of(drawn: Drawn, comparing: Comparing, scan: Scan) -> dict[str, float | Floats]:
-    """The interval of a border, and the chances to be quiet, by names of MATERIAL_VARIABLES."""
-    quiet = _borders(drawn, comparing, scan)
-    least, most = quiet.between()
+    """The interval of a border, and the chance to be quiet, by names of MATERIAL_VARIABLES."""
+    least, most = _borders(drawn, comparing, scan).between()
     tail = round((1.0 - comparing.level) / 2.0 * most.size)
     values: dict[str, float | Floats] = {
         "quiet_above_low": float(np.sort(least)[tail]), "quiet_above_high": float(np.sort(most)[-1 - tail]),
-        "draws_used": float(np.count_nonzero(quiet.state != UNRESOLVED)), "draws_falling": float(drawn.falling.mean()),
     }  # fmt: skip
-    if speeds := np.array(comparing.speeds).tolist():
-        certain, possible = (np.mean(borders[:, None] < speeds, axis=0) for borders in (most, least))
-        for name, chance in zip(CHANCES, (certain, possible - certain), strict=True):
-            values[name] = chance if comparing.several_speeds else float(chance[0])
+    if comparing.speeds:
+        chance = np.mean(most[:, None] < np.array(comparing.speeds), axis=0)
+        values["quiet_probability"] = chance if comparing.several_speeds else float(chance[0])
     return values
 
 
@@ -180,7 +175,7 @@ def _borders(drawn: Drawn, comparing: Comparing, scan: Scan) -> QuietSpeeds:
     tolerance = max(DRAWN_TO, comparing.search.tolerance)
     level, slope = drawn.coefficients[CURVE.level], drawn.coefficients[CURVE.slope]
     is_damped = comparing.system["damping"] + comparing.system["normal_load"] * slope >= 0
-    lost = drawn.falling & ~(is_damped & (level + slope * scan.high >= 0))
+    lost = (slope < 0) & ~(is_damped & (level + slope * scan.high >= 0))
     fastest = np.full(slope.size, scan.high)
     borders = QuietSpeeds(fastest, fastest.copy(), np.full(slope.size, VIBRATES, np.int8))
 

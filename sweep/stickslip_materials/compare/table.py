@@ -3,6 +3,7 @@ print: answer, ranks, picture and notes, and on a second sheet what they rest on
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,7 +32,7 @@ def verdict(row: Any) -> str:
     if row.state == "not_determined" or int(row.regime) in UNDECIDED:
         return "open"
     if REGIMES[int(row.regime)] in VIBRATING:
-        return "open" if row.margin > 1 or 1.0 - quiet - row.undecided_probability < 0.5 else "vibrates"
+        return "open" if row.margin > 1 or quiet > 0.5 else "vibrates"
     return "quiet" if row.margin > 1 and not quiet < 0.5 else "open"
 
 
@@ -130,6 +131,8 @@ class RankTable:
     def notes(self) -> list[tuple[str, str]]:
         """What the table does not show by itself: on all materials (""), then on those whose fit is not good."""
         notes = []
+        if "synthetic" in self.ds.attrs:
+            notes.append(("", f"SYNTHETIC, not measured, as the files say: {self.ds.attrs['synthetic']}"))
         if "damping_assumed" in self.ds.attrs:
             text = "damping 0 N s/m was assumed, and a damper lowers the borders: give the damping (metal in one piece "
             notes.append(("", f"{text}has below 1 % of critical, structures with joints 3 to 7 %)"))
@@ -137,6 +140,10 @@ class RankTable:
         if beyond := [self._speed(speed) for speed in self.speeds if not measured[0] <= speed <= measured[1]]:
             where = f"belt speed {listed(beyond, 'and')} {self.unit} lies beyond the speeds that were measured"
             notes.append(("", f"{where}, {self._span(measured)}"))
+        ranked = [row for row in self._rows if math.isfinite(row.rank)]
+        for this, after in pairwise(ranked):  # NaN without intervals, which then say nothing
+            if this.quiet_above_high >= after.quiet_above_low:
+                notes.append(("", f"{this.name} may be behind {after.name}: their intervals overlap"))
         return notes + [(row.name, row.fit_quality) for row in self._rows if math.isnan(row.rank) or not row.fit_good]
 
     def remarks(self) -> list[str]:

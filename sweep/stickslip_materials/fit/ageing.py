@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +24,6 @@ _LN10 = math.log(10.0)
 _FEWEST = 3  # distinct waiting times; with two, nothing is left to judge the line by
 _BEYOND = 1e6  # how far outside the waiting times t0 is looked for
 _UNLIKELY = 0.8  # confidence at which that is left out
-_Value = tuple[float, Interval, int]  # with its degrees of freedom
 _ASSUMED = 0.1  # of the shortest waiting time: the t0 taken where all are long against it
 
 
@@ -194,15 +192,11 @@ def _reservations(fit: AgeingFit) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Rank:
-    """One lubricant in an order.
-
-    apart : whether it differs from the one before it at 95 % confidence; True for the first.
-    """
+    """One lubricant in an order, its number with the 95 % interval."""
 
     name: str
     value: float
     interval: Interval
-    apart: bool
 
 
 @dataclass(frozen=True)
@@ -235,26 +229,6 @@ def rank(fits: Mapping[str, AgeingFit], at: float) -> Ranking:
         raise ValueError("fits: got none, expected at least one")
     if not (math.isfinite(at) and at >= 0):
         raise ValueError(f"at: got {at!r}, expected a waiting time >= 0 (s)")
-    levels = {name: (float(fit.predict(at)), fit.level(at), fit.freedom) for name, fit in fits.items()}
-    slopes = {name: (fit.beta, fit.interval["beta"], fit.freedom) for name, fit in fits.items()}
-    return Ranking(float(at), _ordered(levels), _ordered(slopes))
-
-
-def _ordered(measured: Mapping[str, _Value]) -> tuple[Rank, ...]:
-    """Names by value."""
-    rows = sorted(measured.items(), key=lambda item: item[1][0])
-    apart = [True, *(_differ(before, this) for (_, before), (_, this) in pairwise(rows))]
-    return tuple(Rank(name, value, interval, a) for (name, (value, interval, _)), a in zip(rows, apart, strict=True))
-
-
-def _differ(below: _Value, above: _Value) -> bool:
-    """Welch's test of two values at 95 % confidence, the error of each being that of the end towards the other."""
-    (x, (_, high), nx), (y, (low, _), ny) = below, above
-    if not (math.isfinite(high) and math.isfinite(low)) or min(nx, ny) <= 0:
-        return False
-    ex, ey = (high - x) / student(nx), (y - low) / student(ny)
-    variance = ex**2 + ey**2
-    if variance == 0:
-        return x != y
-    freedom = variance**2 / (ex**4 / nx + ey**4 / ny)
-    return y - x > student(freedom) * math.sqrt(variance)
+    levels = [Rank(name, float(fit.predict(at)), fit.level(at)) for name, fit in fits.items()]
+    slopes = [Rank(name, fit.beta, fit.interval["beta"]) for name, fit in fits.items()]
+    return Ranking(float(at), *(tuple(sorted(ranks, key=lambda one: one.value)) for ranks in (levels, slopes)))

@@ -1,37 +1,47 @@
-"""Curves and ageing fitted to the points of files, which may hold one material or several."""
+"""Curves and ageing fitted to the points of files, which may hold one material or several, and fits for people and
+programs: coefficients with their intervals, what to paste, columns."""
 
 from __future__ import annotations
 
-import re
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.config.yaml import write_yaml
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.models import BREAKAWAY
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED
 from stickslip.vocabulary.parameter import FRICTION, SPEED, Parameter
 from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
-from stickslip_materials.fit.ageing import AgeingFit, fit_ageing
+from stickslip_materials.fit.ageing import AgeingFit, Ranking, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
 from stickslip_materials.fit.fitting import fit_curve
 from stickslip_materials.fit.points import Columns, only, read_materials
-from stickslip_materials.fit.repeats import fit_repeats
 from stickslip_materials.fit.roles import Wanted
 
+if TYPE_CHECKING:
+    from stickslip_materials.fit.memory import MemoryFit
+    from stickslip_materials.fit.steps import StepPoints
+
 NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
+_UNITS = {
+    CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade", "v_0": "m/s", "D_c": "m",
+    "drive_stiffness": "1/m",
+}  # fmt: skip
+_DRIVE = "drive_stiffness"  # no parameter of a contact
+_WILD = 0.2  # share of its mean by which friction varies where it sticks and slips
 
 
 @dataclass(frozen=True)
 class MaterialFit:
     """The fit to the points of one material: a curve, or ageing.
 
-    name : no other material read with it has the same. path : the file they come from. repeats : the fit of each
-    repeat, of a material that was measured several times; its points are those of all.
+    name : no other material read with it has the same. path : the file they come from.
     """
 
     name: str
@@ -39,12 +49,6 @@ class MaterialFit:
     points: Columns = field(repr=False)
     curve: CurveFit | None = None
     ageing: AgeingFit | None = None
-    repeats: tuple[MaterialFit, ...] = field(default=(), repr=False)
-
-    @property
-    def parts(self) -> tuple[MaterialFit, ...]:
-        """The repeats, or the material itself."""
-        return self.repeats or (self,)
 
     def coefficients(self) -> dict[str, float]:
         """Of the curve; none of ageing."""
@@ -71,7 +75,6 @@ def fit_materials(
     materials: Sequence[Path] | Mapping[str, tuple[ArrayLike, ArrayLike] | CurveFit],
     wanted: Wanted | None = None,
     columns: Sequence[Parameter] | None = None,
-    same: Sequence[str] = (),
     law: str = "stribeck",
     ageing: bool = True,
 ) -> list[MaterialFit]:
@@ -82,8 +85,7 @@ def fit_materials(
     materials : CSV or .xlsx files; or by name, points (slip speeds in m/s, friction coefficients) or a fit of them
     wanted : which columns to take, and in which units, where the headings do not say
     columns : CURVE_COLUMNS or AGEING_COLUMNS; None takes what each file has
-    same : as for `join_repeats`
-    law : of curves, as for `fit_curve`; repeats are fitted by the Stribeck curve
+    law : of curves, as for `fit_curve`
     ageing : False refuses friction over waiting time
 
     Returns
@@ -99,7 +101,7 @@ def fit_materials(
         For points that will not do.
     """
     if isinstance(materials, Mapping):
-        return join_repeats([_named(name, points, law) for name, points in materials.items()], same)
+        return [_named(name, points, law) for name, points in materials.items()]
     rows: list[tuple[str, str, Path, Columns]] = []
     errors: list[ConfigError] = []
     for file, path in zip(names_of(materials), materials, strict=True):
@@ -117,7 +119,8 @@ def fit_materials(
             errors.append(error)
     if errors:
         raise ConfigError.of_files(errors)
-    return join_repeats(fits, same)
+    names = _numbered([fit.name for fit in fits])
+    return [replace(fit, name=name) for fit, name in zip(fits, names, strict=True)]
 
 
 def _named(name: str, points: tuple[ArrayLike, ArrayLike] | CurveFit, law: str) -> MaterialFit:
@@ -153,47 +156,6 @@ def _cautious(fit: MaterialFit) -> MaterialFit:
     return replace(fit, **own)
 
 
-def join_repeats(fits: Sequence[MaterialFit], same: Sequence[str]) -> list[MaterialFit]:
-    """Materials of which some are repeats of one, joined to one each, in the place of the first, with a `RepeatedFit`
-    through all points.
-
-    same : patterns of names, such as ``"grease A*"`` (`fnmatch`, whatever the case), one for each material; it is
-    called after its pattern, without the wildcards. Raises ConfigError if a pattern matches fewer than two, or one that
-    another has; for ageing, and where `fit_repeats` does.
-    """
-    joined = dict(enumerate(fits))  # by the place of the first
-    for pattern in dict.fromkeys(same):
-        group = [i for i, fit in enumerate(fits) if fnmatchcase(fit.name.casefold(), pattern.casefold())]
-        if len(group) < 2 or any(joined.get(i) is not fits[i] for i in group):
-            matched = "a material of another pattern" if len(group) > 1 else ", ".join(fits[i].name for i in group)
-            message = f"matches {matched or 'none'}, expected two or more of {', '.join(fit.name for fit in fits)}"
-            raise ConfigError.of(f"same {pattern!r}", message)
-        repeats = [joined.pop(i) for i in group]
-        joined[group[0]] = _joined(pattern, repeats)
-    materials = [joined[i] for i in sorted(joined)]
-    names = _numbered([fit.name for fit in materials])
-    return [replace(fit, name=name) for fit, name in zip(materials, names, strict=True)]
-
-
-def _joined(pattern: str, group: Sequence[MaterialFit]) -> MaterialFit:
-    points, names = [fit.points for fit in group], [fit.name for fit in group]
-    whole = Columns({name: np.concatenate([columns[name] for columns in points])
-                     for name in points[0] if all(name in columns for columns in points)})  # fmt: skip
-    whole.__dict__.update(points[0].__dict__)
-    whole.assumed = next((columns.assumed for columns in points if columns.assumed), ())
-    whole.ignored = tuple(dict.fromkeys(text for columns in points for text in columns.ignored))
-    try:
-        if "speed" not in whole:
-            raise ValueError("the repeats have no points of friction over speed, expected some of each")
-        speeds, mus = ([columns[name] for columns in points] for name in ("speed", "mu"))
-        ways = [columns["direction"] for columns in points] if "direction" in whole else None
-        curve = fit_repeats(speeds, mus, names, unit=whole.units.get("speed", "m/s"), directions=ways)
-    except ValueError as error:
-        raise ConfigError.of(f"same {pattern!r}", str(error)) from None
-    name = re.sub(r"[*?]|\[[^]]*\]", "", pattern).strip(" _-.:") or f"{names[0]} to {names[-1]}"
-    return _cautious(MaterialFit(name, group[0].path, whole, curve, repeats=tuple(group)))
-
-
 def question_of(material: MaterialFit) -> str | None:
     """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
     points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
@@ -207,17 +169,125 @@ def question_of(material: MaterialFit) -> str | None:
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """A name for each file: its stem, with as many folders before it as tell it from the others."""
-    depths = range(1, max((len(path.parts) for path in paths), default=0) + 1)
-
-    def named(path: Path) -> list[str]:
-        return ["/".join((*path.parts[:-1], path.stem)[-depth:]) for depth in depths]
-
-    ways = [named(path) for path in paths]
-    counts = Counter(name for way in ways for name in dict.fromkeys(way))
-    return _numbered([next((name for name in way if counts[name] == 1), way[0]) for way in ways])
+    """A name for each file: its stem; the whole path of files that share it."""
+    counts = Counter(path.stem for path in paths)
+    whole = [path.with_suffix("").as_posix() for path in paths]
+    return _numbered([path.stem if counts[path.stem] == 1 else name for path, name in zip(paths, whole, strict=True)])
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
     before = [names[:i].count(name) for i, name in enumerate(names)]
     return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
+
+
+# --- for people and programs ------------------------------------------------------------------------------------------
+
+
+def describe(material: MaterialFit) -> str:
+    """Numbers with their 95 % intervals, and the quality of the fit."""
+    fit = material.curve or material.ageing
+    assert fit is not None
+    marks, head = {}, []
+    if curve := material.curve:
+        marks = dict.fromkeys(curve.at_bound, ", at its bound") | dict.fromkeys(curve.assumed, ", assumed")
+        head = [f"  law: {curve.law}"] if curve.law != "stribeck" else []
+    rows = [_row(name, value, fit.interval[name]) + marks.get(name, "") for name, value in _values(material).items()]
+    worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
+    return "\n".join([*head, *rows, worth, f"  {fit.quality}"])
+
+
+def describe_memory(name: str, fit: MemoryFit) -> str:
+    """Parameters with their 95 % intervals, the quality of the fit, and what to paste."""
+    rows = [_row(key, value, fit.interval.get(key, (value, value))) for key, value in fit.values.items()]
+    pasted = {"law": fit.law, **{name: _rounded(value) for name, value in fit.values.items() if name != _DRIVE}}
+    heading = [f"{name}: {fit.law}", *([f"  {fit.columns}"] if fit.columns else [])]
+    return "\n".join([*heading, *rows, f"  {fit.quality}", f"  {write_yaml({'friction': pasted})}"])
+
+
+def _row(name: str, value: float, interval: tuple[float, float]) -> str:
+    low, high = interval
+    known = f"95 %: {low:.5g} to {high:.5g}"
+    if math.isinf(low):
+        known = f"95 %: {high:.5g} or less"
+    elif math.isinf(high):
+        known = f"95 %: {low:.5g} or more" if low > 0 else "not determined"
+    return f"  {name:18}{value:10.5g} {_UNITS.get(name, ''):11} {known}"
+
+
+def _values(material: MaterialFit) -> Mapping[str, float]:
+    """What a fit determines."""
+    if curve := material.curve:
+        return {name: getattr(curve, name) for name in (*FITTED, "mu_stop") if not math.isnan(getattr(curve, name))}
+    return {name: getattr(material.ageing, name) for name in ("mu0", "beta", "t0")}
+
+
+def describe_ranking(order: Ranking) -> str:
+    """Lubricants in order of level and of slope, best first."""
+    level, slope = (", ".join(f"{place.name} ({place.value:.3f})" for place in places)
+                    for places in (order.by_level, order.by_slope))  # fmt: skip
+    return f"best first\n  by static friction after {order.at:g} s: {level}\n  by growth per decade: {slope}"
+
+
+def describe_columns(materials: Sequence[MaterialFit]) -> str:
+    """The columns of the table of these materials, what they were taken for, and what was left out."""
+    points = materials[0].points
+    names = [name for name in points.read if name != "mu" and (len(materials) == 1 or name != "sigma")]
+    taken = {points.read[name]: " in ".join(filter(None, (name, points.units.get(name)))) for name in names}
+    taken |= {material.points.read["mu"]: "friction" for material in materials}
+    parts = [", ".join(f"{text!r} is {kind}" for text, kind in taken.items()), *points.notes]
+    parts += [f"not used: {', '.join(map(repr, points.ignored))}"] if points.ignored else []
+    parts += [f"left out above the header: lines {points.above[0]} to {points.above[1]}"] if points.above else []
+    return "; ".join(parts)
+
+
+def describe_steps(points: StepPoints) -> str:
+    """Points of a record at steps, what is doubtful among them, and what was left out."""
+    lines = [points.columns] if points.columns else []
+    lines += [f"{points.speed.size} points, from the speeds {points.speed.min():.4g} to {points.speed.max():.4g} m/s"]
+    wild = points.speed[points.scatter > _WILD * points.mu]
+    if wild.size:
+        speeds = ", ".join(f"{speed:.4g}" for speed in wild[:8])
+        lines.append(f"note     friction varies by more than a fifth at {speeds} m/s, as where it sticks and slips")
+    return "\n".join([*lines, *(f"left out {text}" for text in points.left_out[:20])])
+
+
+def columns_of(material: MaterialFit) -> dict[str, Any]:
+    """The columns of one material as plain data, for programs."""
+    points = material.points
+    return {"columns": dict(points.read), "ignored": list(points.ignored), "notes": list(points.notes),
+            "lines_above": list(points.above or ()), "units": dict(points.units),
+            "assumed_units": {column.name: column.units for column in points.assumed}}  # fmt: skip
+
+
+def as_plain(material: MaterialFit) -> dict[str, Any]:
+    """A fit as plain data, for programs."""
+    fit, values = material.curve or material.ageing, _values(material)
+    assert fit is not None
+    own = ("law", "outliers", "unidentified", "assumed", "at_bound") if material.curve else ()
+    shared = ("standard_error", "covariance", "residual_rms", "r_squared", "points", "good", "quality")
+    return {
+        "name": material.name, "file": str(material.path), "kind": "curve" if material.curve else "ageing",
+        "coefficients": values, "interval": {name: list(fit.interval[name]) for name in values},
+        "confidence": 0.95, **{name: getattr(fit, name) for name in (*shared, *own)}, **columns_of(material),
+    }  # fmt: skip
+
+
+def as_yaml(materials: Sequence[MaterialFit]) -> str:
+    """The curves as a configuration has them, in SI: the section friction, of several an axis of materials; of several
+    laws a section each."""
+    curves = {material.name: material.curve for material in materials if material.curve is not None}
+    if len({curve.law for curve in curves.values()}) > 1:
+        return "\n".join(f"# {material.name}\n{as_yaml([material])}" for material in materials if material.curve)
+    law = next(iter(curves.values())).law
+    friction = {} if law == "stribeck" else {"law": law} | ({"delta": 2} if law == "stribeck_delta" else {})
+    names = dict.fromkeys(name for curve in curves.values() for name in curve.coefficients())
+    columns = {name: [_rounded(getattr(curve, name)) for curve in curves.values()] for name in names}
+    if len(curves) == 1:
+        return write_yaml({"friction": friction | {name: value for name, (value,) in columns.items()}})
+    axes = {"material": {"zip": columns, "labels": [*curves]}}
+    return write_yaml({"friction": friction, "axes": axes} if friction else {"axes": axes})
+
+
+def _rounded(value: float) -> float | str:
+    """Six digits; `none` for NaN."""
+    return "none" if math.isnan(value) else float(f"{value:.6g}")

@@ -11,8 +11,15 @@ from numpy.typing import ArrayLike
 
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, CURVE_LAWS, FITTED
-from stickslip_materials.fit.curve import CurveFit
-from stickslip_materials.fit.models import FALLING, STRAIGHT, STRENGTHENING, WEAKENING, Chosen, MeasuredPoints
+from stickslip_materials.fit.curve import (
+    FALLING,
+    STRAIGHT,
+    STRENGTHENING,
+    WEAKENING,
+    Chosen,
+    CurveFit,
+    MeasuredPoints,
+)
 from stickslip_materials.fit.turns import Sweep, course
 from stickslip_materials.fit.uncertainty import (
     CONFIDENCE,
@@ -20,6 +27,7 @@ from stickslip_materials.fit.uncertainty import (
     Flags,
     Floats,
     covariance,
+    point_apart,
     points_of,
     r_squared,
     rms,
@@ -53,8 +61,7 @@ def fit_curve(
     ----------
     speed : (n,) slip speeds, m/s, >= 0.
     mu : (n,) friction coefficients there.
-    sigma : standard deviation of each mu, or one for all; None: taken from the residuals, with weights where these show
-        that the scatter differs along the speed.
+    sigma : standard deviation of each mu, or one for all; None: taken from the residuals, even for all points.
     unit : in which `quality` gives speeds.
     law : one of `vocabulary.models.CURVE_LAWS` (stribeck_delta with delta = 2, Gaussian), or "best": that of the lowest
         AICc.
@@ -67,8 +74,7 @@ def fit_curve(
     CurveFit
         All coefficients are >= 0 where the points show a declining branch. Where they fall all the way but do not
         determine four coefficients, the slope is taken as 0; where they show a rise from zero speed instead, the drop
-        is < 0; where they show neither, it is 0. A point that is no scatter of the others' (1 %, Monte Carlo) is left
-        out.
+        is < 0; where they show neither, it is 0. A point that is no scatter of the others' is left out.
 
     Raises
     ------
@@ -92,8 +98,7 @@ def fit_curve(
         raise ValueError("mu: got nothing but 0, expected friction coefficients")
 
     def fitted(which: Flags, is_rough: bool = False) -> CurveFit:
-        given = None if deviation is None else deviation[which]
-        by_law = {name: MeasuredPoints(w[which], y[which], given, name) for name in CURVE_LAWS}
+        by_law = {name: MeasuredPoints(w, y, deviation, name).of(which) for name in CURVE_LAWS}
         criterion = cache(lambda name: _criterion(by_law[name]))  # other laws are fitted where they are compared
         fit = _fitted(by_law[min(CURVE_LAWS, key=criterion) if law == BEST else law], criterion, unit, is_rough)
         return replace(fit, outliers=tuple(np.flatnonzero(which)[[*fit.outliers]].tolist()))
@@ -117,13 +122,10 @@ def _criterion(points: MeasuredPoints) -> float:
 
 
 def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str, is_rough: bool) -> CurveFit:
-    """The curve through the points but outliers, weighted as their scatter asks for. is_rough : without intervals."""
-    left_out = outliers(given)
-    points = given.without(left_out)
+    """The curve through the points but outliers. is_rough : without intervals."""
+    inside = _without_outliers(given)
+    points = given if inside.all() else given.of(inside, left_out=int(np.count_nonzero(~inside)))
     chosen = points.choose()
-    if (slope := points.uneven(chosen)) is not None:
-        points = points.scattered(slope)
-        chosen = points.choose()
     form, known = chosen.form, points.deviation is not None
     freedom = math.inf if known else float(points.freedom(form))
     residuals = points.mu - points.curve(chosen.best) * points.units[0]
@@ -143,8 +145,7 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str,
         points=int(points.speed.size),
         assumed=form.assumed,
         at_bound=_at_bound(chosen, points),
-        outliers=left_out,
-        scatter=math.exp(points.slope),
+        outliers=tuple(np.flatnonzero(~inside).tolist()),
         has_intervals=points.can_draw(form),
         law=points.law,
         measured=points,
@@ -165,38 +166,25 @@ def _fitted(given: MeasuredPoints, criterion: Callable[[str], float], unit: str,
         has_intervals=fit.has_intervals and not doubts,
         good=not reservations,
         quality=" ".join(reservations) or praise,
-        preferred=criterion("stribeck") - criterion(points.law),
     )
 
 
-def outliers(points: MeasuredPoints) -> tuple[int, ...]:
-    """Positions of points that are no scatter of the others', with even weights and with those that the scatter asks
-    for alike; none where too few would be left."""
-    out: list[int] = []
-    while len(out) < max(1, points.speed.size // _MOST_OUTLIERS) and points.speed.size - len(out) > _FEWEST + 2:
-        inside = points.without(tuple(out))
-        position = _apart(inside)
-        if position is None:
+def _without_outliers(points: MeasuredPoints) -> Flags:
+    """The points but those that are no scatter of the others; all where too few would be left."""
+    inside = np.ones(points.speed.size, bool)
+    for _ in range(max(1, inside.size // _MOST_OUTLIERS)):
+        rest = points.of(inside)
+        chosen = rest.choose()
+        if chosen.form is STRAIGHT:  # a branch may hide behind it
+            chosen = Chosen(WEAKENING, False, rest.fit(WEAKENING))
+        residuals = rest.residuals(chosen)
+        if residuals is None or inside.sum() <= _FEWEST + 2:
             break
-        others = inside.without((position,))
-        if np.unique(others.speed).size < _FEWEST:
+        position, chance = point_apart(*residuals)
+        if not chance < _CHANCE or np.unique(np.delete(rest.speed, position)).size < _FEWEST:
             break
-        if (slope := others.uneven(others.choose())) is not None and _apart(inside.scattered(slope)) != position:
-            break
-        out.append(int(np.delete(np.arange(points.speed.size), out)[position]))
-    return tuple(sorted(out))
-
-
-def _apart(points: MeasuredPoints) -> int | None:
-    """The point that is farthest from the curve of the others, if that is no chance; a branch may hide behind it."""
-    chosen = points.choose()
-    if chosen.form is STRAIGHT:
-        chosen = Chosen(WEAKENING, False, points.fit(WEAKENING))
-    residuals = points.residuals(chosen)
-    if residuals is None:
-        return None
-    position, chance = residuals.outlier(math.inf if points.deviation is not None else points.freedom(chosen.form))
-    return position if chance < _CHANCE else None
+        inside[np.flatnonzero(inside)[position]] = False
+    return inside
 
 
 # --- how well it is known, to first order -----------------------------------------------------------------------------
@@ -296,9 +284,6 @@ class _Quality:
             yield f"At its bound, beyond which the curve is a guess: {' and '.join(bounds)}."
         if fit.r_squared < LEAST_EXPLAINED:
             yield f"The curve explains only {100 * fit.r_squared:.0f} % of the variance of the points."
-        if slope := self.points.slope:
-            where = "slowest" if slope < 0 else "fastest"
-            yield f"The points scatter {math.exp(abs(slope)):.2g} times as much at the {where} speeds."
 
     def _is_far(self) -> bool:
         """True where mu_start is far above all points, or implausible and none of the points has it."""
@@ -311,8 +296,7 @@ class _Quality:
         slowest = points.speed == points.speed.min()
         if np.unique(points.speed[~slowest]).size < 3 or not points.mu[~slowest].any():
             return True
-        rest = points.without(tuple(np.flatnonzero(slowest).tolist()))
-        return not rest.shows_branch(self.chosen.form, CONFIDENCE)
+        return not points.of(~slowest).shows_branch(self.chosen.form, CONFIDENCE)
 
     def _speed(self, speed: float) -> str:
         rounded = float(f"{speed / units.factor(self.unit, 'm s-1'):.3g}")
@@ -326,10 +310,7 @@ class _Quality:
             best = min(CURVE_LAWS, key=self.criterion)
             lower = self.criterion(law) - self.criterion(best)
             is_better = math.isfinite(lower) and lower > _BETTER
-            follows = residuals.chance_of_runs() < _REGULAR
-            if freedom > 1 and self.chosen.form is not FALLING:
-                follows |= residuals.chance_of(points.steepened(self.chosen.best)) < _REGULAR
-            if follows or is_better:
+            if is_better or points.chance_of_shape(self.chosen, *residuals) < _REGULAR:
                 hint = f", such as {best} (AICc lower by {lower:.2g})" if is_better else ""
                 yield f"The points follow a curve of another shape than {law}{hint}."
         chi_squared = points.left(self.chosen.best)

@@ -1,16 +1,13 @@
-"""Contacts with memory from records: rate-and-state friction from velocity steps and holds, bristles from pre-sliding.
+"""Contacts with memory from records: rate-and-state friction from velocity steps and holds.
 
-    time [s], speed [um/s], mu               displacement [um], mu
-    0.00,     1,            0.601            0.00,              0.000
-    0.10,     1,            0.600            0.05,              0.012
+    time [s], speed [um/s], mu
+    0.00,     1,            0.601
+    0.10,     1,            0.600
 
-Left a record of a drive whose speed takes steps, 0 during a hold; right one of small motions back and forth.
-
-A drive at the speed V pulls the slider by a spring of stiffness k over the load N, slowly enough that its mass does not
-count: mu' = (k/N)(V - w), and w follows from friction (J. C. Gu et al., J. Mech. Phys. Solids 32 (1984) 167; fitted so
-by A. Reinen and J. D. Weeks, J. Geophys. Res. 98 (1993) 15937). Bristles that hold, loaded along x, obey
-d mu/dx = (sigma_0/N)(1 - s mu/mu_k), s being the sign of the motion (P. R. Dahl, AIAA J. 14 (1976) 1675): an
-exponential from sample to sample.
+A record of a drive whose speed takes steps, 0 during a hold. The drive at the speed V pulls the slider by a spring of
+stiffness k over the load N, slowly enough that its mass does not count: mu' = (k/N)(V - w), and w follows from friction
+(J. C. Gu et al., J. Mech. Phys. Solids 32 (1984) 167; fitted so by A. Reinen and J. D. Weeks, J. Geophys. Res. 98
+(1993) 15937).
 """
 
 import math
@@ -19,24 +16,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip_materials.fit.signals import Signals
+from stickslip_materials.fit.columns import Signals
 from stickslip_materials.fit.uncertainty import Floats, Interval, covariance, points_of, r_squared, rms, student
 
 RATE_STATE = ("rate_state_ageing", "rate_state_slip")
-BRISTLES = "lugre"
 _STEP = 0.05  # by which a speed differs from those of the step before it
 _FEWEST = 20  # samples
 _MOST_STEPS = 0.1  # of the samples
 _DECADES, _LEVELS, _RATIOS = 9, (0.4, 1.5), (0.4, 0.9, 1.3, 2.0)  # where the search begins: of D_c, a and b/a
 _STIFFNESSES = (1.0, 10.0, 100.0)  # and k/N times D_c, where the stiffness is not known
 _FOLLOWED = 3  # of these
-_LINEAR = ("mu_0", "b", "mu_begin")  # fitted themselves, the others by their logarithms
+_LINEAR = ("mu_0", "b")  # fitted themselves, the others by their logarithms
 _ALIKE, _EXPLAINED = 0.5, 0.9  # residuals as correlated with those before, or so little explained: another law
-_BEYOND = 3.0  # times the largest friction of a loop, where the friction that it tends to is not seen
 _WIDE = 8.0  # ratio of the ends of an interval of what is not determined
 
 Steps = Sequence[tuple[int, float]]  # first sample and speed of each
@@ -46,17 +42,16 @@ Steps = Sequence[tuple[int, float]]  # first sample and speed of each
 class MemoryFit:
     """A contact with memory, fitted to a record.
 
-    law : "rate_state_ageing", "rate_state_slip" or "lugre". values : its parameters in SI, by the names of a
-    configuration; `mu_k`, friction at the end of pre-sliding, is none. interval : their 95 % intervals. along : what
-    the record goes along, time (s) or displacement (m), at each sample. mu, predicted : friction coefficient there.
-    good : whether the record determines them. quality : that in plain words. columns : what those of a file were taken
-    for.
+    law : "rate_state_ageing" or "rate_state_slip". values : its parameters in SI, by the names of a configuration, and
+    `drive_stiffness` (over the load, 1/m) where it was fitted. interval : their 95 % intervals. time : s, of each
+    sample. mu, predicted : friction coefficient there. good : whether the record determines them. quality : that in
+    plain words. columns : what those of a file were taken for.
     """
 
     law: str
     values: Mapping[str, float]
     interval: Mapping[str, Interval]
-    along: Floats
+    time: Floats
     mu: Floats
     predicted: Floats
     residual_rms: float
@@ -110,72 +105,26 @@ def fit_rate_state(
         np.array([y[0], math.log(level * change), ratio * level * change, math.log(d), math.log(k / d)][: len(names)])
         for d, level, ratio, k in product(np.geomspace(slip / 3e4, slip / 3.0, _DECADES), _LEVELS, _RATIOS, free)
     ]
-    return replace(_fitted(predict, names, starts, t, y, {"v_0": steps[0][1]}), law=law)
-
-
-def fit_presliding(displacement: ArrayLike, mu: ArrayLike, load: float) -> MemoryFit:
-    """Contact stiffness of bristles from a record of small motions back and forth.
-
-    Parameters
-    ----------
-    displacement : (n,) m, of the two bodies against each other, the spring of the drive left out.
-    mu : (n,) friction coefficient.
-    load : N.
-
-    Returns
-    -------
-    MemoryFit
-        With contact_stiffness (N/m), and mu_k, to which friction tends at the end of pre-sliding.
-
-    Raises
-    ------
-    ValueError
-        For impossible records, and for one that does not move.
-    """
-    x, y = _record(displacement=displacement, mu=mu)
-    if not (math.isfinite(load) and load > 0.0):
-        raise ValueError(f"load: got {load!r}, expected a value > 0 (N)")
-    moves, level = np.diff(x), float(np.abs(y).max())
-    if not moves.any() or not level > 0.0:
-        raise ValueError("displacement and mu: got a record in which nothing moves")
-
-    def predict(p: Floats) -> Floats:
-        stiffness, most = math.exp(p[1]) / load, math.exp(p[2])
-        stay, pull = np.exp(-stiffness / most * np.abs(moves)), np.sign(moves) * most
-        values = [float(p[0])]
-        for keep, towards in zip(stay.tolist(), pull.tolist(), strict=True):
-            values.append(towards + (values[-1] - towards) * keep)
-        return np.array(values)
-
-    starts = [
-        np.array([y[0], math.log(load * slope * level / float(np.ptp(x))), math.log(times * level)])
-        for slope, times in product((1.0, 3.0, 10.0, 30.0, 100.0), (1.0, 2.0))
-    ]
-    names = ("mu_begin", "contact_stiffness", "mu_k")
-    return _fitted(predict, names, starts, x, y, most={"mu_k": _BEYOND * level})
+    return _fit_of(_nearest(predict, starts, y), names, t, y, law, steps[0][1])
 
 
 def fit_memory_file(
     path: str | Path, law: str, *, load: float | None = None, stiffness: float | None = None
 ) -> MemoryFit:
-    """The fit of a law of `MemoryFit` to a file with the columns time, speed and mu (rate-and-state friction), or
-    displacement and mu (lugre); a friction force with a column of loads, or `load`, serves for mu.
+    """The fit of a law of `MemoryFit` to a file with the columns time, speed and mu; a friction force with a column of
+    loads, or `load`, serves for mu.
 
-    load : N, where the file tells none. stiffness : of the drive, N/m, for rate-and-state friction; None fits it.
-    Raises ConfigError for what cannot be read, by line and column, and ValueError as the fits do.
+    load : N, where the file tells none. stiffness : of the drive, N/m; None fits it. Raises ConfigError for what cannot
+    be read, by line and column, and ValueError as the fit does.
     """
-    names = ("displacement",) if law == BRISTLES else ("time", "speed")
-    kinds = (*names, "mu", "friction_force", "force", "load")
-    (record,) = Signals.of_file(Path(path), f"{', '.join(names)}, mu", kinds)
-    along = [record.read(name) for name in names]
-    loads = record.read("load") if "load" in record else np.full(along[0].shape, record.given("load", load))
+    kinds = ("time", "speed", "mu", "friction_force", "force", "load")
+    (record,) = Signals.of_file(Path(path), "time, speed, mu", kinds)
+    time, speed = record.read("time"), record.read("speed")
+    loads = record.read("load") if "load" in record else np.full(time.shape, record.given("load", load))
     mu, weight = record.friction(loads, np.ones(loads.shape, np.bool_)), float(np.median(loads))
-    if not math.isfinite(weight) and (law == BRISTLES or stiffness is not None):
+    if not math.isfinite(weight) and stiffness is not None:
         raise record.error("got no load", "name it: --load '10 N'")
-    if law == BRISTLES:
-        fit = fit_presliding(along[0], mu, weight)
-    else:
-        fit = fit_rate_state(along[0], along[1], mu, law=law, stiffness=stiffness / weight if stiffness else None)
+    fit = fit_rate_state(time, speed, mu, law=law, stiffness=stiffness / weight if stiffness else None)
     return replace(fit, columns=record.describe(load))
 
 
@@ -227,12 +176,8 @@ def _friction(t: Floats, steps: Steps, p: Sequence[float], rate: float, is_slip:
 # --- least squares ----------------------------------------------------------------------------------------------------
 
 
-def _fitted(
-    predict: Callable[[Floats], Floats], names: Sequence[str], starts: Sequence[Floats], along: Floats, y: Floats,
-    known: Mapping[str, float] | None = None, most: Mapping[str, float] | None = None,
-) -> MemoryFit:  # fmt: skip
-    """The fit by the best few of the starts. names : of the parameters of `predict`. most : beyond which a value means
-    that it is not determined."""
+def _nearest(predict: Callable[[Floats], Floats], starts: Sequence[Floats], y: Floats) -> Any:
+    """SciPy's result of least squares, from the best few of the starts."""
     from scipy.optimize import least_squares  # type: ignore[import-untyped]
 
     def residuals(p: Floats) -> Floats:
@@ -242,22 +187,21 @@ def _fitted(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of LSODA, on starts that are no good
         first = sorted(starts, key=lambda p: float(np.sum(residuals(p) ** 2)))[:_FOLLOWED]
-        best = min((least_squares(residuals, p, x_scale="jac", max_nfev=60) for p in first), key=lambda fit: fit.cost)
+        return min((least_squares(residuals, p, x_scale="jac", max_nfev=60) for p in first), key=lambda fit: fit.cost)
+
+
+def _fit_of(best: Any, names: Sequence[str], time: Floats, y: Floats, law: str, v_0: float) -> MemoryFit:
+    """Values, their intervals and the quality of what is nearest. names : of the parameters."""
     left, freedom = best.fun, y.size - best.x.size
     alike = float(np.corrcoef(left[1:], left[:-1])[0, 1]) if left.std() > 0.0 else 0.0  # with those that follow them
     worth = max((1.0 - alike) / (1.0 + alike), 1.0 / y.size) if alike > 0.0 else 1.0  # independent ones, of all
     errors = np.sqrt(np.diag(covariance(best.jac)) * float(left @ left) / freedom / worth)
-    values, interval, open_ones = dict(known or {}), {}, []
+    values, interval, open_ones = {"v_0": v_0}, {}, []
     for name, middle, half in zip(names, best.x, student(max(freedom * worth, 1.0)) * errors, strict=True):
-        if name == "mu_begin":
-            continue
-        if middle > math.log((most or {}).get(name, math.inf)):
-            half = math.inf
-        ends = [float(middle), float(middle - half), float(middle + half)]
-        if name not in _LINEAR:
-            ends = [math.exp(max(min(x, 700.0), -700.0)) for x in ends]
-        values[name], interval[name] = ends[0], (ends[1], ends[2])
-        if not math.isfinite(half) or name not in _LINEAR and not ends[2] < _WIDE * ends[1]:
+        ends = np.array([middle, middle - half, middle + half])
+        values[name], *both = map(float, ends if name in _LINEAR else np.exp(np.clip(ends, -700.0, 700.0)))
+        interval[name] = both[0], both[1]
+        if not math.isfinite(half) or name not in _LINEAR and not both[1] < _WIDE * both[0]:
             open_ones.append(name)
     share = r_squared(y, left, np.ones_like(y))
     is_other = alike > _ALIKE or share < _EXPLAINED
@@ -265,4 +209,4 @@ def _fitted(
     quality += f" The record does not determine {', '.join(open_ones)}." if open_ones else ""
     quality += " What is left is no scatter: it is another law, another stiffness of the drive, or a drift." * is_other
     good = not open_ones and not is_other
-    return MemoryFit(BRISTLES, values, interval, along, y, y + left, rms(left), share, good, quality)
+    return MemoryFit(law, values, interval, time, y, y + left, rms(left), share, good, quality)

@@ -45,7 +45,7 @@ class Columns(dict[str, NDArray[np.float64]]):
     assumed : those that were read in SI for want of a unit. units : in which the others were written, by name.
     read : headings they came from, by name. ignored : headings of columns that were left out. notes : what else was
     done with columns. above : numbers of the first and the last line above the heading that were left out. lines : of
-    the file, row by row.
+    the file, row by row. are_synthetic : whether a remark of the file says that nobody measured them.
     """
 
     assumed: tuple[Parameter, ...] = ()
@@ -55,6 +55,7 @@ class Columns(dict[str, NDArray[np.float64]]):
     notes: tuple[str, ...] = ()
     above: tuple[int, int] | None = None
     lines: tuple[int, ...] = ()
+    are_synthetic: bool = False
 
     def caution(self) -> str:
         """A sentence on each unit that was assumed; empty if none was."""
@@ -152,6 +153,7 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
         points.read = {role.name: headed.headings[role.position].text for role in own_roles}
         points.ignored = tuple(headed.headings[i].text for i in unused if headed.headings[i].text)
         points.above = (above[0], above[-1]) if above else None
+        points.are_synthetic = any("synthetic" in remark.text.casefold() for remark in headed.table.remarks)
         if "speed" in points:
             _direct(points, table)
     return _branches_joined(materials)
@@ -230,24 +232,15 @@ def _number(text: str, unit: str, column: Parameter, comma: bool, are_thousands:
 
 
 def _direct(points: Columns, table: PointsTable) -> None:
-    """Put points into the order of a column of time, and add what one of directions says."""
+    """Add the way of a sweep that a column of directions says, or else the order of the points."""
     heads = table.headed.headings
-    at = np.searchsorted([row[0].place.line for row in table.complete], points.lines)
-    for kind in ("time", "direction"):
-        places = [i for i, head in enumerate(heads) if head.kind == kind and not head.label]
-        if len(places) != 1:
-            continue
-        i, text = places[0], heads[places[0]].text
-        time = table.numbers[at, i]
-        if kind == "direction" and (way := directions(table.texts[at, i].tolist(), points["speed"])).any():
-            points[kind], points.read[kind] = way, text
+    places = [i for i, head in enumerate(heads) if head.kind == "direction" and not head.label]
+    if len(places) == 1:
+        at = np.searchsorted([row[0].place.line for row in table.complete], points.lines)
+        if (way := directions(table.texts[at, places[0]].tolist(), points["speed"])).any():
+            text = heads[places[0]].text
+            points["direction"], points.read["direction"] = way, text
             points.ignored = tuple(other for other in points.ignored if other != text)
-        elif kind == "time" and np.isfinite(time).all() and len({*time}) == time.size and (np.diff(time) < 0).any():
-            order = np.argsort(time)
-            at = at[order]
-            points.update({name: values[order] for name, values in points.items()})
-            points.lines = tuple(points.lines[k] for k in order)
-            points.notes += (f"points are in the order of {text!r}",)
     if "direction" not in points and (turned := course(points["speed"])) is not None:
         points["direction"] = turned
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.errors import ConfigError
 from stickslip.files.targets import replaced
-from stickslip_materials.fit.signals import Signals
+from stickslip_materials.fit.columns import Signals
 from stickslip_materials.fit.uncertainty import Floats
 from stickslip_materials.fit.words import PLAN, STEPS
 

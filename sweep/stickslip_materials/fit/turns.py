@@ -11,21 +11,18 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from itertools import pairwise
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
 
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.models import CURVE
-from stickslip_materials.fit.uncertainty import Flags, Floats, Residuals, rms
+from stickslip_materials.fit.curve import CurveFit, MeasuredPoints
+from stickslip_materials.fit.uncertainty import TAILS, Flags, Floats, chance_of, rms
 from stickslip_materials.fit.words import plain
 
-if TYPE_CHECKING:
-    from stickslip_materials.fit.curve import CurveFit
-
 _BACK = 0.25  # of all points that the speed passes again before it has turned; less is the scatter of a step
-_APART = 1.05  # ratio of speeds that differ by more than the scatter of a step
 _SHOWN, _CHANCE = 0.01, 0.002  # chance of a line where there is none, and of another difference
 _ROUNDS = 4  # of fits, until the same points lie on the line
 _DRAWN = 4000  # curves, of whose mu_stop the interval is quantiles
@@ -42,48 +39,18 @@ _SIGNS = {word: sign for sign, words in _WORDS.items() for word in words.split()
 def course(speed: Floats) -> Floats | None:
     """1 for points of a sweep that were measured while the speed rose, -1 while it fell; None where it did not turn,
     or where the points are in no such order."""
-    n = speed.size
-    legs = _legs(speed)
+    from scipy.signal import find_peaks  # type: ignore[import-untyped]
+
+    rank, n = scipy.stats.rankdata(speed) / speed.size, speed.size
+    tops = find_peaks(rank, prominence=_BACK, plateau_size=0)[1]["right_edges"]
+    turns = [0, *sorted([*tops, *find_peaks(-rank, prominence=_BACK)[0]]), n - 1]
     direction = np.zeros(n)
-    in_legs: dict[float, int] = {1.0: 0, -1.0: 0}
-    for i, (begin, end, way) in enumerate(legs):
-        first = begin + (i > 0)
-        if end - begin == 1 and i + 1 < len(legs):
-            way = legs[i + 1][2]  # a jump, back to where the next leg begins
-        direction[first : end + 1] = way
-        if way > 0 and i and legs[i - 1][2] < 0:  # of what is as slow as the turn the first half belongs to the fall
-            slow = speed <= _APART * speed[begin]
-            after = begin + int(np.argmin(slow[begin:]))
-            before = begin - int(np.argmin(slow[begin::-1]))
-            direction[(before + after + 2) // 2 : after] = way
-            direction[before + 1 : (before + after + 2) // 2] = -way
-        steps = np.sign(np.diff(speed[begin : end + 1]))
+    for begin, end in pairwise(turns):
+        way, steps = np.sign(rank[end] - rank[begin]), np.sign(np.diff(speed[begin : end + 1]))
         if end - begin + 1 >= _LEG and np.sum(steps == way) >= 3 * np.sum(steps == -way):
-            in_legs[way] += end + 1 - first
-    return direction if min(in_legs.values()) and sum(in_legs.values()) >= _MOST * n else None
-
-
-def _legs(speed: Floats) -> list[tuple[int, int, float]]:
-    """First and last point of each stretch between turns, and its direction."""
-    rank = scipy.stats.rankdata(speed) / speed.size
-    legs, begin, low, high, way = [], 0, 0, 0, 0.0
-
-    def apart(i: int, k: int) -> bool:
-        return bool(rank[k] - rank[i] >= _BACK and speed[k] > _APART * speed[i])
-
-    for i in range(speed.size):
-        low, high = (i if rank[i] <= rank[low] else low), (i if rank[i] >= rank[high] else high)
-        if way >= 0 and apart(i, high):
-            if way:
-                legs.append((begin, high, way))
-            begin, low, way = (high if way else begin), i, -1.0
-            high = i
-        elif way <= 0 and apart(low, i):
-            if way:
-                legs.append((begin, low, way))
-            begin, high, way = (low if way else begin), i, 1.0
-            low = i
-    return [*legs, (begin, speed.size - 1, way)]
+            direction[begin + (begin > 0) : end + 1] = way
+    is_sweep = {1.0, -1.0} <= {*direction.tolist()} and np.count_nonzero(direction) >= _MOST * n
+    return direction if is_sweep else None
 
 
 def directions(texts: Sequence[str], speed: Floats) -> Floats:
@@ -173,10 +140,10 @@ class Sweep:
         spare = self.speed.size - len(CURVE) - 1
         if np.count_nonzero(on_line) < 2 or spare < 1:
             return self._checked(whole, whole)
-        weight, peak = self._weight(curve), float(self.speed.max())
-        line = SlowingLine(self.speed[on_line], self.mu[on_line], weight[on_line], peak, 1.0, math.inf)
+        weight = self._weight
+        line = SlowingLine(self.speed[on_line], self.mu[on_line], weight[on_line], self._peak, 1.0, math.inf)
         stop = float(line.stop(curve.row())[0][0])
-        left, of_whole = (self._left(model, weight) for model in (replace(curve, mu_stop=stop), whole))
+        left, of_whole = (self._left(model) for model in (replace(curve, mu_stop=stop), whole))
         gain = (of_whole - left) if self.sigma is not None else (of_whole - left) / left * spare
         tail = scipy.stats.chi2(1) if self.sigma is not None else scipy.stats.f(1, spare)
         if not tail.sf(gain) < _SHOWN or not 0.0 <= stop <= curve.mu_start:
@@ -185,78 +152,65 @@ class Sweep:
             line = replace(line, variance=left / spare, freedom=float(spare))
         turned = replace(curve, mu_stop=stop, line=line, points=self.speed.size)
         drawn = turned.draw(_DRAWN, falling=True)
-        ends = (0.0, math.inf) if drawn is None else tuple(np.quantile(drawn.coefficients["mu_stop"], (0.025, 0.975)))
-        turned = replace(turned, interval={**curve.interval, "mu_stop": (float(ends[0]), float(ends[1]))},
+        low, high = (0.0, math.inf) if drawn is None else np.quantile(drawn.coefficients["mu_stop"], TAILS)
+        turned = replace(turned, interval={**curve.interval, "mu_stop": (float(low), float(high))},
                          residual_rms=rms(self.mu - self._predicted(turned)))  # fmt: skip
         return self._checked(turned, whole)
+
+    @property
+    def _peak(self) -> float:
+        return float(self.speed.max())
+
+    @property
+    def _weight(self) -> Floats:
+        return np.ones_like(self.speed) if self.sigma is None else 1.0 / self.sigma
 
     def _on_the_way_up(self, whole: CurveFit) -> tuple[CurveFit, Flags]:
         """The curve through what is not on the line, and the points that are on it."""
         on_line = np.zeros(self.speed.size, bool)
-        falls, peak = self.direction < 0, float(self.speed.max())
+        falls = self.direction < 0
         try:
             start = self.fitted(~falls, True)
         except ValueError:  # too few
             start = whole
         for _ in range(_ROUNDS):
-            below = falls & (self.speed < reversal((start if start.declines else whole).row(), peak)[0])
+            below = falls & (self.speed < reversal((start if start.declines else whole).row(), self._peak)[0])
             if (below == on_line).all():
                 break
             on_line, start = below, self.fitted(~below, True)
         return self.fitted(~on_line, False) if on_line.any() else whole, on_line
-
-    def _weight(self, curve: CurveFit) -> Floats:
-        """1 over the standard deviation of each point, in any unit where it is not given."""
-        if self.sigma is not None:
-            return 1.0 / self.sigma
-        place = np.log(np.maximum(self.speed, self.speed[self.speed > 0].min() / 3.0))
-        return np.asarray(np.exp(-math.log(curve.scatter) * (place - place.min()) / np.ptp(place)))
 
     def _predicted(self, model: CurveFit) -> Floats:
         """Friction at the points."""
         on_curve = model.predict(self.speed)
         if math.isnan(model.mu_stop):
             return on_curve
-        start = reversal(model.row(), float(self.speed.max()))[0]
+        start = reversal(model.row(), self._peak)[0]
         share = self.speed / start
         on_line = model.mu_stop + (model.predict(start) - model.mu_stop) * share
         return np.where((self.direction < 0) & (share < 1.0), on_line, on_curve)
 
-    def _used(self, model: CurveFit) -> Flags:
-        used = np.ones(self.speed.size, bool)
-        used[list(model.outliers)] = False
-        return used
+    def _left(self, model: CurveFit) -> float:
+        return float(np.sum(((self.mu - self._predicted(model)) * self._weight)[self._used(model)] ** 2))
 
-    def _left(self, model: CurveFit, weight: Floats) -> float:
-        return float(np.sum(((self.mu - self._predicted(model)) * weight)[self._used(model)] ** 2))
+    def _used(self, model: CurveFit) -> Flags:
+        return ~np.isin(np.arange(self.speed.size), model.outliers)
 
     def _checked(self, model: CurveFit, whole: CurveFit) -> CurveFit:
-        """The model where nothing else differs; else the curve through all points, which says what does."""
-        falls, used = self.direction < 0, self._used(model)
-        weight = np.ones_like(self.speed) if self.sigma is None else 1.0 / self.sigma  # a shift may look like scatter
-        left = ((self._predicted(model) - self.mu) * weight)[used]
-        if used.sum() <= len(CURVE) + 2 or not rms(left) > 1e-9 * float(self.mu.max()):
+        """The model where nothing else differs; else the curve through all points, which says that something does."""
+        used, left = self._used(model), self._predicted(model) - self.mu
+        if used.sum() <= len(CURVE) + 2 or not rms(left[used]) > 1e-9 * float(self.mu.max()):
             return model
-        slopes = np.column_stack([self._slope(model, name) * weight for name in model.coefficients()])[used]
-        residuals = Residuals(left, slopes, self.speed[used])
-        start = reversal(model.row(), float(self.speed.max()))[0]
-        lever = 1.0 - np.minimum(self.speed / start, 1.0) if start > 0 else 1.0 - self.speed / self.speed.max()
-        ways = {
-            "above the minimum of the curve" if start > 0 else "at all speeds": falls & (self.speed >= start),
-            "at low speed, but not along a line": falls * lever,
-            "and with their order, as where friction drifts or runs in": np.arange(self.speed.size)
-            - self.speed.size / 2,
-        }
-        ways = {where: (way * weight)[used] for where, way in ways.items() if np.count_nonzero(way[used]) > 1}
-        where = max(ways, key=lambda where: residuals.share_of(ways[where]))
-        if residuals.chance_of(ways[where]) < _CHANCE:
-            quality = f"Friction differs while the speed falls, {where}: one curve goes through all points."
-            return replace(whole, good=False, quality=f"{quality} {whole.quality}")
-        return model
-
-    def _slope(self, model: CurveFit, name: str) -> Floats:
-        """The derivative of friction at the points by a coefficient."""
-        value = getattr(model, name)
-        step = 1e-5 * (abs(value) or model.mu_start)
-        above, below = (self._predicted(replace(model, **{name: value + sign * step})) for sign in (1.0, -1.0))
-        return np.asarray((above - below) / (2.0 * step))
+        points, falls = MeasuredPoints(self.speed, self.mu, self.sigma, model.law), self.direction < 0
+        start = reversal(model.row(), self._peak)[0] or self._peak
+        lever = falls * (1.0 - np.minimum(self.speed / start, 1.0))
+        on_line = lever * (not math.isnan(model.mu_stop))
+        curve = points.jacobian(np.array([*model.row().values()])[:, 0] / points.units) * (on_line == 0)[:, None]
+        followed = np.column_stack([curve, on_line * points.weight])
+        ways = np.column_stack([falls & (lever == 0), lever, np.arange(left.size) - 0.5 * left.size])
+        weight = points.weight[:, None]
+        if chance_of((left * weight[:, 0])[used], followed[used], (ways * weight)[used]) >= _CHANCE:
+            return model
+        quality = "Friction differs while the speed falls, or drifts with the order of the points, by more than a line "
+        quality += f"to mu_stop: one curve goes through all points. {whole.quality}"
+        return replace(whole, good=False, quality=quality)

@@ -1,9 +1,4 @@
-"""Least squares, the uncertainty of its results, and what residuals say against a fit: another shape, a point apart.
-
-Residuals of a fit are not independent: they are the scatter less what the coefficients could follow, which with few
-points is most of it. So each statistic is compared with that of residuals of scatter drawn at random, under the same
-projection; then it has its nominal level at any number of points (Dufour et al. 2004, Monte Carlo tests).
-"""
+"""Least squares: what measured numbers may be, the uncertainty of results, and whether residuals follow something."""
 
 import math
 
@@ -15,10 +10,10 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Interval = tuple[float, float]
 
-CONFIDENCE = 0.95
+CONFIDENCE, TAILS = 0.95, (0.025, 0.975)
 LEAST_EXPLAINED = 0.5  # share of the variance
 _SINGULAR = 1e-12  # share of the largest singular value below which a direction is not determined at all
-_DRAWN, _SEED = 999, 20  # residuals drawn
+_LOST = 1e-6  # share of a direction below which the coefficients follow it
 
 
 def points_of(name: str, values: ArrayLike, length: int | None = None, minimum: float = 0.0) -> Floats:
@@ -77,46 +72,25 @@ def rms(residuals: Floats) -> float:
     return float(np.sqrt(np.mean(residuals**2)))
 
 
-class Residuals:
-    """Weighted residuals of a fit (n,) beside drawn ones; `jacobian` (n, p) spans what the coefficients follow."""
+def chance_of(residuals: Floats, jacobian: Floats, directions: Floats) -> float:
+    """The chance that mere scatter follows directions (n, k) as closely as weighted residuals (n,) of a fit do, beside
+    what its coefficients follow, (n, p): by the share of their sum of squares, which has a beta distribution."""
+    q, _ = np.linalg.qr(jacobian[:, (jacobian != 0).any(axis=0)])
+    size = np.linalg.norm(directions, axis=0) + 1e-300
+    along, share, _ = np.linalg.svd(directions / size - q @ (q.T @ directions / size), full_matrices=False)
+    along = along[:, share > _LOST]
+    count, freedom = along.shape[1], residuals.size - q.shape[1]
+    if not 0 < count < freedom:
+        return 1.0
+    explained = float(np.sum((along.T @ residuals) ** 2) / np.sum(residuals**2))
+    return float(scipy.stats.beta(0.5 * count, 0.5 * (freedom - count)).sf(explained))
 
-    def __init__(self, residuals: Floats, jacobian: Floats, speed: Floats) -> None:
-        q, _ = np.linalg.qr(jacobian[:, (jacobian != 0).any(axis=0)])
-        drawn = np.random.default_rng(_SEED).standard_normal((_DRAWN, residuals.size))
-        self._all = np.vstack([residuals, drawn - drawn @ q @ q.T])
-        self._free = np.sqrt(np.maximum(1.0 - np.sum(q**2, axis=1), 1e-9))
-        self._q, self._speed = q, speed
 
-    def _chance(self, statistic: Floats) -> float:
-        """The share of drawn residuals with at least the first one's statistic."""
-        return float(np.mean(statistic[1:] >= statistic[0] * (1 - 1e-12)) * _DRAWN + 1.0) / (_DRAWN + 1.0)
-
-    def chance_of_runs(self) -> float:
-        """Of neighbours over the speed as alike: the ratio of von Neumann (1941), repetitions at a speed being one."""
-        _, group = np.unique(self._speed, return_inverse=True)
-        mean = np.stack([np.bincount(group, residuals) for residuals in self._all]) / np.bincount(group)
-        return self._chance(-np.sum(np.diff(mean, axis=1) ** 2, axis=1) / np.sum(mean**2, axis=1))
-
-    def chance_of(self, direction: Floats) -> float:
-        """Of residuals that follow a direction (n,) as well."""
-        return self._chance(self._along(direction))
-
-    def share_of(self, direction: Floats) -> float:
-        """The share of the sum of squares that a direction (n,) explains."""
-        return float(self._along(direction)[0])
-
-    def _along(self, direction: Floats) -> Floats:
-        left = direction - self._q @ (self._q.T @ direction)
-        square = float(left @ left)
-        if square <= 1e-9 * float(direction @ direction):  # the coefficients follow it
-            return np.zeros(len(self._all))
-        return np.asarray((self._all @ left) ** 2 / (np.sum(self._all**2, axis=1) * square))
-
-    def outlier(self, freedom: float) -> tuple[int, float]:
-        """The position of the point that is farthest from the curve of the others, in their standard deviations, and
-        the chance that one is as far. freedom : points to spare; inf where deviations are known."""
-        each = self._all / self._free
-        if math.isfinite(freedom):
-            total = np.sum(self._all**2, axis=1, keepdims=True)
-            each = each / np.sqrt(np.maximum((total - each**2) / max(freedom - 1.0, 1.0), 1e-30 * total))
-        return int(np.argmax(np.abs(each[0]))), self._chance(np.abs(each).max(axis=1))
+def point_apart(residuals: Floats, jacobian: Floats) -> tuple[int, float]:
+    """The position of the point that is farthest from the others, and the chance that mere scatter has one as far: as
+    of a direction of its own (`chance_of`), times the number of points."""
+    q, _ = np.linalg.qr(jacobian[:, (jacobian != 0).any(axis=0)])
+    share = residuals**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 1e-9) / np.sum(residuals**2)
+    freedom, i = residuals.size - q.shape[1], int(np.argmax(share))
+    chance = residuals.size * float(scipy.stats.beta(0.5, 0.5 * (freedom - 1)).sf(share[i])) if freedom > 1 else 1.0
+    return i, chance
