@@ -60,9 +60,9 @@ def in_notebook() -> bool:
 
 def will_compile(kernels: str) -> bool:
     """Return whether kernels must be compiled first; the engine is loaded when that is asked for."""
-    from stickslip.engine import compiled
+    from stickslip.engine import compiling
 
-    return compiled.will_compile(kernels)
+    return compiling.will_compile(kernels)
 
 
 def duration_text(seconds: float) -> str:

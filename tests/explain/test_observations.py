@@ -97,7 +97,7 @@ def test_that_no_population_is_computed_yet_is_said(tmp_path):
         (LAWS, "  laws: [stribeck, rate_state_slip]\n", ":9:", "laws of one model"),
         ("friction:\n", f"friction:\n  law: stribeck_delta\n  delta: 1\n{LAWS}", "mislabelled", "unknown key"),
         ("  a4: 20 mm/s\n", "", "friction.a4", "missing"),
-        ("    a1: {uniform: [0.05, 0.6]}", "    a1: {uniform: [0.6, 0.05]}", ":18:", "got uniform, low 0.6"),
+        ("    a1: {uniform: [0.05, 0.6]}", "    a1: {uniform: [0.6, 0.05]}", ":18:", "low below high"),
         ("    stiffness: {", "    normal_load: {uniform: [1, 2]}\n    stiffness: {", ":4:", "given, and uncertain"),
         ("axes:", "mess:", ":19:", "unknown key"),
     ],

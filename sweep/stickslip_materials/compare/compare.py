@@ -15,9 +15,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.config.describe import unit_question
-from stickslip.config.python import python_document
 from stickslip.config.reader import make_config
-from stickslip.config.resolve import points_path
+from stickslip.config.resolve import points_path, python_document
 from stickslip.config.studies import section_of_call
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
