@@ -324,7 +324,7 @@ def law_remedy(given: object) -> str | None:
         return "register_law(name, shape, slope) makes a law of a shape and its slope, and returns its name"
     if not isinstance(given, str):
         return None if given is None else "Table(w, mu) makes a law of measured speeds and friction coefficients"
-    if given in ("lugre", "dahl"):
+    if given.casefold() in ("lugre", "dahl"):
         return "bristles stand on any friction curve: give the contact_stiffness of the contact beside its law"
     if not re.match(OWN_NAME, given):
         return None
