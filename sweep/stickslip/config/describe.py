@@ -15,7 +15,6 @@ import math
 import sys
 import warnings
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ from stickslip import extensions
 from stickslip.config.model import DEFAULT_TITLE, SECTIONS, Config, Group, Range, Values
 from stickslip.config.problems import model_at
 from stickslip.config.resolve import varied_paths
-from stickslip.config.sections import VALUE, Friction, Read, Schema, Section, StudySection, number_schema
+from stickslip.config.sections import VALUE, Read, Schema, Section, StudySection, number_schema
 from stickslip.config.studies import section_class, study_class
 from stickslip.config.uncertain import DRAWN, FORMS, SamplingSection, Uncertain
 from stickslip.config.yaml import Document
@@ -33,47 +32,42 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import LIKELY, customary
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, LAW_MESSAGES, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import AXIS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import STUDIES
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
 
-class Row(NamedTuple):
-    """One thing that was understood, and what it is."""
-
-    name: str
-    value: str
-    meaning: str
+Row = tuple[str, str, str]  # one thing that was understood: name, value, what it is
 
 
 def describe(config: Config) -> Iterator[Row]:
     """The rows of a configuration: what is the same in all cells, what varies, how it is computed, where it goes."""
-    yield Row("law", config.friction.law, LAW_MESSAGES[config.friction.law])
+    yield ("law", config.friction.law, LAW_MESSAGES[config.friction.law])
     fixed, model = config.fixed(), model_of(config.friction.law)
     for name, row in QUANTITIES.items():
         if name in model.absent and name in fixed and (math.isnan(fixed[name]) or fixed[name] == row.default):
-            yield Row(name, "none", f"{row.long_name}: {model.absent[name]}")
+            yield (name, "none", f"{row.long_name}: {model.absent[name]}")
         elif name in fixed and config.friction.law in laws_with(name):
             meaning = f"{row.long_name}: {row.absent}" if math.isnan(fixed[name]) else row.long_name
-            yield Row(name, value_text(fixed[name], row), meaning)
+            yield (name, value_text(fixed[name], row), meaning)
     yield from _amounts(config)
     for axis in config.axes:
         if isinstance(axis, Group):
-            yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
+            yield (f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
         for member in axis.members:
             yield _along(member, "  with " if isinstance(axis, Group) else "axis ")
     studies: tuple[StudySection | None, ...] = (config.study, config.uncertain)
     for section in filter(None, studies):
-        yield from map(Row._make, study_class(section.key).explain(section, config))
+        yield from study_class(section.key).explain(section, config)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     end = "until the regime is decided" if solver.early_stop else "to the horizon"
-    yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", end)
+    yield ("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", end)
     if config.output.variables is not None:
-        yield Row("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
+        yield ("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
     files = [name for name in (config.output.file, config.output.plot, config.output.report) if name is not None]
-    yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
+    yield ("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
 
 
 def _amounts(config: Config) -> Iterator[Row]:
@@ -84,7 +78,7 @@ def _amounts(config: Config) -> Iterator[Row]:
     frequency = ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction")
     for name, si, unit, meaning in (frequency, ("static deflection", "m", "m", load)):
         if name in spans:
-            yield Row(name, span_text(spans[name], unit) + _in_customary(si, *spans[name].tolist()), meaning)
+            yield (name, span_text(spans[name], unit) + _in_customary(si, *spans[name].tolist()), meaning)
 
 
 def value_text(value: float, row: Parameter) -> str:
@@ -113,8 +107,8 @@ def _along(axis: Range | Values, before: str) -> Row:
         text, spacing = f"{', '.join(written)} {units.spelled(row.units)}".rstrip(), "as listed"
         numbers = axis.points()[[not math.isnan(value) for value in axis.values]]
     ends = (float(numbers.min()), float(numbers.max())) if numbers.size else ()
-    meaning = f"{axis.size:,} values, {spacing}: {row.long_name}"
-    return Row(f"{before}{axis.name}", text + _in_customary(row.units, *ends), meaning)
+    text += _in_customary(row.units, *ends)
+    return (f"{before}{axis.name}", text, f"{axis.size:,} values, {spacing}: {row.long_name}")
 
 
 # --- numbers that are implausible in SI -------------------------------------------------------------------------------
@@ -264,37 +258,18 @@ def _described(row: Parameter) -> Schema:
 
 def axes_schema() -> Schema:
     """Quantities that vary, and groups of them."""
-    values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
-                      for name in QUANTITIES}  # fmt: skip
-    values["fit"] = field_schema(Friction, "fit") | {
-        "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
-    }
-    names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
-    group = strict({
-        "zip": strict(values) | {"minProperties": 1}, "labels": names | {"description": "names of the points"},
-    })  # fmt: skip
+    forms = {"type": ["array", "object"]}  # values, or keys of a range
+    fit = f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
+    zipped = {name: {"type": "array", "minItems": 1} for name in QUANTITIES} | {"fit": {"description": fit}}
+    group = strict({"zip": strict(zipped) | {"minProperties": 1}, "labels": {"description": "names of the points"}})
     return {
         "type": ["object", "null"],
         "description": "What varies, the outermost dimension first: quantities, or groups that vary together (zip).",
-        "properties": {
-            name: {"description": _description(row), "anyOf": _axis_forms(row)} for name, row in QUANTITIES.items()
-        },
+        "properties": {name: {"description": _description(row), **forms} for name, row in QUANTITIES.items()},
         "additionalProperties": group | {
             "description": "Quantities that vary together, point by point.", "required": ["zip"],
         },
     }  # fmt: skip
-
-
-def _axis_forms(row: Parameter) -> list[Schema]:
-    """A list of values, the same in a mapping, or a range."""
-    values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
-    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
-    return [
-        values,
-        strict({"values": values}) | {"required": ["values"]},
-        strict({"start": end, "stop": end, "num": _described(AXIS["num"]), "spacing": spacing})
-        | {"required": ["start", "stop", "num"]},
-    ]
 
 
 # --- its sections -----------------------------------------------------------------------------------------------------
