@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.results import FLAGS
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.quantities import did_you_mean, listed
+from stickslip.vocabulary.results import FLAGS
 
 MOST_VALUES = 2**21  # of a chunk: 16 MiB of float64
 Chunk = dict[Hashable, slice]
