@@ -4,7 +4,7 @@ from stickslip.extensions import Extension
 
 EXTENSION = Extension(
     commands={"One cell, and what a designer asks": {"listen": "stickslip_sound.command"}},
-    calls={"sound": "stickslip_sound.api", "plots.plot_sound": "stickslip_sound.plots:plot_sound"},
+    calls={"sound": "stickslip_sound.sounds", "plots.plot_sound": "stickslip_sound.plots:plot_sound"},
     subjects=("acceleration_level_a",),
     methods={"sound": "stickslip_sound.sounds:sound_of_cell"},
 )

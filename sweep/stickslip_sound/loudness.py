@@ -21,8 +21,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import as_config
 from stickslip.config.studies import is_config
 from stickslip.dataset.build import given_cells, grid_coordinates, provenance, variable_of
-from stickslip.engine import Options, Results, Scales, SolverKeywords, StopFlag
-from stickslip.errors import StoppedError
+from stickslip.engine import Options, Results, Scales, SolverKeywords
 from stickslip.progress import Watch, watched
 from stickslip.runs.threads import CellsOrConfig
 from stickslip.studies.study import joined
@@ -70,22 +69,15 @@ def decibels(factor: ArrayLike) -> NDArray[np.float64]:
         return np.asarray(20.0 * np.log10(np.asarray(factor, np.float64)))
 
 
-def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Results, Floats]:
-    """What becomes of some cells, by names of `VARIABLES`, and their levels in dB, in this thread.
-
-    NaN where there is no cycle, or its integration failed; -inf where nothing of it is heard, all being above 20 kHz or
-    lost in rounding. The numbers of a cell do not depend on the others. Raises StoppedError once `stop` is raised.
-    """
-    size = cells["mass"].size
-    results = engine.solve(cells, options, stop)
-    cycles, level = cycles_of(cells, results, options), np.full(size, np.nan)
+def levels_of(cells: Parameters, options: Options) -> Results:
+    """`LEVEL_VARIABLES` of some cells, in this thread; the numbers of a cell do not depend on the others."""
+    results = engine.solve(cells, options, engine.stop_flag())
+    cycles, level = cycles_of(cells, results, options), np.full(cells["mass"].size, np.nan)
     windows = np.minimum(cycles.moving + FORGOTTEN, cycles.period)
     harmonics = np.minimum((HIGHEST * windows).astype(np.int64), MOST_HARMONICS)
     intervals = samples_for(windows, HIGHEST, Scales(cycles.cells).natural_frequency, OVERSAMPLING)
     ends_of_parts = np.flatnonzero(np.diff(np.cumsum(intervals) // _TOGETHER)) + 1
     for part in np.split(np.arange(intervals.size), ends_of_parts) if intervals.size else ():
-        if stop[0]:
-            raise StoppedError
         own, count, window = taken(cycles.cells, part), intervals[part], windows[part]
         motions, ends, status = engine.sampled(own, window / count, count + 1, options, cycles.begin[part])
         squares = np.full(part.size, np.nan)
@@ -93,7 +85,8 @@ def levels_of(cells: Parameters, options: Options, stop: StopFlag) -> tuple[Resu
             series = series_of(motions[i], ends[i], float(window[i]), int(harmonics[part][i]))
             squares[i] = _heard(series, float(np.abs(motions[i]).max()), int(count[i]))
         level[cycles.which[part]] = decibels(np.sqrt(squares * window / cycles.period[part]) / REFERENCE)
-    return results, level
+    results[LEVEL.name] = level
+    return {name: results[name].astype(np.float64) for name in LEVEL_VARIABLES}
 
 
 def _heard(series: Series, largest: float, count: int) -> float:
@@ -110,12 +103,11 @@ def _heard(series: Series, largest: float, count: int) -> float:
 
 def levels(
     cells_or_config: CellsOrConfig,
-    reference: Mapping[str, float] | None = None,
     *,
     progress: Watch = None,
     **solver: Unpack[SolverKeywords],
 ) -> xr.Dataset:
-    """Compute how loud cells are, compared with each other or with a reference.
+    """Compute how loud cells are, to be compared with each other: differences are those of the decibels.
 
     Every cell is computed again, at a tolerance of 1e-9, and one period is sampled: milliseconds a cell.
 
@@ -123,8 +115,6 @@ def levels(
     ----------
     cells_or_config : Mapping, Dataset, DataFrame, Config or path
         Cells as `evaluate` takes them; a result of `run` or `evaluate`; a configuration, or its file.
-    reference : Mapping of str to float, optional
-        A cell, with the same law, whose level becomes 0 dB; by default that is 1e-6 m/s2.
     progress, **solver
         As for `run`; law (of cells that are listed; all others know theirs), max_steps, rtol and threads; or options.
 
@@ -136,48 +126,29 @@ def levels(
     Raises
     ------
     TypeError, ValueError, ConfigError
-        For bad input, among it a reference without a cycle, before anything is computed.
+        For bad input, before anything is computed.
     """
     solver = SolverKeywords(**{"rtol": RTOL, **solver})
     cells, law, text, title = _cells(cells_or_config, solver)
-    solver = SolverKeywords(**{**solver, "law": law})
-    options, zero = Options.of(solver), np.zeros(1)
-    if reference is not None:
-        zero = levels(reference, **solver)[LEVEL.name].values
-    if not (zero.size == 1 and np.isfinite(zero).all()):
-        raise ValueError("reference: has no level to compare with, expected one cell whose cycle is heard")
+    options = Options.of(SolverKeywords(**{**solver, "law": law}))
     for signals in (False, True):
         engine.warm_up(law, signals)
-    ends = np.minimum(np.arange(_BLOCK, cells.size + _BLOCK, _BLOCK), cells.size).tolist()
-    parts = (cells[end - (end - 1) % _BLOCK - 1 : end] for end in ends)
-    columns = []
+
+    def computed(first: int) -> Results:
+        part = cells[first : min(first + _BLOCK, cells.size)]
+        return levels_of(as_cells({name: part[name] for name in PARAMETERS if name in part}, law), options)
+
+    columns: list[Results] = []
     with watched(progress, "cells", law) as moved:
-        for end, part in zip(
-            ends, engine.in_order(lambda part: _columns(part, options), parts, options.threads), strict=True
-        ):
-            columns.append(part)
+        for block in engine.in_order(computed, range(0, cells.size, _BLOCK), options.threads):
+            columns.append(block)
             if moved:
-                moved(end, cells.size)
+                moved(min(len(columns) * _BLOCK, cells.size), cells.size)
     whole = joined(columns)
     variables = {name: variable_of(row, cells.dims, whole[name].reshape(cells.shape))
                  for name, row in LEVEL_VARIABLES.items()}  # fmt: skip
     attributes = provenance(text or options.described(), title=title, action="levels of the acceleration")
-    dataset = xr.Dataset(variables, grid_coordinates(cells), attributes)
-    if reference is not None:
-        dataset[LEVEL.name][...] -= zero[0]
-        dataset[LEVEL.name].attrs |= {
-            "long_name": "time-average A-weighted level of the acceleration, dB re a reference cell",
-            "reference_cell": ", ".join(f"{name} = {value:g}" for name, value in reference.items()),
-        }
-    return dataset
-
-
-def _columns(part: Parameters, options: Options) -> Results:
-    """The variables of some cells."""
-    cells = as_cells({name: part[name] for name in PARAMETERS if name in part}, options.law)
-    results, level = levels_of(cells, options, engine.stop_flag())
-    results[LEVEL.name] = level
-    return {name: results[name].astype(np.float64) for name in LEVEL_VARIABLES}
+    return xr.Dataset(variables, grid_coordinates(cells), attributes)
 
 
 def _cells(given: CellsOrConfig, solver: SolverKeywords) -> tuple[Cells, str, str, str]:

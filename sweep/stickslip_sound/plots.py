@@ -8,12 +8,12 @@ from scipy import signal  # type: ignore[import-untyped]
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure, entitle
 from stickslip.plots.palette import BLUE
-from stickslip_sound.loudness import REFERENCE
+from stickslip_sound.loudness import REFERENCE, decibels
 
 Floats = NDArray[np.float64]
 _WINDOW = 0.09  # s: tones 20 Hz apart are told from each other
 _OVERLAP = 0.875  # of a window, with the next one
-_SHOWN = 60.0, 140.0  # dB, the same in all pictures, so that they can be compared
+_SHOWN = {"vmin": 60.0, "vmax": 140.0}  # dB, the same in all pictures, so that they can be compared
 _LOWEST, _HIGHEST = 20.0, 20e3  # Hz that are heard
 
 
@@ -25,34 +25,24 @@ def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: floa
     length = round(_WINDOW * rate)
     if acceleration.size < 2 * length:
         raise PlotError(f"a spectrogram needs {2 * _WINDOW:g} s of sound, got {acceleration.size / rate:.2g} s")
-    step = length - int(_OVERLAP * length)
     around = np.pad(acceleration, length // 2)  # so that a window is centred on either end
     frequencies, times, squares = signal.spectrogram(  # a tone has the level of its mean square, whatever the window
-        around, rate, "hann", nperseg=length, noverlap=length - step, scaling="spectrum", detrend=False
+        around, rate, "hann", nperseg=length, noverlap=int(_OVERLAP * length), scaling="spectrum", detrend=False
     )
     heard = (frequencies >= _LOWEST) & (frequencies <= _HIGHEST)
-    with np.errstate(divide="ignore"):
-        level = 10.0 * np.log10(squares[heard] / REFERENCE**2)
+    level = decibels(np.sqrt(squares[heard]) / REFERENCE)
     figure = Figure(figsize=(9.0, 5.4), layout="constrained")
-    seconds = acceleration.size / rate
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1, 2])
     upper.plot(np.arange(acceleration.size) / rate, acceleration, color=BLUE, linewidth=0.6, rasterized=True)
     upper.set_ylabel("acceleration (m/s²)")
     upper.margins(x=0)
     image = lower.pcolormesh(
-        times - (length // 2) / rate,
-        frequencies[heard],
-        np.where(np.isfinite(level), level, np.nan),
-        cmap="viridis",
-        vmin=_SHOWN[0],
-        vmax=_SHOWN[1],
-        shading="nearest",
-        rasterized=True,
+        times - (length // 2) / rate, frequencies[heard], level, **_SHOWN, shading="nearest", rasterized=True
     )
     figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="both")
     as_heard = "" if slow == 1.0 else f", {slow:g} times slower than the motion"
     lower.set(yscale="log", ylim=(_LOWEST, min(_HIGHEST, 0.5 * rate)), ylabel="frequency (Hz)")
     lower.yaxis.set_major_formatter(ScalarFormatter())
-    lower.set(xlim=(0.0, seconds), xlabel=f"time (s){as_heard}")
+    lower.set(xlim=(0.0, acceleration.size / rate), xlabel=f"time (s){as_heard}")
     entitle(figure, upper, title, above_all=True)
     return figure

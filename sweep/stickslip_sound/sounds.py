@@ -1,8 +1,7 @@
 """A sound: the acceleration of a mass over time, at true pitch or slower, ready to be heard.
 
 Of a cycle the series of one period is computed, and summed at the times of the samples: exactly periodic, however long
-it lasts. Other motions are a series of the stretch that is heard. That of a record is made from an acceleration that
-was measured, or simulated on a rig.
+it lasts. Other motions are a series of the stretch that is heard.
 """
 
 from __future__ import annotations
@@ -10,12 +9,9 @@ from __future__ import annotations
 import base64
 import io
 import os
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property
-from html import escape
 from math import isfinite, nan, pi
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -31,10 +27,13 @@ from stickslip.theory.contacts import static_friction
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.models import model_with
 from stickslip.vocabulary.results import REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip_sound.loudness import a_weighting, levels
 from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+__all__ = ["FULL_SCALE", "RATE", "Sound", "a_weighting", "levels", "of"]  # what is in `stickslip.sound`
 
 Floats = NDArray[np.float64]
 RATE = 44_100  # samples a second
@@ -53,9 +52,8 @@ class Sound:
     """The sound that a microphone following the mass would record.
 
     acceleration : m/s2, limited to what is heard, faded at both ends. rate : samples a second. slow : how many times
-    slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be. regime : of the
-    cell; nothing of a record. frequency : of its cycle, or of its decay (Hz, of the motion); NaN where there is
-    neither. repeats : whether it is the cycle without the transient before.
+    slower than the motion. full_scale : the acceleration (m/s2) that is the loudest the sound can be. frequency : of
+    the cycle, or of the decay (Hz, of the motion); NaN where there is neither. repeats : whether it is a cycle.
     """
 
     acceleration: Floats
@@ -65,7 +63,6 @@ class Sound:
     regime: str
     frequency: float
     repeats: bool
-    title: str = ""
 
     @cached_property
     def samples(self) -> Floats:
@@ -89,45 +86,31 @@ class Sound:
         """Return whether some of it is compressed."""
         return self.peak > KNEE * self.full_scale
 
-    def wav(self, floating: bool = False) -> bytes:
-        """A WAV file of one channel, with a comment that players show: 16-bit integers, or 32-bit numbers, which keep
-        what is fainter than 1/65534 of full scale."""
-        samples, file = np.clip(self.samples, -1.0, 1.0), io.BytesIO()
-        stored = samples.astype(np.float32) if floating else np.rint(samples * _LOUDEST).astype(np.int16)
-        wavfile.write(file, self.rate, stored)
-        pace = "" if self.slow == 1.0 else f"; {self.slow:g} times slower"
-        comment = f"{self.title or 'stickslip'}; full scale {self.full_scale:g} m/s2{pace}"
-        return _with_comment(file.getvalue(), comment)
+    def wav(self) -> bytes:
+        """A WAV file of one channel, of 16-bit integers."""
+        file = io.BytesIO()
+        wavfile.write(file, self.rate, np.rint(self.samples * _LOUDEST).astype(np.int16))
+        return file.getvalue()
 
-    def save(self, path: str | os.PathLike[str], floating: bool = False) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write a WAV file, whole or not at all. Raises StoreError."""
         with replaced(path) as temporary:
-            temporary.write_bytes(self.wav(floating))
+            temporary.write_bytes(self.wav())
 
     def described(self) -> str:
         """Regime, frequency and peak on a line, with what to know when judging it by ear."""
-        words, heard = [self.regime.replace("_", "-")] * bool(self.regime), self.frequency / self.slow
+        words, heard = [self.regime.replace("_", "-")], self.frequency / self.slow
         if isfinite(heard):
             side = "below" if heard < _LOWEST else "above" if heard >= min(HIGHEST, 0.5 * self.rate) else ""
             words.append(f"{self.frequency:.3g} Hz{f' ({side} hearing)' if side else ''}")
         words.append(f"peaks of {self.peak:.3g} m/s2")
         words += [f"compressed above {KNEE * self.full_scale:g} m/s2"] * self.clips
         words += [f"{self.slow:g} times slower"] * (self.slow != 1.0)
-        return ", ".join(words + ["from the start, no cycle"] * bool(self.regime and not self.repeats))
+        return ", ".join(words + ["from the start, no cycle"] * (not self.repeats))
 
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.wav()).decode("ascii")
-        words = "<br>".join(map(escape, filter(None, [self.title, self.described()])))
-        return f'<audio controls src="data:audio/wav;base64,{data}"></audio><div>{words}</div>'
-
-
-def _with_comment(content: bytes, comment: str) -> bytes:
-    """A file with a LIST chunk of information at its end; chunks have even lengths."""
-    text = comment.encode("utf-8") + b"\0"
-    text += b"\0" * (len(text) % 2)
-    entry = b"INFOICMT" + struct.pack("<I", len(text)) + text
-    content += b"\0" * (len(content) % 2) + b"LIST" + struct.pack("<I", len(entry)) + entry
-    return content[:4] + struct.pack("<I", len(content) - 8) + content[8:]
+        return f'<audio controls src="data:audio/wav;base64,{data}"></audio><div>{self.described()}</div>'
 
 
 # --- of a cell --------------------------------------------------------------------------------------------------------
@@ -140,8 +123,6 @@ def of(
     rate: int = RATE,
     slow: float = 1.0,
     full_scale: float = FULL_SCALE,
-    transient: bool = False,
-    title: str = "",
     **solver: Unpack[SolverKeywords],
 ) -> Sound:
     """Make the sound of a cell.
@@ -156,8 +137,6 @@ def of(
         10 for ten times slower and lower, 0.1 for ten times faster.
     full_scale : float
         m/s2; sounds can be compared where theirs are equal.
-    transient : bool
-        The motion from its first break-away on, as without a cycle, where the cell has one as well.
     **solver
         law, rtol (1e-9) and max_steps, or options, as for `evaluate`.
 
@@ -168,7 +147,9 @@ def of(
     NotReachedError
         Where the motion cannot be integrated so far.
     """
-    _check(seconds=seconds, rate=rate, slow=slow, full_scale=full_scale)
+    for name, value in {"seconds": seconds, "rate": rate, "slow": slow, "full_scale": full_scale}.items():
+        if not (isfinite(value) and value > 0 and (name != "rate" or value == int(value))):
+            raise ValueError(f"{name}: got {value!r}, expected a{' whole' * (name == 'rate')} number > 0")
     options = Options.of(SolverKeywords(**{"rtol": RTOL, **solver})).for_contact(cell)
     full = as_cells(cell, options.law)
     if full["mass"].size != 1:
@@ -176,7 +157,7 @@ def of(
     results, count = compute(Cells.of(full), options).results, max(round(seconds * rate), 2)
     lead, own_rate, highest = _LEAD / slow, rate * slow, min(HIGHEST, 0.499 * rate) * slow
     cycles = cycles_of(full, results, options, lead)
-    regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size) and not transient
+    regime, repeats = REGIMES[int(results["regime"][0])], bool(cycles.which.size)
     if regime == "failed":
         raise NotReachedError(f"this cell has no motion to listen to, {_said(results['status'])}")
     frequency = _frequency(full, results)
@@ -191,16 +172,13 @@ def of(
             series = replace(series, mean=0.0)  # what is left of it is rounding
         acceleration = series.values(own_rate, count)
     acceleration *= _fades(count, rate)
-    return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats, title)
+    return Sound(acceleration, int(rate), float(slow), float(full_scale), regime, frequency, repeats)
 
 
-def sound_of_cell(
-    ds: xr.Dataset, seconds: float = 2.0, *, slow: float = 1.0, transient: bool = False, **at: Any
-) -> Sound:
+def sound_of_cell(ds: xr.Dataset, seconds: float = 2.0, *, slow: float = 1.0, **at: Any) -> Sound:
     """Return the sound of one cell of a dataset, as `sound.of` does. at : which cell, as for `ds.stickslip.cell`."""
-    cell, how = ds.stickslip.cell(**at), shared_by(ds)
-    how.pop("rtol", None)  # sounds have a tolerance of their own
-    return of(cell, seconds, slow=slow, transient=transient, title=str(ds.attrs.get("title", "")), **how)
+    how = shared_by(ds) | {"rtol": RTOL}
+    return of(ds.stickslip.cell(**at), seconds, slow=slow, **how)
 
 
 def _series(cell: Parameters, duration: float, highest: float, options: Options, begin: Floats | float = 0.0) -> Series:
@@ -265,31 +243,3 @@ def _frequency(cell: Parameters, results: Results) -> float:
         natural = np.sqrt(1.0 - ratio * ratio) * Scales(cell).rate
         return float(results.get("growth_frequency", natural)[0]) / (2.0 * pi)
     return nan
-
-
-def _check(**numbers: float) -> None:
-    """Raise ValueError for a number that makes no sound."""
-    for name, value in numbers.items():
-        if not (isfinite(value) and value > 0):
-            raise ValueError(f"{name}: got {value!r}, expected a number > 0")
-    if numbers["rate"] != int(numbers["rate"]):
-        raise ValueError(f"rate: got {numbers['rate']!r}, expected a whole number of samples a second")
-
-
-def of_record(
-    acceleration: Floats, record_rate: float, *, rate: int = RATE, slow: float = 1.0, full_scale: float = FULL_SCALE,
-    title: str = "",
-) -> Sound:  # fmt: skip
-    """The sound of an evenly sampled acceleration (m/s2), `record_rate` samples a second; all else as for `of`.
-
-    Resampled by a symmetric low-pass, unless the rates are equal. Raises ValueError.
-    """
-    _check(record_rate=record_rate, rate=rate, slow=slow, full_scale=full_scale)
-    values = np.asarray(acceleration, np.float64)
-    ratio = Fraction(rate * slow / record_rate).limit_denominator(_FINEST)
-    if ratio != 1:
-        from scipy import signal  # type: ignore[import-untyped]
-
-        values = signal.resample_poly(values, ratio.numerator, ratio.denominator)
-    values = values * _fades(values.size, rate)
-    return Sound(values, int(rate), float(slow), float(full_scale), "", nan, False, title)

@@ -18,7 +18,7 @@ from helpers.cycles import (
 from helpers.plotted import draws_what_the_command_draws
 from stickslip import sound
 from stickslip.config.reader import parse_config
-from stickslip.engine import Options, stop_flag
+from stickslip.engine import Options
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.results import REGIMES
 from stickslip_sound.loudness import a_weighting, decibels, levels, levels_of
@@ -116,22 +116,12 @@ def test_twice_the_acceleration_is_six_decibels():
 
 def test_a_level_does_not_depend_on_its_block_or_its_threads():
     cells, options = as_cells(LIST), Options(rtol=1e-9)
-    _, whole = levels_of(cells, options, stop_flag())
+    whole = levels_of(cells, options)[LEVEL]
     for part in (slice(0, 1), slice(37, 38), slice(100, 177), slice(299, 300)):
-        _, alone = levels_of({name: values[part] for name, values in cells.items()}, options, stop_flag())
-        np.testing.assert_array_equal(alone, whole[part])
+        alone = levels_of({name: values[part] for name, values in cells.items()}, options)
+        np.testing.assert_array_equal(alone[LEVEL], whole[part])
     for threads in (1, 3):
         np.testing.assert_array_equal(levels(LIST, threads=threads)[LEVEL], whole)
-
-
-def test_a_reference_is_zero_decibels():
-    found = levels(COULOMB | {"stiffness": [50.0, 5000.0]}, reference=COULOMB)[LEVEL]
-    assert found[1] == 0.0
-    plain = levels(COULOMB | {"stiffness": [50.0, 5000.0]})[LEVEL]
-    assert float(found[0]) == pytest.approx(float(plain[0] - plain[1]), abs=1e-9)
-    assert "reference cell" in found.attrs["long_name"] and "stiffness = 5000" in found.attrs["reference_cell"]
-    with pytest.raises(ValueError, match="no level"):
-        levels(COULOMB, reference=PAIR | {"belt_speed": 0.9})
 
 
 def test_configurations_results_and_parts_of_them_have_the_same_levels(tmp_path):
