@@ -61,9 +61,9 @@ def explain(
     Dataset
         posterior_NAME over `draw`, all of the same weight, with interval_NAME and prior_interval_NAME over `share`,
         and posterior_law; over `law` log_evidence with its error and law_probability; over `quantity` variance_ratio,
-        correlation and r_hat; over `direction`, the one that is fixed best first, direction_ratio and direction_weight;
+        r_hat; over `direction`, the one that is fixed best first, direction_ratio and direction_weight;
         log_predictive and contradicted over `observation`; with `predict` also probability, of several laws
-        law_regime_probability and disagreement.
+        disagreement.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def explain(
     """
     if not isinstance(observed, str | os.PathLike):
         known = dict(prior or {}) | ({} if laws is None else {"laws": laws})
-        axes = {} if predict is None else {"predict": {"axes": predict}}
+        axes = {} if predict is None else {"axes": predict}
         ds = run({"observed": observed, "prior": known, **settings, **axes}, output, progress=progress)
     elif prior is None and laws is None and predict is None and not settings:
         ds = run(observed, output, progress=progress)
@@ -117,8 +117,7 @@ def next_measurement(
     -------
     Dataset
         Over the axes information (bits) and the chance of each regime; over `proposal`, the best first, proposed_NAME,
-        proposed_information, wrong_before and wrong_after (the share of the plane whose most likely regime is not the
-        true one) and spread_left of each quantity.
+        proposed_information and spread_left of each quantity.
 
     Raises
     ------

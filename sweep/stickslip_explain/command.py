@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 @click.command(
     epilog="""\b
-Examples:
-  stickslip explain configs/explain.yaml
+Example:
   stickslip explain felt.yaml --set particles=2000 -o felt.nc --plot felt.png"""
 )
 @params.CONFIG
@@ -71,14 +70,12 @@ Examples:
 @click.option("--scatter", multiple=True, metavar="RESULT=PERCENT",
               help="Result to be measured, with its standard deviation.  [default: those observed before]")  # fmt: skip
 @click.option("--points", type=click.IntRange(2, 1000), default=16, show_default=True, help="Points of each axis.")
-@click.option("--draws", type=click.IntRange(2, 100_000), default=256, show_default=True,
-              help="Draws of the explanation that are weighed.")  # fmt: skip
 @params.OUTPUT
 @params.plot_option()
 @reports_errors
 def next_command(
     file: Location, more: tuple[str, ...], over: tuple[str, ...], at: tuple[str, ...], scatter: tuple[str, ...],
-    points: int, draws: int, output: Location | None, plot: Path | None,
+    points: int, output: Location | None, plot: Path | None,
 ) -> None:  # fmt: skip
     """Say which measurement would tell most.
 
@@ -99,7 +96,7 @@ def next_command(
     measured = {name: share / 100.0 for name, share in params.numbers("--scatter", scatter, unit="%").items()}
     with refuses_bad_input(file), screen.progress_bar("draws") as move:
         ds = next_measurement(
-            str(file), ranges, at=params.pairs(at), scatter=measured or None, points=points, draws=draws, progress=move
+            str(file), ranges, at=params.pairs(at), scatter=measured or None, points=points, progress=move
         )
     show_result(ds)
     save_result(ds, output)

@@ -51,20 +51,14 @@ def _quiet_over(value: object) -> object:
     return ranges
 
 
-def _own(name: str, default: float) -> Parameter:
-    """A row of contours with a default of its own, the same for all contacts."""
-    row = Contours.rows[name]
-    return replace(row, section="goal", default=default, long_name=row.long_name.partition("; unless")[0])
-
-
 class Goal(Contours):
     """The region of a plane in which cells are quiet over whole ranges; the other axes, materials say, are panels."""
 
     key, options = "goal", {"axes": "--over", "probability": "--with"}
     rows = Contours.rows | table(
-        _own("points", 257),
-        _own("scan", 65),
-        _own("tolerance", 1e-5),
+        *(replace(Contours.rows[name], section="goal", default=value,
+                  long_name=Contours.rows[name].long_name.partition("; unless")[0])
+          for name, value in {"points": 257, "scan": 65, "tolerance": 1e-5}.items()),
         Parameter("samples", "1", "values of each range that are looked at first, by equal ratios", key,
                   default=9, at_least=2, at_most=1000, whole=True),
         Parameter("probability", "1", "probability of being quiet throughout, of what scatters (uncertain); "
@@ -214,7 +208,7 @@ class Demand(MarginSearch):
     """A search whose labels are verdicts.
 
     measured, ranges : of the plane. drawn : what scatters, (draws,), `scramblings` independent parts one after the
-    other. probability : of being quiet. computed : cells so far.
+    other. probability : of being quiet.
     """
 
     measured: bool = False
@@ -222,7 +216,6 @@ class Demand(MarginSearch):
     drawn: Parameters = field(default_factory=dict)
     scramblings: int = 1
     probability: float = 1.0
-    computed: list[int] = field(default_factory=lambda: [0])
 
     @property
     def draws(self) -> int:
@@ -308,7 +301,6 @@ class _Lanes:
         cells = model.without_measured(cells) if demand.measured else cells
         possible = ~impossible(cells, model.rules.get(law, ()))
         computed = computed_where(cells, possible, demand.options, demand.stop, demand.moved)
-        demand.computed[0] += int(possible.sum())
         regime, margin = computed["regime"], computed.get("restick_margin")
         margin = np.full(regime.shape, np.nan) if margin is None else margin
         self.possible[which] |= possible

@@ -170,7 +170,7 @@ class GoalStudy(ContourStudy):
             self._drawn = uncertain.values(design.normals(design.place(0, design.per_cell)))
             self._scramblings, self._probability = uncertain.scramblings, section.probability or PROBABILITY
         nodes = section.scan**2 + _PER_POINT * (goal.x.points + goal.y.points)
-        self.cells_each = nodes * max(self._draws, 1) * section.samples ** len(goal.ranges)
+        self.cells_each = nodes * len(next(iter(self._drawn.values()), (0,))) * section.samples ** len(goal.ranges)
         self._maps = [_scanned(side, section.scan) for side in (goal.y, goal.x)]
         self._of_plane = {f"{what}_{side.name}": (row, side) for what, row in _PLACES.items()
                           for side in (goal.y, goal.x)}  # fmt: skip
@@ -199,13 +199,10 @@ class GoalStudy(ContourStudy):
 
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[str | ReportTable]:
-        """The goal, what each panel would need, and how much of the plane is quiet."""
+        """The goal, and what each panel would need."""
         yield f"goal     {ds.attrs['goal']}"
         if bool((ds["verdict"] != 0).any()):
             yield cls.table(ds)
-        quiet = ds["quiet_probability"].values[ds["quiet_probability"].notnull()]
-        share = float(np.mean(quiet >= ds.attrs["goal_probability"])) if quiet.size else 0.0
-        yield f"quiet    {share:.3g} of the points of the plane that a cell can have"
 
     @classmethod
     def table(cls, ds: xr.Dataset) -> ReportTable:
@@ -229,11 +226,6 @@ class GoalStudy(ContourStudy):
 
         return plot_goal(ds, select, title=title, look=look) if variable is None else None
 
-    @property
-    def _draws(self) -> int:
-        """How many draws there are of what scatters; 0 where nothing does."""
-        return len(next(iter(self._drawn.values()), ()))
-
     def _searched(self, panel: int, stop: StopFlag, moved: Moved | None) -> Results:
         goal, section = self._goal, self._section
         search = _Plane(self._cells, goal.y, goal.x, panel, section.scan, section.tolerance, self.options, stop)
@@ -246,7 +238,7 @@ class GoalStudy(ContourStudy):
         columns |= {} if goal.is_plane else search.needs(columns, here)
         for name in ("verdict", "verdict_left", "verdict_right"):
             columns[name] = np.where(columns[name] == OPEN, VERDICTS.index("undecided"), columns[name])
-        return columns | {"computed": np.array(search.demand.computed)}
+        return columns
 
     def blank(self, items: range) -> Results:
         """Panels of which nothing is known."""
@@ -260,7 +252,7 @@ class GoalStudy(ContourStudy):
         rows |= {name: of_parameter(row, side.name) for name, (row, side) in self._of_plane.items()}
         shape = [place.size for place in self._maps]
         values = {name: whole[name].reshape(-1, *shape) if name in _MAPS else whole[name] for name in rows}
-        attributes = {**attributes, **self._attributes(whole)}
+        attributes = {**attributes, **self._attributes()}
         ds = study_dataset("goal", rows, values, self.dims, self.shape, self._coordinates(), attributes)
         for name, (_, side) in self._of_plane.items():
             shown_in(ds[name].variable, side.written_in)
@@ -282,12 +274,9 @@ class GoalStudy(ContourStudy):
             shown_in(coordinates[side.name], side.written_in)
         return coordinates
 
-    def _attributes(self, whole: Results) -> dict[str, Any]:
-        """The goal, and what it took."""
+    def _attributes(self) -> dict[str, Any]:
+        """The goal."""
         rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in self._goal.ranges]
         texts = (f"{spoken(row.name)} {customary(row.units, *ends) or row.range_text(ends)}" for row, ends in rows)
-        chance = f" with a probability of {100 * self._probability:g} %" if self._draws else ""
-        return {
-            "goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability,
-            "goal_draws": self._draws, "goal_cells": int(whole["computed"].sum()),
-        }  # fmt: skip
+        chance = f" with a probability of {100 * self._probability:g} %" if self._drawn else ""
+        return {"goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability}

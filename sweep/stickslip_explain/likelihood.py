@@ -22,6 +22,7 @@ from scipy import stats  # type: ignore[import-untyped]
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
+from stickslip.config.studies import Moved
 from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
 from stickslip.studies.draws import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
@@ -29,7 +30,6 @@ from stickslip.vocabulary.results import DECIDED, REGIMES, UNDECIDED
 from stickslip_explain.section import POINT, Measured, Observation
 
 Floats = NDArray[np.float64]
-Moved = Callable[[int], None]
 
 # An observation that is no cell, as a function of draws: results, the regime among them, and which draws are possible.
 Simulated = Callable[[Parameters, StopFlag, Moved | None], tuple[Results, NDArray[np.bool_]]]

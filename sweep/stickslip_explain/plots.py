@@ -25,7 +25,6 @@ from stickslip.vocabulary.results import VERDICTS, VIBRATING
 
 _COLUMNS = 3  # of quantities side by side
 _BINS = 30
-_HALF = 0.5
 
 
 def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | None = None) -> Figure:
@@ -50,8 +49,8 @@ def plot_explained(ds: xr.Dataset, state: str = "stick_slip", *, title: str | No
             values, label = ds[name], "largest difference between laws"
         x, y = _over_axes(ax, ds, values, dims, label)
         if y is not None:
-            if float(values.min()) < _HALF < float(values.max()):
-                ax.contour(x.centres, y.centres, values.transpose(*dims).values, [_HALF], colors=WHITE, linewidths=1.0)
+            if float(values.min()) < 0.5 < float(values.max()):
+                ax.contour(x.centres, y.centres, values.transpose(*dims).values, [0.5], colors=WHITE, linewidths=1.0)
             _observations(ax, ds, x, y)
     below = list(parts[-1].subplots(rows, min(_COLUMNS, len(names)), squeeze=False).flat)
     for ax, name in zip(below, names, strict=False):

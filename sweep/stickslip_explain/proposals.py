@@ -37,16 +37,12 @@ DRAWS, POINTS, BEST = 256, 16, 3
 _APART = 0.2  # of the axes: proposals lie as far from one another at least
 _SCATTER = 0.03  # of a result that nobody has measured yet: relative standard deviation
 _BEYOND = 3.0
-_TOGETHER = 64  # places whose draws are weighed together
 _PROPOSAL = ("proposal",)
 VARIABLES = table(
     Variable("information", "1", "expected information of an observation (bits)",
              comment="mutual information of regime and results, and of what is not known"),
     Variable("chance", "1", "probability of seeing a regime", dims=("state",)),
     Variable("proposed_information", "1", "expected information of a proposal (bits)", dims=_PROPOSAL),
-    Variable("wrong_before", "1", "expected share of the plane whose most likely regime is not the true one",
-             dims=_PROPOSAL),
-    Variable("wrong_after", "1", "the same after the proposed observation", dims=_PROPOSAL),
     Variable("spread_left", "1", "expected standard deviation of a quantity after the observation over that before",
              dims=("proposal", "quantity")),
 )  # fmt: skip
@@ -86,20 +82,14 @@ def proposals(
     attributes = {name: value for name, value in explained.attrs.items() if not name.startswith("explained_")}
     ds = study_dataset("explain", VARIABLES, values, grid.dims, grid.shape, coordinates, attributes)
     numbers = np.array([drawn[name] for name in names])
-    after = [outcome.after(i, numbers) for i in best]
-    wrong = _wrong(chances.T).mean()
-    own = {
-        "proposed_information": information[best], "wrong_before": np.full(len(best), wrong),
-        # what is learned does not make worse guesses, on average over all that may be seen; of few draws it may seem to
-        "wrong_after": np.array([min(share, wrong) for share, _ in after]),
-        "spread_left": np.array([spread for _, spread in after]).reshape(len(best), len(names)),
-    }  # fmt: skip
+    left = [outcome.spread_left(i, numbers) for i in best]
+    own = {"proposed_information": information[best], "spread_left": np.reshape(left, (len(best), len(names)))}
     ds = ds.assign(study_dataset("explain", VARIABLES, {n: v[None] for n, v in own.items()}, (), (), {}, {}).data_vars)
     places = np.unravel_index(best, grid.shape)
     for axis, place in zip(over, places, strict=True):
         ds[f"proposed_{axis.name}"] = ("proposal", ds[axis.name].values[place], dict(ds[axis.name].attrs), NO_FILL)
     scatters = ", ".join(f"{name}={value:.2g}" for name, value in measured.items())
-    return ds.assign_attrs(proposal_scatter=scatters, proposal_draws=chosen.size)
+    return ds.assign_attrs(proposal_scatter=scatters)
 
 
 def scatter_of(config: Config) -> dict[str, float]:
@@ -210,24 +200,13 @@ class _Outcomes:
         mean = np.log(np.mean(np.exp(log_likelihood - most), axis=0)) + most
         return max(float(np.mean(np.diag(log_likelihood) - mean) / np.log(2.0)), 0.0)
 
-    def after(self, place: int, numbers: Floats) -> tuple[float, Floats]:
-        """Expected after an observation at a place: the share of places whose most likely regime is wrong, and standard
-        deviations of quantities, numbers (quantities, draws), over those before."""
+    def spread_left(self, place: int, numbers: Floats) -> Floats:
+        """Expected standard deviations of numbers (quantities, draws) after an observation, over those before."""
         log_likelihood = self._log_likelihood(place)
         weights = np.exp(log_likelihood - log_likelihood.max(0))
         weights /= weights.sum(0)
         mean = numbers @ weights
-        spread = np.sqrt(np.maximum((numbers**2 @ weights - mean**2).mean(1), 0.0)) / numbers.std(1)
-        wrong = []
-        for first in range(0, len(self._regimes), _TOGETHER):
-            regimes = self._regimes[first : first + _TOGETHER]
-            wrong.append(_wrong(np.array([(regimes == code) @ weights for code in range(len(DECIDED))])).ravel())
-        return float(np.concatenate(wrong).mean()), np.asarray(spread)
-
-
-def _wrong(chances: Floats) -> Floats:
-    """The probability that the most likely regime is not the true one. chances : regimes first."""
-    return np.asarray(np.maximum(1.0 - chances.max(0), 0.0))
+        return np.asarray(np.sqrt(np.maximum((numbers**2 @ weights - mean**2).mean(1), 0.0)) / numbers.std(1))
 
 
 def _best(information: Floats) -> NDArray[np.intp]:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import reduce
 from operator import getitem
@@ -34,6 +34,11 @@ EXPLAIN: dict[str, Parameter] = table(
               default=64, at_least=1, at_most=1_000_000, whole=True),
     Parameter("seed", "1", "seed of the populations: the same seed, the same draws", "explain",
               default=1, at_least=0, at_most=2**32 - 1, whole=True),
+)  # fmt: skip
+
+_OF_RECORDS = table(
+    Parameter("scatter", "1", "how far features may be off those of the simulated rig, besides the scatter of strokes",
+              "explain", at_least=0, at_most=1),
 )  # fmt: skip
 
 # Names that explanations have for laws with a certain parameter: the law, and that parameter.
@@ -125,25 +130,9 @@ def _read_measured(row: Variable) -> Read:
         return dict(zip(("value", "scatter"), map(si, each_with_unit(row, numbers)), strict=True))  # 54 +- 2 ms
 
     text = {"type": "string", "pattern": r"(\+-|\+/-|±)", "examples": [f"{number} +- 0.02 {unit}".rstrip()]}
-    plain = {"type": "object", "properties": {"value": {"type": "number"}, "scatter": {"type": "number"},
-                                              "repeats": {"type": "array", "items": {"type": "number"}}}}  # fmt: skip
-    return Read(read, {"anyOf": [text, {"type": "array", "minItems": 2}, plain]})
+    return Read(read, {"anyOf": [text, {"type": "array", "minItems": 2}, {"type": "object"}]})
 
 
-def _share(given: Any) -> Any:
-    """`2 %`, or 0.02."""
-    is_percent = isinstance(given, str) and given.strip().endswith("%")
-    try:
-        share = float(given.strip()[:-1]) / 100 if is_percent else given
-    except ValueError:
-        share = None
-    if not isinstance(share, int | float) or not 0 <= share < 1:
-        raise refused("a relative standard deviation, such as 2 %")
-    return share
-
-
-_SCATTER = Read(_share, {"anyOf": [{"type": "number", "minimum": 0, "exclusiveMaximum": 1},
-                                   {"type": "string", "pattern": "%$", "examples": ["2 %"]}]})  # fmt: skip
 _OF_METRICS: dict[str, Any] = {
     name: (Annotated[Measured | None, _read_measured(row)], Field(None, description=row.long_name))
     for name, row in METRICS.items()
@@ -151,7 +140,10 @@ _OF_METRICS: dict[str, Any] = {
 _REGIMES = list_of(DECIDED, "a regime, or a list of those it may have been", unique=True, single=True)
 
 
-class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETERS, varied=True), **_OF_METRICS)):  # type: ignore[misc]
+_CONDITIONS = with_rows(with_rows(Section, PARAMETERS, varied=True), _OF_RECORDS)
+
+
+class Observation(create_model("_Observed", __base__=_CONDITIONS, **_OF_METRICS)):  # type: ignore[misc]
     """One observation: the conditions, in which it differs from others, and what was seen: a regime, results, or both.
 
     A regime alone counts; several are those that it may have been.
@@ -162,9 +154,6 @@ class Observation(create_model("_Observed", __base__=with_rows(Section, PARAMETE
     )
     record: str | None = Field(None, description="CSV file of a record of a rig, which is compared by its features")
     drive: dict[str, Any] | None = Field(None, description="configuration of the rig of the record, or its file")
-    scatter: Annotated[float | None, _SCATTER] = Field(
-        None, description="how far features may be off those of the simulated rig, besides the scatter of strokes"
-    )
     features: dict[str, tuple[float, ...]] | None = Field(None, description="of each stroke that counts, in SI")
     known: tuple[str, ...] | None = Field(None, description="signals and conditions that the record has")
 
@@ -223,16 +212,12 @@ class Explain(with_rows(StudySection, EXPLAIN)):  # type: ignore[misc]
 # --- a file of observations alone -------------------------------------------------------------------------------------
 
 
-# What its words stand for, so that priors are read, checked and drawn as all uncertain quantities are:
-#
-#     observed: [...]              explain: {observed: [...]}
-#     prior: {mass: 100 g}         system: {mass: 100 g}
-#     prior: {a1: {uniform: ...}}  uncertain: {quantities: {a1: {uniform: ...}}}
-#     prior: {laws: [...]}         explain: {laws: [...]}, and friction: {law: ...} of the first
-#     predict: {axes: ...}         axes: ...
+# Other words, as the call in Python takes them: `observed` and the settings stand for `explain`, what `prior` knows
+# for `system` and `friction`, distributions for `uncertain`, laws for those of `explain`, the first for friction's.
 
-_OF_PRIOR = ("correlation", "fit")  # keys of `prior` beside quantities and laws, words of `uncertain`
-_WORDS = ("observed", "prior", "predict", *EXPLAIN)  # at the top of the file
+_OF_PRIOR: dict[str, Path] = {name: (row.section,) for name, row in QUANTITIES.items()}
+_OF_PRIOR |= {"correlation": ("uncertain",), "fit": ("uncertain",), "laws": ("explain",)}
+_WORDS = ("observed", *EXPLAIN)  # at the top of the file
 _SECTIONS = {("explain",): ("observed",)} | {(name,): ("prior",) for name in ("uncertain", "system", "friction")}
 
 
@@ -241,13 +226,21 @@ def with_observations(document: Document) -> Document:
     data = document.data
     if not isinstance(data, dict) or not {"observed", "prior"} & data.keys():
         return document
-    _check_words(document)
-    whole: dict[str, Any] = {key: value for key, value in data.items() if key not in _WORDS}
-    moved = _SECTIONS | dict(_moves(data))
+    problems = ProblemCollector(document)
+    for key in {"observed", "prior"} - data.keys():
+        problems.add((key,), "missing, expected observed, and what is known before: prior")
+    prior = problems.mapping(data.get("prior", {}), ("prior",), "quantities")
+    problems.known_keys(prior, ("prior",), tuple(_OF_PRIOR))
+    for key in {"uncertain", "explain"} & data.keys():
+        problems.add((key,), "got it besides observed and prior, expected one of them", at_key=True)
+    problems.raise_any()
+    moved: dict[Path, Path] = _SECTIONS | {("explain", key): (key,) for key in _WORDS if key in data}
+    for name, value in prior.items():
+        is_drawn = isinstance(value, dict) and name in QUANTITIES
+        moved[*(("uncertain", "quantities") if is_drawn else _OF_PRIOR[name]), name] = ("prior", name)
+    whole: dict[str, Any] = {key: value for key, value in data.items() if key not in (*_WORDS, "prior")}
     for new, old in list(moved.items())[len(_SECTIONS) :]:
-        inside: Any = whole
-        for key in new[:-1]:
-            inside = inside.setdefault(key, {})
+        inside = reduce(lambda part, key: part.setdefault(key, {}), new[:-1], whole)
         inside[new[-1]] = reduce(getitem, old, data)
     laws = whole["explain"].get("laws")
     first = laws[0] if isinstance(laws, list) and laws else laws
@@ -260,40 +253,6 @@ def with_observations(document: Document) -> Document:
         for places in before
     )  # fmt: skip
     return replace(document, data=whole, keys=keys, values=values, texts=texts, moved=moved)
-
-
-def _check_words(document: Document) -> None:
-    """Raise ConfigError for what is wrong with the words themselves."""
-    data, problems = document.data, ProblemCollector(document)
-    if not isinstance(data.get("observed"), list) or not data["observed"]:
-        example = "observed: [{belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip}]"
-        problems.add(("observed",), "no observation, expected a list of what was seen", example, at_key=True)
-    if "prior" not in data:
-        problems.add(("prior",), "missing, expected what is known before: values and distributions of quantities")
-    prior = problems.mapping(data.get("prior"), ("prior",), "quantities")
-    problems.known_keys(prior, ("prior",), (*QUANTITIES, *_OF_PRIOR, "laws"))
-    problems.keys_of(data.get("predict"), ("predict",), ("axes", "draws"))
-    for key in {"uncertain", "axes", "explain"} & data.keys():
-        problems.add((key,), "got it besides observed and prior, expected one of them", at_key=True)
-    problems.raise_any()
-
-
-def _moves(data: dict[str, Any]) -> Iterator[tuple[Path, Path]]:
-    """Where things stand in a configuration, and where in a file of observations."""
-    for key in ("observed", *EXPLAIN):
-        if key in data:
-            yield ("explain", key), (key,)
-    for name, value in data["prior"].items():
-        if name == "laws":
-            yield ("explain", name), ("prior", name)
-        elif name in _OF_PRIOR:
-            yield ("uncertain", name), ("prior", name)
-        elif isinstance(value, dict):
-            yield ("uncertain", "quantities", name), ("prior", name)
-        else:
-            yield (QUANTITIES[name].section, name), ("prior", name)
-    for name in data.get("predict", {}):
-        yield (("axes",) if name == "axes" else ("explain", name)), ("predict", name)
 
 
 # --- draws of an explanation in place of distributions ----------------------------------------------------------------

@@ -43,7 +43,6 @@ from stickslip_explain.section import Explain, law_of
 
 _DRAWS = 1000  # of the prior that are timed
 _MOVES = 250  # of a population, about, for estimates of time
-_COLUMNS = ("score", "log_likelihood", "unsure", "contradicts", "log_evidence", "evaluations", "predicted")
 
 LogLikelihood = Callable[[Floats], Floats]
 
@@ -52,7 +51,6 @@ _TAKEN = 0.3  # share of moves that are to be accepted; between the optima of on
 _FORGOTTEN = 0.1  # correlation with where it was before, from which on a population has forgotten it
 _PATIENCE, _PROGRESS = 10, 0.95  # moves after which that correlation is to have fallen to such a share of its least
 _MOST_MOVES = 200
-_HALVINGS = 200  # of an interval of powers
 
 
 class ExplainStudy(Study):
@@ -62,7 +60,9 @@ class ExplainStudy(Study):
     subject, caption = "probability", "explanation"
     name, counted, ragged = "posterior", "populations", True
     own_conditions = True
-    columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(_COLUMNS, np.dtype(np.float64))
+    columns: Mapping[str, np.dtype[Any]] = dict.fromkeys(
+        ("score", "log_likelihood", "unsure", "contradicts", "log_evidence", "predicted"), np.dtype(np.float64)
+    )
 
     def __init__(self, config: Config, section: Explain, options: Options) -> None:
         assert config.uncertain is not None
@@ -232,7 +232,6 @@ class ExplainStudy(Study):
             "unsure": terms.unsure.sum(1),
             "contradicts": terms.contradicts.ravel().astype(np.float64),
             "log_evidence": np.array([population.log_evidence]),
-            "evaluations": np.array([float(population.evaluations)]),
             "predicted": self._predicted(experiment, population.points, stop, moved).ravel(),
         }
 
@@ -274,33 +273,31 @@ class ExplainStudy(Study):
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """Draws from a posterior, all of the same weight: standard normal deviates (n, dimensions), their likelihoods, the
-    evidence (-inf where no point of the prior has a likelihood), and how often the likelihood was evaluated."""
+    """Draws from a posterior, all of the same weight: standard normal deviates (n, dimensions), their likelihoods, and
+    the evidence (-inf where no point of the prior has a likelihood)."""
 
     points: Floats
     log_likelihood: Floats
     log_evidence: float
-    evaluations: int
 
 
 def tempered(log_likelihood: LogLikelihood, dimensions: int, size: int, rng: np.random.Generator) -> Population:
     """A population of `size` points. log_likelihood : of points (n, dimensions), (n,); -inf is a value, NaN is none."""
     points = rng.standard_normal((size, dimensions))
     values = log_likelihood(points)
-    power, log_evidence, evaluations, reach = 0.0, 0.0, size, 2.38 / np.sqrt(dimensions)
+    power, log_evidence, reach = 0.0, 0.0, 2.38 / np.sqrt(dimensions)
     while power < 1.0:
         weights, step = _reweighted(values, 1.0 - power)
         mean = float(weights.mean())
         if mean == 0.0:
-            return Population(points, values, -np.inf, evaluations)
+            return Population(points, values, -np.inf)
         best = float(np.max(values))
         log_evidence += np.log(mean) + step * best
         power = power + step if step < 1.0 - power else 1.0
         chosen = _resampled(weights, rng)
         points, values = points[chosen], values[chosen]
-        points, values, moves, reach = _moved(log_likelihood, points, values, power, reach, rng)
-        evaluations += moves * size
-    return Population(points, values, float(log_evidence), evaluations)
+        points, values, reach = _moved(log_likelihood, points, values, power, reach, rng)
+    return Population(points, values, float(log_evidence))
 
 
 def _reweighted(values: Floats, left: float) -> tuple[Floats, float]:
@@ -321,7 +318,7 @@ def _reweighted(values: Floats, left: float) -> tuple[Floats, float]:
     if worth(left) >= _WORTH:
         return weights(left), left
     low, high = 0.0, left
-    for _ in range(_HALVINGS):
+    for _ in range(200):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if worth(middle) >= _WORTH else (low, middle)
         if high - low <= 1e-6 * high:
@@ -338,17 +335,15 @@ def _resampled(weights: Floats, rng: np.random.Generator) -> NDArray[np.intp]:
 def _moved(
     log_likelihood: LogLikelihood, points: Floats, values: Floats, power: float, reach: float,
     rng: np.random.Generator,
-) -> tuple[Floats, Floats, int, float]:  # fmt: skip
-    """The population after so many moves that it has forgotten where it was; how many, and the reach they had."""
+) -> tuple[Floats, Floats, float]:  # fmt: skip
+    """The population after so many moves that it has forgotten where it was, and the reach they had."""
     size, dimensions = points.shape
     spread = np.atleast_2d(np.cov(points, rowvar=False)) + 1e-12 * np.eye(dimensions)
     root = np.asarray(np.linalg.cholesky(spread), np.float64)
     first = _whitened(points, root)
     enough = max(_FORGOTTEN, 3.0 / np.sqrt(size))  # what chance alone makes of independent points
     least, waited = np.inf, 0
-    moves = 0
-    while moves < _MOST_MOVES and waited < _PATIENCE:
-        moves += 1
+    for _ in range(_MOST_MOVES):
         tried = points + reach * rng.standard_normal(points.shape) @ root.T
         moved = log_likelihood(tried)
         gain = power * (moved - values) + 0.5 * (np.sum(points**2, 1) - np.sum(tried**2, 1))
@@ -357,9 +352,9 @@ def _moved(
         reach = min(reach * float(np.exp(taken.mean() - _TAKEN)), 10.0)
         left = float(np.abs(np.mean(first * _whitened(points, root), axis=0)).max())
         least, waited = (left, 0) if left < _PROGRESS * least else (least, waited + 1)
-        if left <= enough:
+        if left <= enough or waited == _PATIENCE:
             break
-    return points, values, moves, reach
+    return points, values, reach
 
 
 def _whitened(points: Floats, root: Floats) -> Floats:

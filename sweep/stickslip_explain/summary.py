@@ -40,17 +40,14 @@ _SPREAD = "standard error, from the scatter of independent populations"
 
 VARIABLES = table(
     Variable("log_evidence", "1", "logarithm of the evidence of a law", dims=_LAW,
-             comment="of the mean likelihood over the prior; densities of results are per e-fold"),
+             comment="of the mean likelihood over the prior; densities of results are per e-fold; cells without a "
+             "verdict are taken to be what was seen"),
     Variable("log_evidence_error", "1", f"logarithm of the evidence of a law: {_SPREAD}", dims=_LAW),
-    Variable("log_evidence_low", "1", "logarithm of the evidence of a law if no undecided cell is what was seen",
-             dims=_LAW, comment="log_evidence takes that all are"),
     Variable("law_probability", "1", "probability of a law, all having had the same before", dims=_LAW),
     Variable("law_probability_error", "1", f"probability of a law: {_SPREAD}", dims=_LAW),
     Variable("posterior_law", "1", "law of a draw", dims=("draw",)),
     Variable("variance_ratio", "1", "variance of a quantity after the observations over that before", dims=_QUANTITY,
              comment="of the normal deviate that stands for it"),
-    Variable("correlation", "1", "correlation of quantities after the observations", dims=("quantity", "other"),
-             comment="of the normal deviates that stand for them"),
     Variable("r_hat", "1", "agreement of independent populations about a quantity: R-hat", dims=_QUANTITY,
              comment="1 where they agree; from 1.1 on take more particles"),
     Variable("direction_ratio", "1", "variance along a direction after the observations over that before",
@@ -65,8 +62,6 @@ VARIABLES = table(
     Variable("probability", "1", "probability of a regime given the observations", dims=_STATE,
              comment="of all draws: what is missing to 1 is not decided"),
     Variable("probability_error", "1", f"probability of a regime: {_SPREAD}", dims=_STATE),
-    Variable("law_regime_probability", "1", "probability of a regime given the observations and a law",
-             dims=("law", "state")),
     Variable("disagreement", "1", "largest difference of the probability of a regime between laws",
              comment="among laws whose probability is a tenth of the best at least"),
 )  # fmt: skip
@@ -106,9 +101,8 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
     prior = context.prior.values(rng.standard_normal((_PRIOR_DRAWS, len(context.prior.names))))
     ratios, weights = directions(prior, posterior)
     values = _evidence(columns) | {
-        "law_probability": laws.value, "law_probability_error": laws.error, "posterior_law": law,
-        "variance_ratio": deviates.var(0), "correlation": np.atleast_2d(np.corrcoef(deviates.T)),
-        "r_hat": _r_hat(np.asarray(columns["score"] @ root.T, np.float64), laws.value),
+        "law_probability": laws.value, "law_probability_error": laws.error, "variance_ratio": deviates.var(0),
+        "posterior_law": law, "r_hat": _r_hat(np.asarray(columns["score"] @ root.T, np.float64), laws.value),
         "direction_ratio": ratios, "direction_weight": weights,
         "log_predictive": _leave_one_out(draws["log_likelihood"]), "contradicted": draws["contradicts"].mean(0),
     }  # fmt: skip
@@ -123,7 +117,6 @@ def dataset(context: Context, columns: Results, attributes: Mapping[str, Any]) -
             PRIOR + name: np.quantile(prior[name], SHARES),
         }  # fmt: skip
     attributes = dict(attributes) | {
-        "explained_cells": int(columns["evaluations"].sum()) * len(context.request.observed),
         "explained_undecided": float(np.mean(draws["unsure"] != 0.0)),
     } | _contradiction(context, draws)  # fmt: skip
     whole = {name: np.asarray(array)[None] for name, array in values.items()}
@@ -148,7 +141,6 @@ def _coordinates(context: Context) -> dict[str, xr.Variable]:
     } | {
         "law": text_index("law", context.laws, "law of friction"),
         "quantity": text_index("quantity", context.prior.names, "uncertain quantity"),
-        "other": text_index("other", context.prior.names, "uncertain quantity"),
         "observation": text_index("observation", [observation.words for observation in observed], "observation"),
         "share": xr.Variable("share", np.array(SHARES), about, NO_FILL),
     }  # fmt: skip
@@ -166,12 +158,9 @@ def _evidence(columns: Results) -> Results:
         each = columns["log_evidence"]
         best = np.maximum(each.max(1, keepdims=True), -1e300)
         scaled, count = np.exp(each - best), each.shape[1]
-        lost, mean = np.mean(np.exp(-columns["unsure"]), axis=2), scaled.mean(1)
+        mean = scaled.mean(1)
         error = scaled.std(1, ddof=1) / mean / np.sqrt(count) if count > 1 else np.full(len(each), np.nan)
-        return {
-            "log_evidence": np.log(mean) + best[:, 0], "log_evidence_error": error,
-            "log_evidence_low": np.log((scaled * lost).mean(1)) + best[:, 0],
-        }  # fmt: skip
+        return {"log_evidence": np.log(mean) + best[:, 0], "log_evidence_error": error}
 
 
 def _drawn(share: Floats, columns: Results) -> tuple[NDArray[np.intp], Results]:
@@ -225,15 +214,10 @@ def _predictions(context: Context, predicted: Floats, share: Floats, probability
     whole = ratio(np.einsum("lr,lrcs->rcs", share, predicted), share.sum(0)[:, None, None])
     by_law = np.einsum("lr,lrcs->cls", share, predicted) / share.sum(1)[:, None]
     likely = by_law[:, probability >= _ALIKE * probability.max()]
-    values = {
-        "probability": whole.value, "probability_error": whole.error, "law_regime_probability": by_law,
-        "disagreement": (likely.max(1) - likely.min(1)).max(1),
-    }  # fmt: skip
-    if len(context.laws) == 1:
-        del values["disagreement"], values["law_regime_probability"]
-    coordinates = grid_coordinates(grid) | {
-        "state": text_index("state", DECIDED, "regime"), "law": text_index("law", context.laws, "law of friction"),
-    }  # fmt: skip
+    values = {"probability": whole.value, "probability_error": whole.error}
+    if len(context.laws) > 1:
+        values["disagreement"] = (likely.max(1) - likely.min(1)).max(1)
+    coordinates = grid_coordinates(grid) | {"state": text_index("state", DECIDED, "regime")}
     ds = study_dataset("explain", VARIABLES, values, grid.dims, grid.shape, coordinates, {})
     return dict(ds.data_vars)  # type: ignore[arg-type]
 
@@ -248,14 +232,13 @@ def report(ds: xr.Dataset) -> Iterator[str | ReportTable]:
         return
     if text := ds.attrs.get("explained_contradiction"):
         yield f"nothing explains this: {text}"
-    yield table_over(ds, "law", "log_evidence", "log_evidence_error", "log_evidence_low", "law_probability")
+    yield table_over(ds, "law", "log_evidence", "log_evidence_error", "law_probability")
     headings = ("before: 5 %", "95 %", "after: 5 %", "50 %", "95 %", "variance left", "R-hat")
     yield ReportTable("", ("quantity",), headings, [_row(ds, str(name)) for name in ds["quantity"].values])
     weights = ds["direction_weight"].to_dataset("quantity")
     yield table_over(weights.assign(direction_ratio=ds["direction_ratio"]), "direction", "direction_ratio", *weights)
     yield table_over(ds, "observation", "log_predictive", "contradicted")
-    undecided = f"{ds.attrs['explained_undecided']:.1%} of the draws have cells without a verdict"
-    yield f"cells     {ds.attrs['explained_cells']:,}; {undecided}"
+    yield f"undecided {ds.attrs['explained_undecided']:.1%} of the draws have cells without a verdict"
 
 
 def table_over(ds: xr.Dataset, dim: str, *names: Hashable) -> ReportTable:

@@ -135,7 +135,6 @@ def test_cells_without_a_verdict_widen_the_evidence():
     found = stickslip.run(parse_config(text), progress=False)
     other = 0.02 / 4
     assert float(found["log_evidence"][0]) == pytest.approx(np.log(0.98 * (0.98 + other)))
-    assert float(found["log_evidence_low"][0]) == pytest.approx(np.log(other * 2 * other))
     assert found.attrs["explained_undecided"] == 1.0
 
 
@@ -195,7 +194,8 @@ prior:
   a3: 0.2
   a4: 20 mm/s
   laws: [gaussian, stribeck]
-predict: {axes: {belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}}, draws: 8}
+axes: {belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}}
+draws: 8
 particles: 60
 mislabelled: 0.02
 """
@@ -216,8 +216,8 @@ def test_observations_and_a_prior_alone_are_a_configuration_in_other_words():
         ("regime: stick_slip", "regime: squeak", ":2:", " observed[0].regime: got"),
         ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":6:", " prior.a1.uniform: got"),
         ("  mass: 100 g", "  weight: 2", ":5:", "prior.weight: unknown key"),
-        ("num: 5}", "num: 0}", ":12:", " predict.axes.belt_speed.num: "),
-        ("mislabelled: 0.02", "mislabelled: 2", ":14:", "at most 0.5"),
+        ("num: 5}", "num: 0}", ":12:", " axes.belt_speed.num: "),
+        ("mislabelled: 0.02", "mislabelled: 2", ":15:", "at most 0.5"),
         ("prior:\n", "uncertain: {}\nprior:\n", ":4:", "expected one of them"),
     ],
 )

@@ -44,14 +44,14 @@ def test_the_command_proposes_places_and_says_what_they_narrow(tmp_path):
     observed = [{"belt_speed": "20 mm/s", "regime": "stick_slip", "period": {"value": 0.03, "scatter": 0.01}}]
     stickslip.explain(observed, PRIOR, particles=60, repetitions=2, progress=False, output=tmp_path / "felt.nc")
     run = ["next", str(tmp_path / "felt.nc"), "--over", "belt_speed=0.002..0.2", "normal_load=5..20N", "--points", "6",
-           "--draws", "40", "-o", str(tmp_path / "next.nc"), "--plot", str(tmp_path / "next.png")]  # fmt: skip
+           "-o", str(tmp_path / "next.nc"), "--plot", str(tmp_path / "next.png")]  # fmt: skip
     done = call(*run)
     assert done.exit_code == 0, done.output
     assert done.output.count(" mm/s") == 3 and "period=0.33" in done.output
     found = stickslip.open(tmp_path / "next.nc")
     assert found["information"].dims == ("belt_speed", "normal_load")
     assert float(found["proposed_information"][0]) == float(found["information"].max())
-    assert (found["spread_left"] < 1.05).all() and (found["wrong_after"] <= found["wrong_before"]).all()
+    assert (found["spread_left"] < 1.05).all()
     assert (tmp_path / "next.png").stat().st_size > 1000
 
 
