@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import reduce
 from operator import getitem
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
 from pydantic import Field, create_model
@@ -240,7 +240,7 @@ def with_observations(document: Document) -> Document:
         moved[*(("uncertain", "quantities") if is_drawn else _OF_PRIOR[name]), name] = ("prior", name)
     whole: dict[str, Any] = {key: value for key, value in data.items() if key not in (*_WORDS, "prior")}
     for new, old in list(moved.items())[len(_SECTIONS) :]:
-        inside = reduce(lambda part, key: part.setdefault(key, {}), new[:-1], whole)
+        inside: Any = reduce(lambda part, key: part.setdefault(key, {}), new[:-1], cast(Any, whole))
         inside[new[-1]] = reduce(getitem, old, data)
     laws = whole["explain"].get("laws")
     first = laws[0] if isinstance(laws, list) and laws else laws
