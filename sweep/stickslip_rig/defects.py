@@ -30,8 +30,7 @@ from stickslip_rig.signals import (
 )
 from stickslip_rig.sticks import Sticks
 
-RAMPS = ("friction_speeding_up", "friction_slowing_down")
-FRICTION = ("static_friction", "static_friction_first", "dynamic_friction", *RAMPS)
+FRICTION = ("static_friction", "static_friction_first", "dynamic_friction")
 FORCE = ("static_force", "static_force_first", "dynamic_force", "drop_mean", "drop_max", "energy_per_stroke", *FRICTION)
 COUNTS = ("sticks", "slips", "drops", "impulse_rate", "stick_fraction", "time_to_sliding")
 LIMITED = ("acceleration_max_limited", "acceleration_integral_limited")

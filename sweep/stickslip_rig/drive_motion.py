@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import xarray as xr
-from scipy import ndimage  # type: ignore[import-untyped]
 from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
 from stickslip_rig.signals import (
@@ -15,7 +14,6 @@ from stickslip_rig.signals import (
     sample_rate,
     slope,
     slope_noise,
-    turning_points,
 )
 
 DRIVE = ("drive_displacement", "drive_velocity")
@@ -23,11 +21,6 @@ _WIDEST = 1 / 20  # of the record, a window
 _QUIET = 0.25  # of the tolerance: how much of it the noise of the velocity may use up
 _COUNTED = 3.0  # times the mean step: the smallest one of a place that is counted
 _TURNED = 0.05  # of the way before: what turns back by less is noise
-_RAMP = 0.5  # of the largest speed, which a ramp goes through at least
-_INNER = 0.4  # of a ramp to either side of its middle
-_STEADY = 0.1  # of the force: its mean departure from its moving mean
-_SMOOTH = 0.05  # s, over which a speed is smoothed
-_SLOW = 0.5  # s, at least; shorter ramps are of drives that reverse
 _MOSTLY = 0.8  # of the drops
 
 
@@ -75,34 +68,6 @@ def counted_step(way: Floats) -> float:
     steps = np.abs(np.diff(way))
     least = float(steps[steps > 0].min(initial=np.inf))
     return least if np.isfinite(least) and least > _COUNTED * steps.mean() else 0.0
-
-
-def forces_in_ramps(force: Floats, speed: Floats, step: float) -> tuple[float, float]:
-    """The mean force (N) while the drive slowly speeds up, and while it slowly slows down; NaN without such ramps.
-
-    A mean over the speeds that ramps go through, the ends of each ramp left out: the integral of the force over the
-    speed. Samples are `step` (s) apart. Where the force scatters, as in stick-slip, it is not that of sliding; of a
-    ramp half the speeds count, at least.
-    """
-    speed = _smooth(speed, round(_SMOOTH / step))
-    turns, sums = turning_points(speed, _RAMP * float(speed.max())), np.zeros((2, 2))
-    for first, last in zip(turns[:-1].tolist(), turns[1:].tolist(), strict=True):
-        part, change = speed[first : last + 1], abs(speed[last] - speed[first])
-        middle = np.abs(part - 0.5 * (speed[first] + speed[last])) <= _INNER * change
-        if np.count_nonzero(middle) * step < _SLOW:
-            continue
-        own, around = force[first : last + 1], part.size // 10
-        mean = _smooth(own, around)
-        steady = _smooth(np.abs(own - mean), around) <= _STEADY * mean
-        gained = np.diff(part) * (middle & steady)[1:]
-        if abs(gained.sum()) >= _INNER * change:
-            sums[int(speed[last] < speed[first])] += np.dot(own[1:], gained), gained.sum()
-    up, down = (float(total / speeds) if speeds else math.nan for total, speeds in sums)
-    return up, down
-
-
-def _smooth(values: Floats, width: int) -> Floats:
-    return np.asarray(ndimage.uniform_filter1d(values, max(width, 1), mode="nearest"))
 
 
 def unusable_drive(record: xr.Dataset, force: Floats, tolerance: float) -> str:

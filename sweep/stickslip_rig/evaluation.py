@@ -18,7 +18,7 @@ from stickslip.dataset.display import MapAxis
 from stickslip.vocabulary.display_units import number
 from stickslip.vocabulary.results import STATUS_MESSAGES, STATUSES
 from stickslip_rig import defects
-from stickslip_rig.drive_motion import drive_displacement, drive_velocity, forces_in_ramps
+from stickslip_rig.drive_motion import drive_displacement
 from stickslip_rig.hum import subtract_hum
 from stickslip_rig.quantities import FEATURES, PER_PEAK, RATINGS
 from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
@@ -123,7 +123,6 @@ def _numbers(record: xr.Dataset, sticks: Sticks, settings: FeatureSettings) -> N
     return (
         _acceleration(record, sticks.record, settings)
         | _contact(sticks, load)
-        | _in_ramps(sticks, load, settings.tolerance)
         | _drops(sticks.record, settings)
         | _motion(record, sticks)
     )
@@ -197,16 +196,6 @@ def _times_to_sliding(force: Floats, time: Floats, starts: Positions, ends: Posi
     slip, after = slip[usable], after[usable]
     share = (force[after - 1] - means[slip]) / (force[after - 1] - force[after])
     return np.asarray(time[after - 1] + share * (time[after] - time[after - 1]) - time[starts[slip]])
-
-
-def _in_ramps(sticks: Sticks, load: float | None, tolerance: float) -> Numbers:
-    """Friction while the drive slowly speeds up and slows down."""
-    velocity = drive_velocity(sticks.record, tolerance)
-    if velocity is None or not load:
-        return dict.fromkeys(defects.RAMPS, np.nan)
-    step = 1.0 / sample_rate(sticks.time)
-    forces = forces_in_ramps(np.abs(force_of(sticks.record)), np.abs(velocity), step)
-    return {name: force / load for name, force in zip(defects.RAMPS, forces, strict=True)}
 
 
 def _drops(record: xr.Dataset, settings: FeatureSettings) -> Numbers:

@@ -1,7 +1,6 @@
-"""Plots of a rig: records over time, and a test matrix as a heat map; and the page of a matrix, one HTML file."""
+"""Plots of a rig: records over time, and a test matrix as a heat map."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import islice
+from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any
 
@@ -12,20 +11,17 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from stickslip.config.model import Config
 from stickslip.dataset import display
 from stickslip.dataset.display import MapAxis
 from stickslip.errors import PlotError
-from stickslip.plots import pages, palette
+from stickslip.plots import palette
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.maps import hatch_cells
-from stickslip.plots.pages import Column, PageCell, PageSection
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
-from stickslip_rig.evaluation import as_records, shown_table, test_names, unfinished
+from stickslip_rig.evaluation import test_names
 from stickslip_rig.quantities import RPN_NAME, SIGNALS
 from stickslip_rig.records import force_of
 from stickslip_rig.risk import BANDS, UNDEFINED, rpn_text
-from stickslip_rig.sections import sections_of
 from stickslip_rig.signals import Floats, gaps_of
 
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)  # of records, in this order
@@ -46,11 +42,6 @@ _AROUND = (2.6, 2.2)  # inches: names, title and legend
 _MOST_NAMED = 40  # points along an axis
 _MOST_WRITTEN = (25, 40)  # columns and rows of cells that numbers fit into
 _HATCH = "////"  # of red cells, whose colour is as dark as green
-MOST_ROWS = 500  # of the table
-_MOST_TOGETHER = 6  # records drawn over each other, as many as there are colours
-_STYLE = "".join(f"td.{name} {{ background: {colour}; color: #000; }}\n" for name, colour in LIGHTS.items()) + (
-    "td { -webkit-print-color-adjust: exact; print-color-adjust: exact; }\n"
-)
 
 
 def plot_records(
@@ -186,50 +177,3 @@ def plot_matrix(ds: xr.Dataset) -> Figure:
     legend(figure, handles, [RPN_NAME, None if has_room else "the cells are too small for numbers"])
     entitle(figure, ax, str(ds.attrs.get("title", "")), above_all=True)
     return figure
-
-
-# --- the page ---------------------------------------------------------------------------------------------------------
-
-
-def report(ds: xr.Dataset, records: Mapping[str, xr.Dataset], rig: Config) -> str:
-    """The page of a test matrix (`run_matrix`) as text.
-
-    records : those to draw, by name. rig : the configuration the matrix was computed from.
-    """
-    again = pages.paragraph("The full configuration; saved as a file, it gives the same matrix again:")
-    words = ((str(name).replace("_", " "), str(v.attrs.get("long_name", name))) for name, v in ds.data_vars.items())
-    sections = [
-        PageSection("The matrix", pages.embedded(plot_matrix(ds), f"Heat map: {RPN_NAME} of every test")),
-        PageSection("Traces", "\n".join(_traces(ds, records, sections_of(rig).drive.strokes))),
-        PageSection("All tests", _table(ds)),
-        PageSection("What the words mean", pages.terms(words, "short")),
-        PageSection("Where this comes from", pages.provenance(ds.attrs) + again + pages.configuration(rig.to_yaml())),
-    ]
-    title = str(ds.attrs.get("title", "")) or rig.title
-    return pages.page(
-        title, f"{ds['model_rpn'].size} tests", sections, warnings=[*map(pages.warning, unfinished(ds))], style=_STYLE
-    )
-
-
-def _traces(ds: xr.Dataset, records: Mapping[str, xr.Dataset], strokes: int) -> Iterator[str]:
-    """Records over each other, as many as colours tell apart, and the first stroke in detail."""
-    rpn = dict(zip(as_records(ds)["record"].values.tolist(), ds["model_rpn"].values.ravel().tolist(), strict=True))
-    for first in range(0, len(records), _MOST_TOGETHER):
-        drawn = dict(islice(records.items(), first, first + _MOST_TOGETHER))
-        end = min(float(np.ptp(record["time"].values)) for record in drawn.values()) / strokes
-        whole = plot_records(drawn, numbers=rpn, heading="Whole tests")
-        start = plot_records(drawn, numbers=rpn, heading="The first stroke", window=(0.0, end))
-        yield pages.embedded(whole, f"Force and acceleration over time: {'; '.join(drawn)}")
-        yield pages.embedded(start, f"The first stroke of the same: {'; '.join(drawn)}")
-
-
-def _table(ds: xr.Dataset) -> str:
-    """All tests, the model RPN on its light; rows after `MOST_ROWS` are left out, which a line below says."""
-    table, bands = shown_table(ds), [list(LIGHTS)[code] for code in ds["model_rpn_band"].values.ravel().tolist()]
-    columns = [Column("test", is_text=True), *map(Column, table.numbers)]
-    rows: Iterator[list[str | PageCell]] = (
-        [name, PageCell(rpn, band), *rest] for (name, rpn, *rest), band in zip(table.rows, bands, strict=True)
-    )
-    more = len(bands) - MOST_ROWS
-    cut = pages.paragraph(f"{more} more tests are left out here; the file of results has all.") if more > 0 else ""
-    return pages.table(columns, islice(rows, MOST_ROWS)) + cut

@@ -109,10 +109,6 @@ FEATURES: dict[str, Variable] = table(
     Variable("static_friction", "1", "static friction coefficient as the rig measures it"),
     Variable("static_friction_first", "1", "static friction coefficient at the first break-away"),
     Variable("dynamic_friction", "1", "dynamic friction coefficient as the rig measures it"),
-    Variable("friction_speeding_up", "1", "friction coefficient in slow ramps of the drive up, mean over its speeds"),
-    Variable(
-        "friction_slowing_down", "1", "friction coefficient in slow ramps of the drive down, mean over its speeds"
-    ),
     Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration", dims=_PEAK),
     Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration", dims=_PEAK),
     Variable("energy_per_stroke", "J", "work of the drive per stroke"),

@@ -14,7 +14,7 @@ makes them equidistant.
 """
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -108,28 +108,18 @@ def read_record(
     ConfigError
         With everything that is wrong, by line and column.
     """
-    (record,) = _read(Path(path), settings or RecordSettings(), conditions, progress, several=False)
-    return record
+    return read_records(path, settings, conditions, progress, several=False)[0]
 
 
 def read_records(
-    path: str | Path,
-    settings: RecordSettings | None = None,
-    conditions: Mapping[str, Condition] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[xr.Dataset]:
+    path: str | Path, settings: RecordSettings | None = None, conditions: Mapping[str, Condition] | None = None,
+    progress: Callable[[int, int], None] | None = None, *, several: bool = True,
+) -> list[xr.Dataset]:  # fmt: skip
     """Read the records in a CSV file in which the names of columns come again, as above each step; see `read_record`.
 
     The attribute `block` of each is what the line above it calls it, or its number; where there is one it is empty.
     """
-    return list(_read(Path(path), settings or RecordSettings(), conditions, progress, several=True))
-
-
-def _read(
-    path: Path, settings: RecordSettings, conditions: Mapping[str, Condition] | None,
-    progress: Callable[[int, int], None] | None, *, several: bool,
-) -> Iterator[xr.Dataset]:  # fmt: skip
-    """The record in a file, or that of each block."""
+    path, settings, records = Path(path), settings or RecordSettings(), []
 
     def are_headings(columns: list[Heading]) -> bool:
         names = {_signal(column, settings) for column in columns}
@@ -138,7 +128,9 @@ def _read(
     for headed in HeadedTable.read(path, _EXAMPLE, are_headings, RECORD, tuple(COLUMNS), several=several):
         block = headed.table.block
         known: dict[str, Condition] = {MATERIAL: f"{path.stem}, {block}" if block else path.stem, **(conditions or {})}
-        yield _record(headed, settings, known, progress).assign_attrs(record_file=str(path), block=block)
+        record = _record(headed, settings, known, progress)
+        records.append(record.assign_attrs(record_file=str(path), block=block))
+    return records
 
 
 def _record(

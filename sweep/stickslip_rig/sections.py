@@ -22,10 +22,10 @@ from stickslip.config.resolve import varied_paths
 from stickslip.config.rules import Finding, QuantitySpace, worst_cell
 from stickslip.config.sections import BOOLEAN, Section, StudySection, one_of, with_quantities, with_rows
 from stickslip.config.studies import Study
-from stickslip.errors import Path, PlotError, Problem
+from stickslip.errors import Path, Problem
 from stickslip.vocabulary.models import ROUNDING
 from stickslip_rig.drive import DRIVE, PROFILES
-from stickslip_rig.quantities import FEATURE_SETTINGS, SENSOR, STROKES
+from stickslip_rig.quantities import FEATURE_SETTINGS, RPN_NAME, SENSOR, STROKES
 
 PIECES = 64  # straight pieces of the speed of a sinusoidal stroke
 _SINE_MEAN = 1.0 / (PIECES * math.tan(0.5 * math.pi / PIECES))  # of these pieces, over the top speed
@@ -174,14 +174,33 @@ class RigStudy(Study):
         return report(ds)
 
     @classmethod
-    def is_drawn(cls, ds: xr.Dataset) -> bool:
-        """Never by itself: the commands of rigs draw tests."""
-        return False
-
-    @classmethod
     def figure(
         cls, ds: xr.Dataset, variable: str | None, select: Mapping[str, Any], title: str | None, look: Any, state: str
     ) -> Any:
-        """None. Raises PlotError."""
-        raise PlotError("features of rig tests, no map: `stickslip rig run CONFIG --plot PICTURE` draws them, --report "
-                        "makes a page; of records, `stickslip rig features FILES --plot PICTURE`")  # fmt: skip
+        """The heat map of the model RPN; of a feature its map."""
+        from stickslip_rig.plots import plot_matrix
+
+        return plot_matrix(ds) if variable is None else None
+
+    @classmethod
+    def table(cls, ds: xr.Dataset) -> Any:
+        """The features as people read them."""
+        from stickslip_rig.evaluation import shown_table
+
+        return shown_table(ds)
+
+    @classmethod
+    def page(cls, ds: xr.Dataset, title: str | None) -> str:
+        """The page of a result, with all tests on its picture, and what was not integrated to its end."""
+        from stickslip.plots.pages import Picture, result_page
+        from stickslip_rig.evaluation import unfinished
+
+        caption = ". ".join([RPN_NAME, *unfinished(ds)])
+        return result_page(ds, [Picture(caption, cls.figure(ds, None, {}, None, None, ""))], title)
+
+    @classmethod
+    def tabular(cls, ds: xr.Dataset, whole: bool) -> xr.Dataset:
+        """Peaks of the spectrum in columns of their own."""
+        from stickslip_rig.evaluation import as_columns
+
+        return as_columns(ds) if "peak" in ds.dims else ds

@@ -95,7 +95,7 @@ def features(
     action = f"rig-features {' '.join(map(str, files))}"
     ds = ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
     if isinstance(output, Path) and output.suffix.lower() in KINDS["table"].suffixes:
-        save_table(as_columns(ds), output)
+        save_table(ds, output)
     else:
         save_result(ds, output, "features")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import SectionedGroup, params, screen
-from stickslip.cli.outputs import Outputs, save_plot, save_table, show_file
+from stickslip.cli.outputs import Outputs, save_plot
 from stickslip.cli.run import BLOCKS, run_request, shard_of
 from stickslip.cli.screen import JSON, QUIET, fail, reports_errors
 from stickslip_rig.commands import features
@@ -36,7 +36,7 @@ Examples:
 @params.CONFIG
 @params.OUTPUT
 @params.plot_option("Plot: signals of up to six tests, else a heat map.")
-@click.option("--report", type=params.Target("page"), help="Page to write (.html): maps, traces, table.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): heat map, table, meanings.")
 @click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
 @click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
 @features.PART
@@ -68,7 +68,7 @@ def run(
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
-    outputs = _Outputs(plot, tests=tests, report=report, records=records, chosen=chosen, beside=beside, window=window)
+    outputs = _Outputs(plot, report, tests=tests, records=records, chosen=chosen, beside=beside, window=window)
     return run_request(request, outputs)
 
 
@@ -77,7 +77,6 @@ class _Outputs(Outputs):
     """Files to be made of a matrix. chosen : tests to draw, in a `window` of time (s), `beside` each other or not."""
 
     tests: RigTests
-    report: Path | None
     records: Path | None
     chosen: Sequence[int]
     beside: bool
@@ -85,8 +84,7 @@ class _Outputs(Outputs):
 
     def is_lacking(self) -> bool:
         """True if something is to be written though the result is there and was complete already."""
-        made = (self.report, self.records, params.requested_table())
-        return any(made) or super().is_lacking()
+        return bool(self.records or params.requested_table()) or super().is_lacking()
 
     def save(self, ds: xr.Dataset) -> Path | None:
         """Write everything, and give the plot if there is one."""
@@ -98,7 +96,7 @@ class _Outputs(Outputs):
             rpn = ds["model_rpn"].values.ravel()
             numbers = {self.tests.label(n): float(rpn[n]) for n in drawn}
             how: Any = {"beside": self.beside, "window": self.window, "heading": self.tests.config.title}
-            records = self._records(drawn)
+            records = {test.name: test.record for test in self.tests.tests(drawn) if test.record is not None}
             save_plot(plot_records(records, numbers=numbers, **how) if records else plot_matrix(ds), self.plot)
         if self.records is not None:
             from stickslip_rig.records import write_record
@@ -107,22 +105,8 @@ class _Outputs(Outputs):
                 if test.record is not None:
                     write_record(test.record, self.records / f"test{test.number:0{len(str(size - 1))}d}.csv")
             screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
-        if self.report is not None:
-            from stickslip.plots.pages import write_page
-            from stickslip_rig.plots import report
-
-            records = self._records(drawn or range(min(size, _MOST_TRACES)))
-            write_page(self.report, report(ds, records, self.tests.config))
-            show_file("report", self.report)
-        if table := params.requested_table():
-            from stickslip_rig.evaluation import as_columns
-
-            save_table(as_columns(ds), table)
+        Outputs(page=self.page).save(ds)
         return self.plot
-
-    def _records(self, numbers: Sequence[int]) -> dict[str, xr.Dataset]:
-        """Records by name, of the tests that were integrated to their end."""
-        return {test.name: test.record for test in self.tests.tests(numbers) if test.record is not None}
 
 
 rig = SectionedGroup(
