@@ -5,11 +5,9 @@ which they are expected one level away; weights are never negative. A number has
 what the residuals show if that is more. One at an end of the scale (1 or 10) says that the level is there or beyond:
 levels beyond it are no misfit, so such pairs do not count. Its quality is that of predictions: each pair is left out in
 turn, and the others predict it (in closed form).
-
-Pairs in files are the tables that `rig features -o` writes, to which people add a column.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import nan, sqrt
 from pathlib import Path
@@ -25,14 +23,13 @@ from stickslip_materials.fit.columns import HeadedTable, factor
 from stickslip_materials.fit.headings import Heading
 from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, rms, student
 from stickslip_materials.fit.words import plain
-from stickslip_rig.defects import reason_of
 from stickslip_rig.quantities import FEATURES, RPN_NAME
 from stickslip_rig.risk import HIGHEST, INPUTS, LOWEST, Risk, decades
 
 FITTED = ("base", *(f"weight_{name}" for name in INPUTS))
 ROUNDING_SD = 1.0 / sqrt(12.0)  # levels: a number is a level rounded
 RPN = "rpn"  # the column of measured numbers
-_COLUMNS = {RPN, "model_rpn", "remarks", "record", *INPUTS, *(f"{name}_limited" for name in INPUTS)}
+_COLUMNS = {RPN, "model_rpn", "record", *INPUTS, *(f"{name}_limited" for name in INPUTS)}
 _EXAMPLE = "sticks, acceleration_max [m/s2], acceleration_integral [m/s], rpn"
 _ROUNDS = 50  # of noise, of what counts, and of the fit in turn, at most; a few do
 _DETERMINED = 0.5  # of the variance of the prior, 1: what is left of it where the pairs say something of a parameter
@@ -44,7 +41,8 @@ class Calibration:
 
     interval : of base and weights, 95 %. unidentified : those of which the pairs say little. noise : of a number,
     levels. level, rpn : fitted and measured, pair by pair. left_out : the level of each pair from a fit to the others.
-    default : its level without calibration. names : of the pairs. omitted : pairs without the features, and why.
+    error, default_error : rms of level minus number, each pair predicted from the others, and by the default model.
+    omitted : pairs without the features.
     """
 
     risk: Risk
@@ -53,39 +51,21 @@ class Calibration:
     noise: float
     level: Floats
     left_out: Floats
-    default: Floats
     rpn: Floats
-    names: tuple[str, ...] = ()
+    error: float
+    default_error: float
     omitted: tuple[str, ...] = ()
-
-    @property
-    def residuals(self) -> Floats:
-        """Level minus number; zero where both lie at or beyond the same end of the scale."""
-        return _misfit(self.level, self.rpn)
-
-    @property
-    def error(self) -> float:
-        """Leave-one-out error: rms of level minus number, each pair predicted from the others."""
-        return rms(_misfit(self.left_out, self.rpn))
-
-    @property
-    def default_error(self) -> float:
-        """Error of the default model, which is not fitted."""
-        return rms(_misfit(self.default, self.rpn))
 
     @property
     def is_better(self) -> bool:
         """True if the calibrated model predicts pairs it has not seen better than the default does."""
         return self.error < self.default_error
 
-    def prediction(self) -> str:
-        """The quality of predictions for pairs that the model has not seen, in words."""
-        errors = f"leave-one-out error {self.error:.2g} levels rms, that of the default model {self.default_error:.2g}"
-        return f"{self.rpn.size} pairs: {errors}{'' if self.is_better else ', which is no worse: do not use this one'}"
-
     def text(self) -> str:
-        """The parameters as a section of a configuration, intervals as comments."""
-        lines = [f"# {self.prediction()}", f"risk:  # {RPN_NAME}"]
+        """The parameters as a section of a configuration, intervals and the quality of predictions as comments."""
+        errors = f"leave-one-out error {self.error:.2g} levels rms, that of the default model {self.default_error:.2g}"
+        advice = "" if self.is_better else ", which is no worse: do not use this one"
+        lines = [f"# {self.rpn.size} pairs: {errors}{advice}", f"risk:  # {RPN_NAME}"]
         for name, value in self.risk.resolved().items():
             low, high = self.interval.get(name, (nan, nan))
             unsure = ", not determined by the pairs" * (name in self.unidentified)
@@ -94,9 +74,7 @@ class Calibration:
         return "\n".join(lines)
 
 
-def calibrate(
-    inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None, names: Sequence[str] = ()
-) -> Calibration:
+def calibrate(inputs: Mapping[str, ArrayLike], rpn: ArrayLike, start: Risk | None = None) -> Calibration:
     """Fit base and weights of the risk model to measured numbers; they stay near their defaults where pairs say little.
 
     Parameters
@@ -107,8 +85,6 @@ def calibrate(
         The numbers, 1 to 10; means of repetitions need not be whole.
     start
         Its scales hold.
-    names
-        Of the pairs.
 
     Raises
     ------
@@ -127,17 +103,18 @@ def calibrate(
     own = np.sum(moving * np.linalg.solve(precision[np.ix_(free, free)], moving.T).T, axis=1)  # a number in its level
     half = student(np.inf if noise == ROUNDING_SD else int(counts.sum())) * np.sqrt(np.diag(covariance))
     low = np.where(is_base, best - half, np.maximum(best - half, 0.0))
-    fitted = dict(zip(FITTED, best.tolist(), strict=True))
+    left_out = np.where(counts, measured - (measured - level) / (1.0 - own), level)
+    default = Risk().level(dict(zip(INPUTS, columns, strict=True)))
     return Calibration(
-        risk=begin.model_copy(update=fitted),
+        risk=begin.model_copy(update=dict(zip(FITTED, best.tolist(), strict=True))),
         interval=dict(zip(FITTED, zip(low.tolist(), (best + half).tolist(), strict=True), strict=True)),
         unidentified=tuple(np.array(FITTED)[np.diag(covariance) > _DETERMINED].tolist()),
         noise=noise,
         level=level,
-        left_out=np.where(counts, measured - (measured - level) / (1.0 - own), level),
-        default=Risk().level(dict(zip(INPUTS, columns, strict=True))),
+        left_out=left_out,
         rpn=measured,
-        names=tuple(names) or tuple(str(i + 1) for i in range(measured.size)),
+        error=rms(_misfit(left_out, measured)),
+        default_error=rms(_misfit(default, measured)),
     )
 
 
@@ -149,24 +126,20 @@ def _fit(terms: Floats, rpn: Floats) -> tuple[Floats, float, Flags]:
         rows = np.vstack([terms[counts] / noise, np.eye(default.size)])
         best = lsq_linear(rows, np.append(rpn[counts] / noise, default), (lowest, np.inf), tol=1e-12).x
         before, counts_before, level = noise, counts, terms @ best
-        counts = ~_beyond(level, rpn)
+        misfit = _misfit(level, rpn)
+        counts = (misfit != 0.0) | (level == rpn)
         used = terms[counts] / noise
         share = np.trace(np.linalg.solve(used.T @ used + np.eye(default.size), used.T @ used))
-        spread = sqrt(float(np.sum(_misfit(level, rpn) ** 2)) / max(float(counts.sum() - share), 1.0))
-        noise = max(ROUNDING_SD, spread)
+        noise = max(ROUNDING_SD, sqrt(float(np.sum(misfit**2)) / max(float(counts.sum() - share), 1.0)))
         if abs(noise - before) < 1e-6 * before and (counts == counts_before).all():
             break
     return best, noise, counts
 
 
-def _beyond(level: Floats, rpn: Floats) -> Flags:
-    """True if both lie at or beyond the same end of the scale."""
-    return ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
-
-
 def _misfit(level: Floats, rpn: Floats) -> Floats:
-    """Level minus number, zero where both lie at or beyond the same end."""
-    return np.where(_beyond(level, rpn), 0.0, level - rpn)
+    """Level minus number, zero where both lie at or beyond the same end of the scale."""
+    beyond = ((rpn <= LOWEST) & (level < LOWEST)) | ((rpn >= HIGHEST) & (level > HIGHEST))
+    return np.where(beyond, 0.0, level - rpn)
 
 
 def _check_pairs(columns: Floats, rpn: Floats) -> None:
@@ -181,47 +154,39 @@ def _check_pairs(columns: Floats, rpn: Floats) -> None:
         raise ValueError(f"{rpn.size} pairs{of_them} for {parameters} parameters, expected at least {parameters + 1}")
 
 
-# --- pairs in files ---------------------------------------------------------------------------------------------------
-
-
 def calibrate_file(path: Path, start: Risk | None = None) -> Calibration:
-    """Fit the risk model to the pairs of a table: CSV or Excel.
+    """Fit the risk model to the pairs of a table, CSV or Excel, as `rig features -o` writes it: with a column `rpn`.
 
-    Its column `rpn` holds the measured numbers; a row without one is left out. The features are columns named as in
-    `FEATURES` with their units, as `rig features -o` writes them; the band-limited ones where there are any. Records of
-    which a feature is not determined are left out, and named in `omitted`. start : its scales hold. Raises ConfigError.
+    Band-limited features are taken where there are any. Rows without a number are left out, as are those without a
+    feature, which are named in `omitted`. start : its scales hold. Raises ConfigError.
     """
     headed = HeadedTable(read_table(path, _EXAMPLE, "pairs"), ())
     columns, rows = _columns(headed), list(cells(headed.table))
-    whole = [row if len(row) == len(headed.headings) else None for row in rows]  # others are refused as they are read
 
-    def text(i: int, name: str, default: str = "") -> str:
-        row = whole[i]
-        return row[columns[name][0]].text if row and name in columns else default
+    def text(row: int, name: str) -> str:
+        """Of a cell; of rows with more or less cells, which are refused as they are read, anything."""
+        if len(rows[row]) != len(headed.headings):
+            return "?"
+        return rows[row][columns[name][0]].text if name in columns else ""
 
-    names = {name: f"{name}_limited" if any(text(i, f"{name}_limited") for i in range(len(rows))) else name
+    numbered = range(len(rows))
+    names = {name: f"{name}_limited" if any(text(i, f"{name}_limited").strip("?") for i in numbered) else name
              for name in INPUTS} | {RPN: RPN}  # fmt: skip
-    used, omitted = [], []
-    for i in range(len(rows)):
-        if not whole[i] or all(text(i, name) for name in names.values()):
-            used.append(i)
-        elif text(i, RPN):
-            reason = reason_of(text(i, "remarks")) or "a feature is empty"
-            omitted.append(f"{text(i, 'record', f'row {i + 1}')} ({reason})")
+    used = [i for i in numbered if all(text(i, name) for name in names.values())]
+    omitted = tuple(text(i, "record") or f"row {i + 1}" for i in numbered if text(i, RPN) and i not in used)
     headed.table = replace(headed.table, lines=tuple(headed.table.lines[i] for i in used))
-    hint = f"left out: {'; '.join(omitted)}" if omitted else None
+    hint = f"left out, since a feature is empty: {'; '.join(omitted)}" if omitted else None
     if not used:
         raise ConfigError(headed.table.name, [Problem((RPN,), "no row has a number and features", hint=hint)])
     numbers = headed.values({name: columns[column] for name, column in names.items()})
     for name, values in numbers.items():
         low, high = (LOWEST, HIGHEST) if name == RPN else (0.0, np.inf)
         for i in np.flatnonzero(~((values >= low) & (values <= high)))[:1].tolist():
-            bounds, cell = f">= {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}", rows[used[i]]
-            at = cell[columns[names[name]][0]]
-            raise ConfigError.of(headed.table.name, f"got {at.text}, expected a number {bounds}", place=at.place)
-    pairs = [text(i, "record", f"row {i + 1}") for i in used]
+            bounds, at = f">= {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}", columns[names[name]][0]
+            cell = rows[used[i]][at]
+            raise ConfigError.of(headed.table.name, f"got {cell.text}, expected a number {bounds}", place=cell.place)
     try:
-        return replace(calibrate(numbers, numbers[RPN], start, pairs), omitted=tuple(omitted))
+        return replace(calibrate(numbers, numbers[RPN], start), omitted=omitted)
     except ValueError as error:
         raise ConfigError(str(path), [Problem((), str(error), hint=hint)]) from None
 

@@ -86,11 +86,6 @@ def remarks_of(defects: Sequence[Defect]) -> str:
     return "\n".join([verdict, *facts])
 
 
-def reason_of(remarks: str) -> str:
-    """The reason why features are not determined, in one line."""
-    return "; ".join(line for line in remarks.splitlines() if not line.startswith("not determined"))
-
-
 # --- the samples ------------------------------------------------------------------------------------------------------
 
 

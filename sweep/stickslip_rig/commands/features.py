@@ -225,23 +225,16 @@ def calibrate(file: Path, config: Path | None) -> dict[str, Any]:
     At least five pairs of different features are needed. Records of which a feature is not
     determined are left out.
 
-    Prints the parameters ready to paste into a configuration; the pairs and what the fit makes of them go to standard
-    error.
+    Prints the parameters ready to paste into a configuration, with the error of predictions.
     """
-    from stickslip.config.studies import ReportTable
     from stickslip_rig.calibration import calibrate_file
     from stickslip_rig.settings import load_settings
 
     fit = calibrate_file(file, load_settings(config).risk)
     screen.echo(fit.text())
-    columns = {"RPN": fit.rpn, "fitted": fit.level, "left out": fit.left_out, "default": fit.default}
-    rows = [(name, *(f"{value:.2f}" for value in row)) for name, *row in zip(fit.names, *columns.values(), strict=True)]
-    screen.notice(ReportTable("", ("pair",), tuple(columns), rows).text())
-    screen.notice(fit.prediction())
     for pair in fit.omitted:
-        screen.notice(f"left out  {pair}")
-    pairs = ("names", "rpn", "level", "left_out", "default")
+        screen.notice(f"left out  {pair}: a feature is empty")
     return {"risk": fit.risk.resolved(), "interval": fit.interval, "unidentified": fit.unidentified,
             "leave_one_out_error": fit.error, "default_error": fit.default_error,
-            "is_better_than_default": fit.is_better, "noise": fit.noise,
-            "omitted": fit.omitted, "pairs": {name: getattr(fit, name) for name in pairs}}  # fmt: skip
+            "is_better_than_default": fit.is_better, "noise": fit.noise, "omitted": fit.omitted,
+            "pairs": {name: getattr(fit, name) for name in ("rpn", "level", "left_out")}}  # fmt: skip
