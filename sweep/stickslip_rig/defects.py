@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
 from stickslip.vocabulary.quantities import listed
 from stickslip_rig.drive_motion import DRIVE, drive_displacement, drive_velocity, unusable_drive
@@ -52,7 +51,6 @@ _FUNDAMENTAL = 130.0  # Hz: from here on a line of mains is a harmonic
 _COARSE = 40  # samples from drop to drop, in which a stick may be missed
 _SCATTERS = 0.02  # of the largest force, from sample to sample: few samples hide drops then
 SAME_FORCE = 0.02  # how far the sliding force may depend on where the drive rests
-_DIFFERS = 0.05  # of a way
 _FASTER = 0.2  # of a speed, with its noise
 
 
@@ -269,7 +267,7 @@ def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats
 
 
 def _of_drive(record: xr.Dataset, force: Floats, velocity: Floats | None) -> Iterator[Defect]:
-    """A zero of the force that is none, a speed that is not the drive's, and a way that is not that of its speed."""
+    """A zero of the force that is none, and a speed that is not the drive's."""
     direction = record["drive_velocity"].values if "drive_velocity" in record else force
     forward = force[direction > 0.5 * max(direction.max(), 0.0)]
     backward = force[direction < 0.5 * min(direction.min(), 0.0)]
@@ -284,12 +282,6 @@ def _of_drive(record: xr.Dataset, force: Floats, velocity: Floats | None) -> Ite
     top, speed = float(np.quantile(np.abs(velocity), 0.99)), condition_of(record, "drive_speed")
     if speed and abs(top / speed - 1.0) > _FASTER:
         yield Defect("speed", f"the drive moves at up to {top:.4g} m/s, the speed given is {speed:.4g} m/s")
-    if {*DRIVE} <= {*record}:
-        way = float(np.ptp(record["drive_displacement"].values))
-        moved = float(np.ptp(cumulative_trapezoid(record["drive_velocity"].values, record["time"].values, initial=0)))
-        if way > 0 and abs(moved / way - 1.0) > _DIFFERS:
-            text = f"the drive moves {moved:.4g} m by its velocity and {way:.4g} m by its displacement; clock or unit?"
-            yield Defect("clock", text, MOTION)
 
 
 # --- hum --------------------------------------------------------------------------------------------------------------

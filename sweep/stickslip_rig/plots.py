@@ -35,7 +35,6 @@ MEANINGS = {  # the article's, page 4
 RPN, BAND = "model_rpn", "model_rpn_band"
 _PIXELS = 3000  # across; more samples than that are plotted as the range of each pixel
 _ROOM = 2.2  # times its range: the right axis, so that the acceleration leaves the force readable
-_IN_A_ROW = 4  # records beside each other
 _CELL = (0.46, 0.29)  # inches: width and height of a cell where there is room
 _LARGEST = (10.0, 10.5)  # inches: of all cells together
 _AROUND = (2.6, 2.2)  # inches: names, title and legend
@@ -47,7 +46,6 @@ _HATCH = "////"  # of red cells, whose colour is as dark as green
 def plot_records(
     records: Mapping[str, xr.Dataset],
     *,
-    beside: bool = False,
     numbers: Mapping[str, float] | None = None,
     heading: str = "",
     window: tuple[float, float] | None = None,
@@ -57,35 +55,28 @@ def plot_records(
     One record is drawn as in the article: force in colour, acceleration black. Of several, the acceleration has the
     colour of the force, thin. Gaps are left blank.
 
-    beside : each in a panel of its own, instead of over each other. numbers : the model RPN of each, "?" for NaN.
-    heading : of the figure. window : part of each record to draw, s since its start.
+    numbers : the model RPN of each, "?" for NaN. heading : of the figure. window : part of each record to draw, s
+    since its start.
     """
     parts = [_part(record, window) for record in records.values()]
-    columns = min(_IN_A_ROW, len(parts)) if beside else 1
-    rows = -(-len(parts) // columns) if beside else 1
-    figure = Figure(figsize=(10.0, 1.2 + 3.6 * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel().tolist()
-    twins = [panel.twinx() for panel in panels]
-    handles = []
+    figure = Figure(figsize=(10.0, 4.8), layout="constrained")
+    panel = figure.subplots()
+    twin, handles = panel.twinx(), []
     for i, (name, part) in enumerate(zip(records, parts, strict=True)):
         label = f"{name}: {rpn_text(numbers[name])}" if numbers and name in numbers else name
         label += " (shaded: no samples)" * bool(gaps_of(part["time"].values).size)
-        panel, twin, colour = panels[i * beside], twins[i * beside], SERIES[i % len(SERIES)]
+        colour = SERIES[i % len(SERIES)]
         _draw(panel, part, force_of(part), color=colour, linewidth=1.3)
         if "acceleration" in part:
             thin = {"color": BLACK, "linewidth": 0.7} if len(parts) == 1 else {"color": colour, "linewidth": 0.5}
             _draw(twin, part, part["acceleration"].values, alpha=0.55, **thin)
-        if beside:
-            panel.set_title(label, fontsize="medium")
         # what begins with _ would be hidden from the legend
         handles.append(Line2D([], [], color=colour, label=f" {label}" if label.startswith("_") else label))
-    for panel in panels[len(parts) :]:
-        panel.set_axis_off()
-    _name_axes(panels, twins, parts, columns)
+    _name_axes(panel, twin, parts)
     note = f"after the names: {RPN_NAME}" if numbers else None
-    legend(figure, [] if beside else handles, [note])
+    legend(figure, handles, [note])
     if heading:
-        entitle(figure, panels[0], heading, above_all=True)
+        entitle(figure, panel, heading, above_all=True)
     return figure
 
 
@@ -114,24 +105,20 @@ def _draw(ax: Axes, record: xr.Dataset, values: Floats, **style: Any) -> None:
         ax.axvspan(time[gap], time[gap + 1], color=style["color"], alpha=0.12, linewidth=0)
 
 
-def _name_axes(panels: Sequence[Axes], twins: Sequence[Axes], parts: Sequence[xr.Dataset], columns: int) -> None:
-    """Force at the left of a row, acceleration, if recorded, at its right, zero in the middle of both."""
+def _name_axes(panel: Axes, twin: Axes, parts: Sequence[xr.Dataset]) -> None:
+    """Force at the left, acceleration, if recorded, at the right, zero in the middle of both."""
     signal = next(parts[0][name] for name in SIGNALS if name in parts[0])
     shown = next((part["acceleration"] for part in parts if "acceleration" in part), None)
-    height, swing = (max(abs(end) for ax in axes for end in ax.get_ylim()) for axes in (panels, twins))
-    for i, (panel, twin) in enumerate(zip(panels, twins, strict=True)):
-        panel.set_zorder(twin.get_zorder() + 1)  # forces are drawn over accelerations
-        panel.patch.set_visible(False)
-        panel.set(xlabel="time since the start (s)", ylim=(-height, height))
-        panel.margins(x=0.01)
-        if i % columns == 0:
-            panel.set_ylabel(display.title(signal, display.si_unit(signal)))
-        twin.set_visible(shown is not None)
-        twin.set_ylim(-_ROOM * swing, _ROOM * swing)
-        last = i % columns == columns - 1
-        twin.tick_params(labelright=last)
-        if last and shown is not None:
-            twin.set_ylabel(display.title(shown, display.si_unit(shown)))
+    height, swing = (max(map(abs, ax.get_ylim())) for ax in (panel, twin))
+    panel.set_zorder(twin.get_zorder() + 1)  # forces are drawn over accelerations
+    panel.patch.set_visible(False)
+    panel.set(xlabel="time since the start (s)", ylim=(-height, height))
+    panel.margins(x=0.01)
+    panel.set_ylabel(display.title(signal, display.si_unit(signal)))
+    twin.set_visible(shown is not None)
+    twin.set_ylim(-_ROOM * swing, _ROOM * swing)
+    if shown is not None:
+        twin.set_ylabel(display.title(shown, display.si_unit(shown)))
 
 
 # --- matrices ---------------------------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ def test_a_matrix_becomes_a_table_a_file_and_a_plot(tmp_path, config):
 
 
 def test_chosen_tests_are_drawn_in_a_window(tmp_path, config):
-    for name, more in (("over.png", []), ("beside.png", ["--beside", "--from", "0", "--to", "0.2 s"])):
+    for name, more in (("over.png", []), ("start.png", ["--from", "0", "--to", "0.2 s"])):
         done = invoke("rig", config, "--plot", tmp_path / name, "--test", 0, "--test", 2, *more)
         assert done.exit_code == 0 and (tmp_path / name).stat().st_size > 10_000, done.output
 
@@ -159,7 +159,7 @@ def files(tmp_path):
 
 def test_records_stand_in_one_table_one_file_and_one_plot(tmp_path, files):
     plot, output = tmp_path / "traces.png", tmp_path / "features.nc"
-    done = invoke("rig", "features", *files, "--speed", "10 mm/s", "--plot", plot, "--beside", "-o", output)
+    done = invoke("rig", "features", *files, "--speed", "10 mm/s", "--plot", plot, "-o", output)
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert any(line.startswith("dry") for line in lines) and any(line.startswith("felt") for line in lines)
@@ -257,20 +257,12 @@ def two_records():
 
 
 def test_zero_is_at_one_height_and_no_acceleration_is_cut_off():
-    for beside in (False, True):
-        axes = plot_records(two_records(), beside=beside, numbers={"a": 7, "b": 2}).axes
-        for force, acceleration in zip(axes[: len(axes) // 2], axes[len(axes) // 2 :], strict=True):
-            (low, high), (least, most) = force.get_ylim(), acceleration.get_ylim()
-            assert low / high == pytest.approx(least / most)
-            assert least <= -1.0 and most >= 1.0
-            assert high >= 5.0
-
-
-def test_records_beside_each_other_have_names_and_their_own_times():
-    axes = plot_records(two_records(), beside=True, numbers={"a": 7, "b": np.nan}, window=(1.0, 2.0)).axes[:2]
-    assert [panel.get_title() for panel in axes] == ["a: 7", "b: ?"]
-    for panel in axes:
-        assert panel.get_lines()[0].get_xdata()[[0, -1]] == pytest.approx([1.0, 2.0], abs=1e-3)
+    force, acceleration = plot_records(two_records(), numbers={"a": 7, "b": np.nan}).axes
+    (low, high), (least, most) = force.get_ylim(), acceleration.get_ylim()
+    assert low / high == pytest.approx(least / most)
+    assert least <= -1.0 and most >= 1.0
+    assert high >= 5.0
+    assert [text.get_text() for text in force.figure.legends[0].get_texts()][:2] == ["a: 7", "b: ?"]
 
 
 def test_nothing_is_drawn_across_a_gap():

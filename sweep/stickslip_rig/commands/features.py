@@ -30,10 +30,9 @@ _MOST_ROWS = 60  # on screen
 
 
 def PART(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `CONFIG_OPTION`
-    """The options `--beside`, `--from` and `--to`; `time_window` reads the latter two."""
+    """The options `--from` and `--to`, which `time_window` reads."""
     return params.decorated(
         command,
-        click.option("--beside", is_flag=True, help="Plot signals beside each other instead of over each other."),
         click.option("--from", "begin", metavar="TIME", help="Plot only from this time of each test on."),
         click.option("--to", "end", metavar="TIME", help="Plot only up to this time of each test."),
     )
@@ -44,7 +43,7 @@ def PART(command: params.Command) -> params.Command:  # noqa: N802, a decorator 
     epilog="""\b
 Examples:
   stickslip rig features felt.csv fluid.csv
-  stickslip rig features *.csv -c rig.yaml --plot traces.png --beside -o features.nc
+  stickslip rig features *.csv -c rig.yaml --plot traces.png -o features.nc
   stickslip rig features *.csv -o features.csv    # with a column rpn, for stickslip rig calibrate
   stickslip rig features dry.csv --bandwidth "2 kHz" --plot start.png --from 0 --to "2 s" """,
 )
@@ -63,7 +62,7 @@ Examples:
 @reports_errors
 def features(
     files: tuple[Path, ...], config: Path | None, load: str | None, speed: str | None, bandwidth: str | None,
-    plot: Path | None, beside: bool, begin: str | None, end: str | None, output: Location | None,
+    plot: Path | None, begin: str | None, end: str | None, output: Location | None,
 ) -> Answer:  # fmt: skip
     """Compute features and a risk number of rig records.
 
@@ -91,7 +90,7 @@ def features(
         from stickslip_rig.plots import plot_records
 
         numbers = dict(zip(records, ds["model_rpn"].values.tolist(), strict=True))
-        save_plot(plot_records(records, beside=beside, numbers=numbers, window=window), plot)
+        save_plot(plot_records(records, numbers=numbers, window=window), plot)
     action = f"rig-features {' '.join(map(str, files))}"
     ds = ds.assign_attrs(provenance(settings.to_yaml(), title="Features of rig records", action=action))
     if isinstance(output, Path) and output.suffix.lower() in KINDS["table"].suffixes:

@@ -46,7 +46,7 @@ Examples:
 @reports_errors
 def run(
     config: Path, output: Location | None, plot: Path | None, report: Path | None, records: Path | None,
-    chosen: tuple[int, ...], beside: bool, begin: str | None, end: str | None, shard: str | None,
+    chosen: tuple[int, ...], begin: str | None, end: str | None, shard: str | None,
     **blocks: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """Compute a test matrix on a simulated rig.
@@ -68,18 +68,17 @@ def run(
     if chosen and plot is None and report is None:
         fail("--test says what is plotted: name a plot with --plot, or a page with --report")
     request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
-    outputs = _Outputs(plot, report, tests=tests, records=records, chosen=chosen, beside=beside, window=window)
+    outputs = _Outputs(plot, report, tests=tests, records=records, chosen=chosen, window=window)
     return run_request(request, outputs)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Outputs(Outputs):
-    """Files to be made of a matrix. chosen : tests to draw, in a `window` of time (s), `beside` each other or not."""
+    """Files to be made of a matrix. chosen : tests to draw, in a `window` of time (s)."""
 
     tests: RigTests
     records: Path | None
     chosen: Sequence[int]
-    beside: bool
     window: tuple[float, float] | None
 
     def is_lacking(self) -> bool:
@@ -95,7 +94,7 @@ class _Outputs(Outputs):
 
             rpn = ds["model_rpn"].values.ravel()
             numbers = {self.tests.label(n): float(rpn[n]) for n in drawn}
-            how: Any = {"beside": self.beside, "window": self.window, "heading": self.tests.config.title}
+            how: Any = {"window": self.window, "heading": self.tests.config.title}
             records = {test.name: test.record for test in self.tests.tests(drawn) if test.record is not None}
             save_plot(plot_records(records, numbers=numbers, **how) if records else plot_matrix(ds), self.plot)
         if self.records is not None:
