@@ -169,7 +169,7 @@ class RigStudy(Study):
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[Any]:
         """The features, and what to mind of them."""
-        from stickslip_rig.commands.features import report
+        from stickslip_rig.commands.rig import report
 
         return report(ds)
 
