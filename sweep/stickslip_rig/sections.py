@@ -197,3 +197,10 @@ class RigStudy(Study):
 
         caption = ". ".join([RPN_NAME, *unfinished(ds)])
         return result_page(ds, [Picture(caption, cls.figure(ds, None, {}, None, None, ""))], title)
+
+    @classmethod
+    def tabular(cls, ds: xr.Dataset, whole: bool) -> xr.Dataset:
+        """Peaks of the spectrum in columns of their own."""
+        from stickslip_rig.evaluation import as_columns
+
+        return as_columns(ds) if "peak" in ds.dims else ds

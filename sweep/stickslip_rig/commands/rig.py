@@ -77,6 +77,7 @@ def features(
     from stickslip.dataset.build import provenance
     from stickslip.files.targets import KINDS
     from stickslip_rig import api as rig
+    from stickslip_rig.evaluation import as_columns
     from stickslip_rig.risk import band_of
 
     settings = _settings(config, load, speed, bandwidth)
@@ -102,7 +103,7 @@ def features(
         save_result(ds, output, "features")
 
     def answer() -> dict[str, Any]:
-        rows = ds.to_dataframe().reset_index().to_dict("records")
+        rows = as_columns(ds).to_dataframe().reset_index().to_dict("records")
         for record, row in zip(records.values(), rows, strict=True):
             row |= {"file": record.attrs["record_file"], "model_rpn_band": band_of(row["model_rpn"])}
         return {"rpn": rig.RPN_NAME, "records": rows, "output": output, "plot": plot}
