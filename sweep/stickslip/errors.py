@@ -247,14 +247,6 @@ class StoppedError(Exception):
     """The stop flag was raised while a block was computed."""
 
 
-class BlockFailedError(Exception):
-    """A block could not be computed, and the run is to stop at that; the failure is recorded in the store."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-
-
 class DamagedManifestError(ValueError):
     """The bytes are not those of a manifest; the message says why."""
 

@@ -74,7 +74,7 @@ def test_another_file_than_a_result_is_recognised(here):
     for name, what in (
         ("small.yaml", "a configuration, expected a result (.nc or .zarr)\nhint: `stickslip run small.yaml`"),
         ("points.xlsx", "an Excel workbook"),
-        ("folder", "a folder, expected a result (.nc or .zarr)\nhint: folder holds map.nc"),
+        ("folder", "a folder, expected a result (.nc or .zarr)"),
         (
             "map.nc.parts",
             "the working store of a run, expected a result (.nc or .zarr)\nhint: `stickslip status map.nc",

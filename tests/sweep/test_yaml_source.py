@@ -88,12 +88,9 @@ def test_what_is_no_configuration_at_all_is_explained(tmp_path, name):
     assert file_message(path) == expected
 
 
-def test_a_missing_file_is_named_with_what_lies_there(tmp_path):
-    (tmp_path / "maps.yaml").write_text(GOOD)
-    assert file_message(tmp_path / "map.yaml") == "DIR/map.yaml: no such file\n  hint: DIR holds maps.yaml"
-    assert file_message(tmp_path / "none" / "map.yaml").endswith(
-        "`stickslip init --list` names those that come with stickslip"
-    )
+def test_a_missing_file_is_named(tmp_path):
+    hint = "`stickslip init --list` names those that come with stickslip"
+    assert file_message(tmp_path / "map.yaml") == f"DIR/map.yaml: no such file\n  hint: {hint}"
 
 
 def test_a_huge_file_is_not_read(tmp_path):

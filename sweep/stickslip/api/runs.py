@@ -23,7 +23,7 @@ from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs import report, session
 from stickslip.runs.lock import Notice
-from stickslip.runs.session import OnError, Outcome, Request, request_for
+from stickslip.runs.session import Outcome, Request, request_for
 from stickslip.runs.threads import compute_study
 from stickslip.runs.work import MapStudy, parse_shard, study_of
 from stickslip.vocabulary.quantities import or_meant
@@ -44,7 +44,6 @@ def run(
     store: str | os.PathLike[str] | None = None,
     fresh: bool = False,
     keep_parts: bool = False,
-    on_error: OnError = "continue",
     progress: Watch = "auto",
     notice: Notice | None = None,
     dask: str | Client | None = None,
@@ -60,7 +59,6 @@ def run(
         the output, as FILE.parts, or into the current folder for an output behind a URL. The same call resumes from it,
         and from an output whose axes were extended.
     fresh : start over, and replace an output made from another configuration. keep_parts : leave the working store.
-    on_error : whether an exception in a block ends the run ("stop") or the others are computed first ("continue").
     progress : "auto" shows a bar in a notebook, True anywhere, False nowhere; a function is called with (cells done,
         cells in all) from time to time.
     notice : called with notices, a line each: cells found finished, a damaged block, a stale lock.
@@ -86,8 +84,7 @@ def run(
         return _with_remark(run_in_memory(config, progress))
     with watched(progress) as moved:
         session.run(Request(
-            config, location(output), store, None, fresh, keep_parts, on_error, moved, notice=notice or _silent,
-            dask=dask,
+            config, location(output), store, None, fresh, keep_parts, moved, notice=notice or _silent, dask=dask
         ))  # fmt: skip
     return _with_remark(open(output))
 
@@ -168,7 +165,6 @@ def run_shard(
     shard: str,
     store: str | os.PathLike[str],
     *,
-    on_error: OnError = "continue",
     progress: Progress | None = None,
     notice: Notice | None = None,
     dask: str | Client | None = None,
@@ -177,10 +173,8 @@ def run_shard(
 
     Raises as `run` does.
     """
-    return session.run(Request(
-        as_config(config_or_path, apart=None), None, store, parse_shard(shard), on_error=on_error, progress=progress,
-        notice=notice or _silent, dask=dask,
-    ))  # fmt: skip
+    config, part = as_config(config_or_path, apart=None), parse_shard(shard)
+    return session.run(Request(config, None, store, part, progress=progress, notice=notice or _silent, dask=dask))
 
 
 def collect(

@@ -46,11 +46,9 @@ class PathOrUrl(click.Path):
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
         """Files of this folder that could have been named."""
-        from stickslip.files.locations import RESULTS, names_in
-
         if self._expected == "configuration":
             return next_step()
-        here = names_in(Path(), RESULTS)
+        here = names_here("*.nc", "*.zarr")
         return f"Results in this folder: {', '.join(here)}" if here else "No result (.nc, .zarr) is in this folder."
 
 
@@ -115,11 +113,14 @@ def requested_table() -> Path | None:
     return click.get_current_context().meta.get(_TABLE)
 
 
+def names_here(*patterns: str) -> list[str]:
+    """Names of files in this folder, the first eight."""
+    return sorted(path.name for pattern in patterns for path in Path().glob(pattern))[:8]
+
+
 def next_step() -> str:
     """Text on the next thing to do in this folder."""
-    from stickslip.files.locations import CONFIGURATIONS, names_in
-
-    if here := names_in(Path(), CONFIGURATIONS):
+    if here := names_here("*.yaml", "*.yml"):
         return f"Configurations in this folder: {', '.join(here)}"
     return "No configuration is in this folder; `stickslip init my.yaml` writes one to start from."
 

@@ -172,9 +172,7 @@ def execute(action: Callable[[Request], Outcome], request: Request, study: Study
             moving = True
             move(done, of)
 
-        outcome = action(
-            replace(request, progress=note, assembling=write, notice=screen.notice, news=screen.info, prepare=prepare)
-        )
+        outcome = action(replace(request, progress=note, assembling=write, notice=screen.notice, prepare=prepare))
     return outcome, finished - began
 
 

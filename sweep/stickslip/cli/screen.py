@@ -48,12 +48,6 @@ def notice(text: str) -> None:
     echo(text, err=True)
 
 
-def info(text: str) -> None:
-    """Print what is no warning on standard error, unless the call is quiet."""
-    if not is_quiet():
-        notice(text)
-
-
 def remembered_option(*names: str, read: Callable[..., Any] | None = None, **attributes: Any) -> Callable[[Any], Any]:
     """An option that no command takes as an argument: `remembered` gives its value. read : a callback of click's."""
 

@@ -16,7 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.reader import ReaderError
 
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, dotted
-from stickslip.files.locations import CONFIGURATIONS, neighbours, wrong_file_type
+from stickslip.files.locations import CONFIGURATIONS, wrong_file_type
 
 _LARGEST = 1_000_000  # bytes, which take seconds to read; a configuration has a few hundred
 DEEPEST = 20  # levels; a configuration has four
@@ -72,12 +72,12 @@ def read_yaml(path: FilePath) -> Document:
     """The document in a file. Raises ConfigError if the file cannot be read or is not YAML."""
     name = str(path)
     if kind := wrong_file_type(path, CONFIGURATIONS):
-        raise ConfigError.of(name, f"this is {kind.name}, expected a configuration in YAML", kind.hint)
+        raise ConfigError.of(name, f"this is {kind[0]}, expected a configuration in YAML", kind[1])
     try:
         with path.open("rb") as file:
             raw = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        hint = neighbours(path, CONFIGURATIONS) or "`stickslip init --list` names those that come with stickslip"
+        hint = "`stickslip init --list` names those that come with stickslip"
         raise ConfigError.of(name, "no such file", hint) from None
     except OSError as error:
         raise ConfigError.of(name, f"cannot be read: {error.strerror or error}") from None

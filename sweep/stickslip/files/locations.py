@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from stickslip.errors import StoreError, reason
@@ -60,16 +60,8 @@ class Url(str):
     def put(self, key: str, data: bytes) -> None:
         """Write an object; make no bucket: that may be misspelt."""
         service, root = self._opened()
-        path = f"{root}/{key}"
         with explained(self, "written", answers=()):
-            try:
-                service.pipe_file(path, data)
-            except FileNotFoundError:
-                bucket = path[: path.find("/", 1)]
-                if service.exists(bucket):
-                    raise
-                hint = "make the bucket first, or correct its name"
-                raise StoreError(f"{self}: cannot be written (there is no {bucket!r})", hint=hint) from None
+            service.pipe_file(f"{root}/{key}", data)
 
     def remove(self, *keys: str) -> None:
         """Remove objects, and all below these keys; those that are there."""
@@ -98,7 +90,7 @@ class Url(str):
         self.put(ROOT, b"")
         self.remove(*{key.partition("/")[0] for key in there} - {ROOT})
 
-    def _keys_of_ours(self) -> Collection[str]:
+    def _keys_of_ours(self) -> dict[str, int]:
         """The objects of a store, or of a part of one. Raises StoreError for something else."""
         there = self.keys()
         if there and ROOT not in there:
@@ -166,49 +158,16 @@ _TAKEN_BY = {  # what a kind is called, and who takes it; {} is the name of the 
 }
 
 
-class Expected(NamedTuple):
-    """Files that a command takes: their kinds, and patterns of their names."""
-
-    kinds: tuple[str, ...]
-    patterns: tuple[str, ...]
+CONFIGURATIONS, RESULTS, TABLES = ("configuration",), ("netcdf", "zarr"), ("table",)  # that commands take
 
 
-CONFIGURATIONS = Expected(("configuration",), ("*.yaml", "*.yml"))
-RESULTS = Expected(("netcdf", "zarr"), ("*.nc", "*.zarr"))
-TABLES = Expected(("table",), ("*.csv", "*.txt", "*.tsv", "*.dat"))  # any text
-
-
-class FileKind(NamedTuple):
-    """The kind of a file that was not expected, and the next step or None."""
-
-    name: str
-    hint: str | None
-
-
-def wrong_file_type(path: Path, expected: Expected) -> FileKind | None:
-    """The kind of what is at `path`, if it cannot be one of those expected; None if it can, or is not there."""
+def wrong_file_type(path: Path, expected: tuple[str, ...]) -> tuple[str, str | None] | None:
+    """What is at `path`, and the next step, if it cannot be of the kinds expected; None if it can, or is not there."""
     kind = _kind(path)
-    if kind is None or kind in expected.kinds:
+    if kind is None or kind in expected:
         return None
     name, hint = _TAKEN_BY[kind]
-    if kind == "folder" and (inside := names_in(path, expected)):
-        hint = f"{path} holds {', '.join(inside)}"
-    return FileKind(name, hint and hint.replace("{}", str(path)))
-
-
-def names_in(folder: Path, expected: Expected, most: int = 8) -> list[str]:
-    """Names of the files in a folder, sorted; of more than `most` the first ones, and how many there are."""
-    try:
-        names = sorted({path.name for pattern in expected.patterns for path in folder.glob(pattern)})
-    except OSError:
-        return []
-    return names if len(names) <= most else [*names[:most], f"... ({len(names)} in all)"]
-
-
-def neighbours(path: Path, expected: Expected) -> str | None:
-    """`this folder holds a.nc, b.nc`, for a file that is not there; None where there is none of the kind."""
-    names = names_in(path.parent, expected)
-    return f"{path.parent if path.parent != Path() else 'this folder'} holds {', '.join(names)}" if names else None
+    return name, hint and hint.replace("{}", str(path))
 
 
 def _kind(path: Path) -> str | None:

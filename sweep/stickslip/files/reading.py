@@ -29,7 +29,7 @@ from xarray.namedarray import pycompat, utils
 
 from stickslip.errors import StoreError, reason
 from stickslip.files.chunks import SEAL, digest, is_unwritten
-from stickslip.files.locations import RESULTS, UNCACHED, Url, location, neighbours, wrong_file_type
+from stickslip.files.locations import RESULTS, UNCACHED, Url, location, wrong_file_type
 
 _REMEDY = "hint: copy it again, or compute it again"
 _UNSEAL = f"remove the global attribute {SEAL}"
@@ -150,14 +150,13 @@ def _source(path: str | os.PathLike[str]) -> Path | str:
             again = "a run that was stopped while it wrote it writes it again"
             raise StoreError(f"{path}: no Zarr store there, or not all of it\nhint: {again}")
         return str(where)
-    message, hint = f"{path}: no such file", None
     if not where.exists():
-        hint = neighbours(where, RESULTS)
-    elif kind := wrong_file_type(where, RESULTS):
-        message, hint = f"{path}: this is {kind.name}, expected a result (.nc or .zarr)", kind.hint
-    else:
-        return where
-    raise StoreError(f"{message}\nhint: {hint}" if hint else message)
+        raise StoreError(f"{path}: no such file")
+    if kind := wrong_file_type(where, RESULTS):
+        name, hint = kind
+        message = f"{path}: this is {name}, expected a result (.nc or .zarr)"
+        raise StoreError(f"{message}\nhint: {hint}" if hint else message)
+    return where
 
 
 def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.errors import ConfigError, Place, reason
-from stickslip.files.locations import TABLES, neighbours, wrong_file_type
+from stickslip.files.locations import TABLES, wrong_file_type
 
 LARGEST_TEXT = 1_000_000_000  # bytes; a record of 1e7 samples of four signals has 4e8, and takes three times as much
 LARGEST_WORKBOOK = 64_000_000  # bytes as a file; a full sheet of 1,048,576 rows of four numbers has 40e6
@@ -54,11 +54,11 @@ def read_text(path: Path) -> tuple[str, bytes]:
     """
     check_file(path, LARGEST_TEXT)
     if kind := wrong_file_type(path, TABLES):
-        raise ConfigError.of(path, f"this is {kind.name}, expected a CSV file", kind.hint)
+        raise ConfigError.of(path, f"this is {kind[0]}, expected a CSV file", kind[1])
     try:
         return _plain(path, path.read_bytes())
     except FileNotFoundError:
-        raise ConfigError.of(path, "no such file", neighbours(path, TABLES)) from None
+        raise ConfigError.of(path, "no such file") from None
     except OSError as error:
         raise ConfigError.of(path, f"cannot be read: {error.strerror or error}") from None
     except UnicodeError:

@@ -278,15 +278,15 @@ def _loaded(pickled: bytes) -> tuple[Work, Manifest]:
 
 
 def compute_blocks(
-    cluster: Cluster, store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: engine.StopFlag, *,
-    stop_on_error: bool, progress: engine.Progress | None,
+    cluster: Cluster, store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: engine.StopFlag,
+    progress: engine.Progress | None,
 ) -> None:  # fmt: skip
     """As `threads.compute_blocks`, on a cluster; raises ClusterError if that is lost."""
     # A name in the store by which workers know it; being temporary it is swept away should we be killed.
     token = f".dask-{uuid.uuid4().hex}{TEMPORARY}"
     pickled = pickle.dumps((own_law(work.config.friction.law), replace(work, known=None)))
     job = Job(pickled, store.packing, store.folder.absolute, token, versions())
-    flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
+    flight = _Flight(cluster, store, work, job, tally, stop, progress)
     store.folder.write(token, b"")
     try:
         flight.send_all(sorted(numbers))
@@ -309,7 +309,6 @@ class _Flight:
     job: Job
     tally: Tally
     stop: engine.StopFlag
-    stop_on_error: bool
     progress: engine.Progress | None
 
     def __post_init__(self) -> None:
@@ -383,11 +382,11 @@ class _Flight:
             try:
                 self.store.put(number, data, self.work)
             except errors.DamagedBlockError as error:
-                return self.tally.fail(self.store, number, error, self.stop_on_error)
+                return self.tally.fail(self.store, number, error)
         self.tally.finish(len(self.store.blocks.cells(number)), 0)
 
     def _handle_error(self, number: int, future: Future) -> None:
         error = self.cluster.ask(future.exception)
         if isinstance(error, errors.UnlikeWorkerError):
             raise ClusterError(f"{self.cluster.where}: {error}\nhint: install the same versions there")
-        self.tally.fail(self.store, number, error, self.stop_on_error)
+        self.tally.fail(self.store, number, error)

@@ -5,14 +5,14 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 from stickslip.config.model import Config
 from stickslip.config.reader import Given, as_config, load_config, parse_config
 from stickslip.config.sections import ADDRESS, HERE, is_address
 from stickslip.config.yaml import Setting
 from stickslip.engine import Progress, Results, StopFlag, stop_flag, warm_up
-from stickslip.errors import BlockFailedError, ClusterError, IncompleteError, Interrupted, StoreError
+from stickslip.errors import ClusterError, IncompleteError, Interrupted, StoreError
 from stickslip.files.locations import Location, Url, location
 from stickslip.files.targets import Folder, check_target, folder_at
 from stickslip.runs import block_store
@@ -23,7 +23,6 @@ from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.threads import Tally, compute_blocks
 from stickslip.runs.work import Shard, Work
 
-OnError = Literal["continue", "stop"]
 Machines = tuple[Callable[..., None], str | None]  # `threads.compute_blocks`, or alike on a cluster, which has a name
 
 
@@ -34,10 +33,8 @@ class Request:
     output : result to write; None leaves the blocks in the store.
     place : path of the store; None lays it beside the output, of one behind a URL into the current folder.
     shard : compute only its blocks. fresh : start over. keep : leave the store once the result is written.
-    on_error : whether a block that fails ends the run or not.
     progress, assembling : called with (cells done, cells in all) while computing and while writing the result.
-    notice : called with a line for people when something is worth knowing. news : instead of it where that is no
-        warning; None for the same.
+    notice : called with a line for people when something is worth knowing.
     prepare : called with the friction law before the first block is computed here.
     dask : address of a Dask scheduler, its file, `local` or `none`; or a `distributed.Client`; None takes what the
         configuration says.
@@ -49,17 +46,13 @@ class Request:
     shard: Shard | None = None
     fresh: bool = False
     keep: bool = False
-    on_error: OnError = "continue"
     progress: Progress | None = None
     assembling: Progress | None = None
     notice: Notice = lambda text: None  # noqa: E731
-    news: Notice | None = None
     prepare: Callable[[str], None] = warm_up
     dask: Any = None
 
     def __post_init__(self) -> None:
-        if self.on_error not in ("continue", "stop"):
-            raise ValueError(f"on_error: got {self.on_error!r}, expected 'continue' or 'stop'")
         if self.fresh and self.shard:
             raise ValueError("fresh: a shard cannot start over, since other shards share its store")
         if isinstance(self.dask, str) and not is_address(self.dask):
@@ -239,26 +232,23 @@ class _Session:
             for number in failed:
                 store.clear_failure(number)
         numbers = failed if again else own - store.finished() - failed
-        say = request.news or request.notice
         if not own:
-            say(f"shard {request.shard} has nothing to compute: there are only {store.blocks.count:,} blocks")
+            only = f"there are only {store.blocks.count:,} blocks"
+            request.notice(f"shard {request.shard} has nothing to compute: {only}")
         if numbers and (finished := store.finished() & own):
             of = f" of shard {request.shard}" if request.shard else ""
             counts = f"{store.cells(finished):,} of {store.cells(own):,} {work.study.counted}{of}"
-            say(f"{counts} were found finished in {store.where}")
+            request.notice(f"{counts} were found finished in {store.where}")
         if numbers and isinstance(request.output, Url):
-            say(f"finished blocks are kept in {store.where} until the result is written")
+            request.notice(f"finished blocks are kept in {store.where} until the result is written")
         compute, name = machines
         if numbers and name is None:
             for law in work.study.kernels:
                 request.prepare(law)
-        at_once = request.on_error == "stop"
         try:
-            compute(store, work, numbers, tally, stop, stop_on_error=at_once, progress=self._progress())
+            compute(store, work, numbers, tally, stop, self._progress())
         except KeyboardInterrupt:
             raise self._interrupted() from None
-        except BlockFailedError as error:
-            self.require_none_failed({error.number})
         except (StoreError, ClusterError) as error:
             raise self._incomplete(str(error)) from error
         computed = tally.cells - tally.reused

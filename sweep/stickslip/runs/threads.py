@@ -22,7 +22,7 @@ from stickslip.config.sections import StudySection
 from stickslip.config.studies import Study, is_config, study_class
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress, Results, SolverKeywords, StopFlag
-from stickslip.errors import BlockFailedError, Interrupted, StoppedError, StoreError
+from stickslip.errors import Interrupted, StoppedError, StoreError
 from stickslip.progress import Watch, watched
 from stickslip.runs.work import Block, Work, blocks_of
 from stickslip.studies.study import Meter
@@ -50,24 +50,20 @@ class Tally:
             self.cells += cells
             self.reused += reused
 
-    def fail(self, store: BlockStore, number: int, error: Exception, stop: bool) -> None:
-        """Record the failure of a block in the store. Raises BlockFailedError if that is to stop the run."""
+    def fail(self, store: BlockStore, number: int, error: Exception) -> None:
+        """Record the failure of a block in the store."""
         store.note_failure(number, error)
         with self._lock:
             self.failed.append(number)
-        if stop:
-            raise BlockFailedError(number) from error
 
 
 def compute_blocks(
-    store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: StopFlag, *, stop_on_error: bool,
-    progress: Progress | None,
-) -> None:  # fmt: skip
+    store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: StopFlag, progress: Progress | None
+) -> None:
     """Compute these blocks and count them in `tally`; it stays right whatever interrupts.
 
-    An exception while computing is recorded in the store, and the others are computed unless `stop_on_error`; then it
-    raises BlockFailedError. Blocks that cannot be written raise StoreError. `progress` is called with items done,
-    in part too.
+    An exception while computing is recorded in the store, and the others are computed. Blocks that cannot be written
+    raise StoreError. `progress` is called with items done, in part too.
     """
     threads, before = work.options.threads or engine.processors(), store.cells(store.finished())
     meter, turns = Meter(work.study.cells_each, before), threading.Semaphore(threads)
@@ -77,12 +73,7 @@ def compute_blocks(
         with turns:
             if stop[0]:
                 raise StoppedError
-            try:
-                block = work.compute(number, stop, meter.watch(number, items))
-            except Exception:
-                if stop_on_error:
-                    stop[0] = 1  # before another thread has its turn
-                raise
+            block = work.compute(number, stop, meter.watch(number, items))
             return block, store.packed(number, block)
 
     def compute(number: int) -> None:
@@ -95,7 +86,7 @@ def compute_blocks(
             return meter.end(number, 0)
         except Exception as error:
             meter.end(number, 0)
-            return tally.fail(store, number, error, stop_on_error)
+            return tally.fail(store, number, error)
         store.put(number, data)
         tally.finish(items, block.reused)
         meter.end(number, items)

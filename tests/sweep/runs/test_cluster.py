@@ -124,7 +124,7 @@ def test_a_block_that_kills_every_worker_is_recorded_and_the_others_finish(clust
 def test_what_a_block_raises_is_recorded_with_its_traceback_after_retries(cluster, config, output):
     cluster.say("broken-3")
     with pytest.raises(stickslip.IncompleteError, match="ArithmeticError: broken on purpose"):
-        stickslip.run(config, output, dask=cluster.address, on_error="stop")
+        stickslip.run(config, output, dask=cluster.address)
     (failure,) = stickslip.status(f"{output}.parts").failures
     assert failure.block == 3 and "worker_preload.py" in failure.traceback
 

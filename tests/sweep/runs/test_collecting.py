@@ -128,22 +128,6 @@ def test_blocks_that_fail_are_recorded_and_the_others_computed(config, output, w
     same(stickslip.open(output), whole)
 
 
-def test_on_error_stop_ends_the_run_at_the_first(config, output, fragile, monkeypatch):
-    """After the one that fails none is begun; which have been before it is up to the threads that take turns."""
-    config.write_text(config.read_text().replace("block: 4096", "threads: 1"))
-    begun, failing = [], work.Work.compute
-
-    def noted(self, number, *rest):
-        begun.append(number)
-        return failing(self, number, *rest)
-
-    monkeypatch.setattr(work.Work, "compute", noted)
-    with pytest.raises(stickslip.IncompleteError, match="1 block "):
-        stickslip.run(config, output, on_error="stop")
-    assert begun[-1] in (2, 5)
-    assert block_files(f"{output}.parts") == sorted(f"block-{number:08}" for number in begun[:-1])
-
-
 def test_a_store_that_was_being_removed_hinders_nobody(config, output, whole):
     """Killed between removing the manifest and the lock."""
     stickslip.run(config, output).close()

@@ -95,7 +95,7 @@ def test_a_run_to_s3_that_was_killed_resumes_to_the_bits_of_a_local_map(s3, here
 
 def test_a_bucket_that_is_not_there_is_said_before_computing_and_not_made(s3, tmp_path):
     config = write_config(tmp_path, num=4)
-    with pytest.raises(StoreError, match=r"cannot be written \(there is no 'misspelt'\)\nhint: make the bucket"):
+    with pytest.raises(StoreError, match="s3://misspelt/map.zarr: cannot be written"):
         stickslip.run(config, "s3://misspelt/map.zarr")
     assert not s3fs.S3FileSystem().exists("misspelt")
 
