@@ -215,30 +215,12 @@ def _run_block(part: Parameters, options: Options, stop: StopFlag) -> tuple[Floa
     size = part["mass"].size
     cells, room = to_kernel(part, options.horizon, options), new_regimes((ceil(size / _LINE) | 1) * _LINE)
     rows = room[:, :size]
-    if options.early_stop:
-        run_regimes(options, options.rtol, cells, stop, room)
-    else:
-        order = _longest_first(cells)
-        ordered, longest_first = np.ascontiguousarray(rows[:, order]), np.ascontiguousarray(cells[:, order])
-        run_regimes(options, options.rtol, longest_first, stop, ordered)
-        rows[:, order] = ordered
+    run_regimes(options, options.rtol, cells, stop, room)
     integrate_closely(cells, rows, options, stop)
     done = int(np.count_nonzero(rows[layout.STATUS]))
     if done < size:  # nothing incomplete leaves this place
         rows[:, rows[layout.STATUS] == layout.NOT_RUN] = new_regimes(1)
     return rows, done
-
-
-def _longest_first(cells: Floats) -> NDArray[np.intp]:
-    """An order of these cells (kernel units) in which no lane has long to run when the queue is empty.
-
-    To a fixed horizon the work is about that of the slips: each lasts a period of the free oscillation, each stick
-    phase as long as the belt needs to load the spring by twice the drop of friction.
-    """
-    belt, drop = np.abs(cells[layout.BELT]), np.maximum(cells[layout.MU_STATIC] - cells[layout.A1], 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slips = cells[layout.HORIZON] / (2.0 * np.pi + 2.0 * drop / belt)
-    return np.argsort(-slips, kind="stable")
 
 
 # --- margins ----------------------------------------------------------------------------------------------------------

@@ -146,11 +146,6 @@ class BlockStore:
             message = f"{self.where}: made from a configuration that this version does not read\n{error}"
             raise errors.StoreError(message) from None
 
-    def delete(self) -> None:
-        """Remove everything that is ours except the locks, and the folder if nothing else is left in it."""
-        clear(self.folder)
-        self.folder.remove(formats.MANIFEST)
-
     def _identity(self, number: int) -> dict[str, Any]:
         """What a block says of itself."""
         cells = self.blocks.cells(number)
@@ -180,6 +175,12 @@ def clear(folder: Folder) -> None:
     for name in folder.names():
         if _BLOCK.fullmatch(name) or _FAILED.fullmatch(name) or _is_temporary(name):
             folder.remove(name)
+
+
+def delete(folder: Folder) -> None:
+    """Remove everything that is ours except the locks."""
+    clear(folder)
+    folder.remove(formats.MANIFEST)
 
 
 def _is_temporary(name: str) -> bool:

@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 from stickslip._version import __version__
 from stickslip.config.grid import options_of
 from stickslip.config.model import Config
-from stickslip.dataset.build import software
 from stickslip.engine import columns, kernels_digest
 from stickslip.errors import DamagedBlockError, DamagedManifestError
 from stickslip.files.chunks import PLAIN, packed, unpacked
@@ -64,7 +63,6 @@ class Manifest:
     cut: tuple[int, int, int]
     kernels: tuple[str, ...]
     stickslip: str
-    software: str
     created: str
     written_in: Mapping[str, str]
     fresh: bool = False
@@ -76,8 +74,8 @@ class Manifest:
         """That of a store which this process begins."""
         config, created = work.config, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         return cls(
-            fingerprint(config), config.to_yaml(), astuple(work.blocks), (kernels_digest(),), __version__, software(),
-            created, config.written_in, fresh,
+            fingerprint(config), config.to_yaml(), astuple(work.blocks), (kernels_digest(),), __version__, created,
+            config.written_in, fresh,
         )  # fmt: skip
 
     @property

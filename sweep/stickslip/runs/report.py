@@ -268,7 +268,7 @@ def collect(request: Request) -> Collected:
         return collected
     try:
         with hold_lock(folder, None, lambda: None, request.notice):
-            store.delete()
+            block_store.delete(folder)
     except StoreError:  # another run works there; the last one removes it
         return collected
     return replace(collected, where=None)

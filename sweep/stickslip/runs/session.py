@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -203,7 +203,7 @@ def _locked(request: Request, folder: Folder, machines: Machines, anew: bool, ag
         if request.keep:
             return replace(outcome, output=request.output)
         session.require_lock()
-        store.delete()
+        block_store.delete(folder)
     return replace(outcome, output=request.output, where=None)
 
 
@@ -310,16 +310,11 @@ def _remove_leftovers(folder: Folder, request: Request) -> None:
     """A run that was killed between writing its result and removing its store leaves the latter."""
     if request.keep or request.shard is not None or not folder.names():
         return
-    try:
-        if block_store.is_empty(folder):
-            with hold_lock(folder, None, lambda: None, request.notice):
-                return block_store.remove_temporary(folder)
-        store = block_store.find(folder)
-        if store.manifest.fingerprint != fingerprint(request.config):
-            return
-        if store.manifest.fresh and not store.is_complete():
-            return request.notice(f"{store.where} holds a fresh run that was interrupted: the same command resumes it")
+    with suppress(StoreError):  # not ours to remove, in use, or in a folder that is read-only
+        store = block_store.found_at(folder)
+        if store is not None:
+            goes_on = store.manifest.fresh and not store.is_complete()
+            if goes_on or store.manifest.fingerprint != fingerprint(request.config):
+                return
         with hold_lock(folder, None, lambda: None, request.notice):
-            store.delete()
-    except StoreError:  # not ours to remove, in use, or in a folder that is read-only
-        return
+            block_store.delete(folder)
