@@ -49,12 +49,13 @@ class Url(str):
             return False
         return bool(text) and (b"consolidated_metadata" in text or SEAL.encode() not in text)
 
-    def keys(self) -> list[str]:
-        """All objects, `regime/c/0/1` for one."""
+    def keys(self) -> dict[str, int]:
+        """All objects, `regime/c/0/1` for one, and their bytes."""
         service, root = self._opened()
         with explained(self, "read"), suppress(FileNotFoundError):
-            return [path.removeprefix(root).lstrip("/") for path in service.find(root)]
-        return []
+            objects = service.find(root, detail=True)
+            return {path.removeprefix(root).lstrip("/"): int(objects[path]["size"] or 0) for path in objects}
+        return {}
 
     def put(self, key: str, data: bytes) -> None:
         """Write an object; make no bucket: that may be misspelt."""
@@ -89,7 +90,7 @@ class Url(str):
         self.put(ROOT, b"")
         self.remove(*{key.partition("/")[0] for key in there} - {ROOT})
 
-    def _keys_of_ours(self) -> list[str]:
+    def _keys_of_ours(self) -> dict[str, int]:
         """The objects of a store, or of a part of one. Raises StoreError for something else."""
         there = self.keys()
         if there and ROOT not in there:
