@@ -171,7 +171,7 @@ def _netcdf_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding
     labels = {str(dim): {"dtype": "S1", "char_dim_name": f"{dim}_letters"} for dim in ds.dims if _is_text(ds, dim)}
     for name, options in encoding.items():
         if shape := ds[name].shape:
-            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # see `netcdf.py`
+            options |= {"zlib": True, "complevel": 4, "shuffle": True}  # as `chunks.py` filters
             options |= {"chunksizes": _chunks(shape, chunks), "fletcher32": True}  # HDF5 refuses damaged chunks
     return encoding | labels
 
