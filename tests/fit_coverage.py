@@ -17,13 +17,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
-from helpers.coverage import LEAST, MOST, held, table, wrong
+from helpers.coverage import LEAST, MOST, covered, table, trials, wrong
 from stickslip.theory import reversal_speed, stick_slip_limit, stribeck
 from stickslip.theory.curve import SHAPES
 from stickslip_materials.fit import draw_curves, fit_curve
@@ -35,19 +33,7 @@ NAMES = ("a1", "a2", "a3", "a4", "mu_start")
 ENOUGH = 200  # fits of which an interval is printed
 
 
-@dataclass
-class Trial:
-    """One fit. held : by coefficient and `border`, whether a printed interval holds the truth."""
-
-    kind: str
-    good: bool
-    determined: bool
-    extrapolated: bool
-    bias: float
-    held: dict[str, bool] = field(default_factory=dict)
-
-
-def speeds_of(random: np.random.Generator, how: str, count: int) -> np.ndarray:
+def speeds_of(random, how, count):
     fastest = 10 ** random.uniform(-1.3, 0.3)
     slowest = fastest * 10 ** -random.uniform(1.5, 3)
     if how == "linear":
@@ -58,7 +44,8 @@ def speeds_of(random: np.random.Generator, how: str, count: int) -> np.ndarray:
     return np.sort(centres[np.arange(count) % centres.size] * random.uniform(0.9, 1.1, count))
 
 
-def trial(seed: tuple[int, int]) -> Trial:
+def trial(seed):
+    """One fit: what it says of itself, and whether printed intervals of coefficients and the border hold the truth."""
     random = np.random.default_rng(seed)
     count, how, noise, kind = (random.choice(np.array(of)) for of in (COUNTS, SPEEDS, NOISES, KINDS))
     w = speeds_of(random, str(how), int(count))
@@ -80,58 +67,47 @@ def trial(seed: tuple[int, int]) -> Trial:
     fit = fit_curve(w, y, sigma if noise == "sigma given" else None, law=law)
     truth = {"a1": a1, "a2": rise, "a3": drop, "a4": a4, "mu_start": a1 + drop}
     bias, extrapolated = fit.mu_start / truth["mu_start"] - 1, fit.mu_start > 2 * y.max()
-    one = Trial(str(kind), fit.good, fit.determined, extrapolated, bias)
+    one = {
+        "kind": str(kind),
+        "good": fit.good,
+        "determined": fit.determined,
+        "extrapolated": extrapolated,
+        "bias": bias,
+    }
+    one |= dict.fromkeys((*NAMES, "border"), np.nan)
     for name in NAMES:
         low, high = fit.interval[name]
         if not (low <= 0 and np.isinf(high)) and not (name == "a4" and drop == 0):
-            one.held[name] = low * (1 - 1e-9) <= truth[name] <= high * (1 + 1e-9)
+            one[name] = float(low * (1 - 1e-9) <= truth[name] <= high * (1 + 1e-9))
     has_border = fit.determined and fit.has_intervals and drop > 0 and law == "stribeck"
     if has_border and (drawn := draw_curves(fit, 1000, falling=True)):
-        one.held["border"] = _holds_border(drawn.coefficients, rise, drop, a4)
+        one["border"] = holds_border(drawn.coefficients, rise, drop, a4)
     return one
 
 
-def _holds_border(drawn: dict[str, np.ndarray], rise: float, drop: float, a4: float) -> bool:
+def holds_border(drawn, rise, drop, a4):
     truth = float(np.nan_to_num(stick_slip_limit(rise, drop, a4, 0.0, 1.0)))
     ends = np.nan_to_num(stick_slip_limit(np.maximum(drawn["a2"], 1e-300), drawn["a3"], drawn["a4"], 0.0, 1.0))
     ends = np.sort(np.where(drawn["a2"] > 0, ends, np.inf))
-    return bool(ends[25] * (1 - 1e-6) <= truth <= ends[-26] * (1 + 1e-6))
+    return float(ends[25] * (1 - 1e-6) <= truth <= ends[-26] * (1 + 1e-6))
 
 
 ROWS = {
-    "all": lambda one: True,
-    "called good": lambda one: one.good,
-    "determined, not good": lambda one: one.determined and not one.good,
-    "not determined": lambda one: not one.determined,
-    **{kind: lambda one, kind=kind: one.kind == kind for kind in dict.fromkeys(KINDS)},
+    "all": "",
+    "called good": "good",
+    "determined, not good": "determined and not good",
+    "not determined": "not determined",
+    **{kind: f"kind == '{kind}'" for kind in dict.fromkeys(KINDS)},
 }
-
-
-def printed(trials: list[Trial], name: str) -> str:
-    """Coverage in %, and in brackets the share of fits whose interval is printed."""
-    of_name = held(trials, name)
-    return f"{100 * np.mean(of_name):.1f} ({100 * len(of_name) / len(trials):.0f} %)" if of_name else ""
-
-
 COLUMNS = {
-    "good": lambda trials: f"{100 * np.mean([one.good for one in trials]):.0f} %",
-    **{name: partial(printed, name=name) for name in (*NAMES, "border")},
-    "mu_start off by, median": lambda trials: f"{100 * np.median([one.bias for one in trials]):+.1f} %",
+    "good": lambda fits: f"{100 * fits['good'].mean():.0f} %",
+    **{name: partial(covered, name=name) for name in (*NAMES, "border")},
+    "mu_start off by, median": lambda fits: f"{100 * fits['bias'].median():+.1f} %",
 }
 
 
-@dataclass
-class Sweep:
-    """One sweep up and down. shown : a mu_stop was fitted. held : its interval holds the truth. otherwise : another
-    difference of the branches was seen."""
-
-    differs: bool
-    shown: bool
-    held: bool
-    otherwise: bool
-
-
-def sweep(seed: tuple[int, int]) -> Sweep:
+def sweep(seed):
+    """One sweep up and down: whether its branches differ, a mu_stop was fitted, its interval holds the truth."""
     random = np.random.default_rng(seed)
     count, noise, loops = random.choice([6, 8, 12, 20, 40]), random.uniform(0.01, 0.05), random.choice([1, 1, 2, 3])
     up, a1 = np.geomspace(0.01, 1.0, count), random.uniform(0.05, 0.6)
@@ -147,17 +123,16 @@ def sweep(seed: tuple[int, int]) -> Sweep:
         mu = np.where(falls & (speed < least), line, mu)
     fit = fit_curve(speed, mu * (1 + noise * random.standard_normal(speed.size)))
     low, high = fit.interval.get("mu_stop", (0.0, 0.0))
-    return Sweep(differs, high > 0, low <= stop <= high, "while the speed falls, " in fit.quality)
+    otherwise = "while the speed falls, " in fit.quality
+    return {"differs": differs, "shown": high > 0, "held": low <= stop <= high, "otherwise": otherwise}
 
 
-def of_sweeps(sweeps: list[Sweep]) -> tuple[str, bool]:
+def of_sweeps(sweeps):
     """A line on sweeps, and whether it is as it should be."""
-    differ, agree = ([one for one in sweeps if one.differs is differs] for differs in (True, False))
-    shown = [one.held for one in differ if one.shown]
-    held, invented = float(np.mean(shown)), float(np.mean([one.shown for one in agree]))
-    otherwise = float(np.mean([one.otherwise for one in sweeps]))
+    differ, otherwise = sweeps[sweeps["differs"]], sweeps["otherwise"].mean()
+    invented, held = sweeps.loc[~sweeps["differs"], "shown"].mean(), differ.loc[differ["shown"], "held"].mean()
     text = (
-        f"{len(sweeps)} sweeps: mu_stop in {100 * len(shown) / len(differ):.1f} % of those that have one, held in "
+        f"{len(sweeps)} sweeps: mu_stop in {100 * differ['shown'].mean():.1f} % of those that have one, held in "
         f"{100 * held:.1f} %; in {100 * invented:.2f} % of the others; another difference in {100 * otherwise:.2f} %"
     )
     return text, LEAST <= held <= MOST and invented <= 0.015 and otherwise <= 0.02
@@ -169,14 +144,13 @@ if __name__ == "__main__":
     parser.add_argument("--sweeps", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    with ProcessPoolExecutor() as pool:
-        results = [*pool.map(trial, [(options.seed, i) for i in range(options.fits)], chunksize=10)]
-        sweeps = [*pool.map(sweep, [(options.seed, i) for i in range(options.sweeps)], chunksize=10)]
-    rows = {title: [one for one in results if belongs(one)] for title, belongs in ROWS.items()}
-    print(*table("fits", rows, COLUMNS), sep="\n")
-    problems = [*wrong("all", results, NAMES, ENOUGH)]
-    problems += wrong("called good", rows["called good"], (*NAMES, "border"), ENOUGH)
-    if invented := sum(one.extrapolated and one.determined for one in results):
+    fits, sweeps = trials(trial, options.fits, options.seed), trials(sweep, options.sweeps, options.seed)
+    print(*table("fits", fits, ROWS, COLUMNS), sep="\n")
+    problems = [
+        *wrong("all", fits, NAMES, ENOUGH),
+        *wrong("called good", fits[fits["good"]], (*NAMES, "border"), ENOUGH),
+    ]
+    if invented := sum(fits["extrapolated"] & fits["determined"]):
         problems.append(f"{invented} fits called determined have a mu_start of more than twice what was measured")
     line, is_right = of_sweeps(sweeps)
     print(line)

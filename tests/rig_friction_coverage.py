@@ -12,15 +12,12 @@ The truth is one slip, solved by SciPy. Of the record time, force, acceleration 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from helpers.coverage import held, table, wrong
+from helpers.coverage import covered, table, trials, wrong
 from stickslip import rig
 from stickslip.theory import stribeck
 from stickslip.vocabulary.models.stribeck import coefficients
@@ -31,24 +28,10 @@ _SLIPS, _MOST_SAMPLES = 24, 200_000
 _KEPT = ("spring_force", "acceleration", "drive_velocity")
 
 
-@dataclass
-class Trial:
-    """One record. samples : of a slip. band : periods of the bandwidth in a slip. noise : share of the drop or of the
-    largest acceleration. plain : whether friction is one curve. held : by coefficient that is told. half : of the
-    intervals, over the drop."""
-
-    samples: float
-    band: float
-    noise: float
-    plain: bool
-    held: dict[str, bool]
-    half: dict[str, float]
-
-
-def draw(random: np.random.Generator, most: int = _MOST_SAMPLES) -> tuple[dict[str, float], dict[str, float]]:
+def draw(random, most=_MOST_SAMPLES):
     """A rig that sticks and slips, whose record has at most so many samples, and the truth of its slips."""
 
-    def over(low: float, high: float) -> float:
+    def over(low, high):
         return float(low * (high / low) ** random.random())
 
     while True:
@@ -77,20 +60,20 @@ def draw(random: np.random.Generator, most: int = _MOST_SAMPLES) -> tuple[dict[s
             return p, truth
 
 
-def slip(p: dict[str, float]) -> dict[str, float] | None:
+def slip(p):
     """The coefficients of one slip, and how long it, its cycle and the first loading last; None where there is none."""
     k, m, load, c, u = (p[name] for name in ("stiffness", "mass", "normal_load", "damping", "belt_speed"))
     a4 = p["a4"]
     a1, a2, a3 = map(float, coefficients(p["mu_start"], p["mu_reversal"], p["v_reversal"], a4))
 
-    def curve(w: float) -> float:
+    def curve(w):
         return float(stribeck(w, a1, a2, a3, a4))
 
-    def solved(mu: Callable[[float], float], span: tuple[float, float], state: tuple[float, float], end: int):
-        def rates(_: float, y: np.ndarray) -> list[float]:
+    def solved(mu, span, state, end):
+        def rates(_, y):
             return [(y[1] + c * (u - y[0]) - mu(y[0]) * load) / m, k * (u - y[0])]
 
-        def ends(t: float, y: np.ndarray) -> float:
+        def ends(t, y):
             return rates(t, y)[0] if end == 1 else float(y[0])
 
         ends.terminal, ends.direction = True, -1
@@ -105,7 +88,7 @@ def slip(p: dict[str, float]) -> dict[str, float] | None:
     plain = np.isnan(p["mu_stop"])
     stop = p["mu_start"] if plain else p["mu_stop"]
 
-    def fall(w: float) -> float:
+    def fall(w):
         return curve(w) if plain or w > turn else stop + (curve(turn) - stop) * w / turn
 
     down = solved(fall, (up.t[-1], up.t[-1] + 5.0 * natural), (top, force), 0)
@@ -120,7 +103,7 @@ def slip(p: dict[str, float]) -> dict[str, float] | None:
     return truth | {"lasting": lasting - visible, "period": lasting + stick, "loading": first / (k * u)}
 
 
-def record_of(p: dict[str, float], truth: dict[str, float]):
+def record_of(p, truth):
     """The record of a rig as sensors make it, two strokes of a dozen slips each."""
     given = {name: value for name, value in p.items() if not np.isnan(value)}
     system = ("mass", "stiffness", "damping", "normal_load", "belt_speed")
@@ -135,51 +118,46 @@ def record_of(p: dict[str, float], truth: dict[str, float]):
     return next(rig.RigTests(config).tests([0])).record[[*_KEPT]]
 
 
-def trial(number: int, seed: int, most: int = _MOST_SAMPLES) -> Trial:
-    """One rig, its record, and what `rig friction` tells of it."""
-    p, truth = draw(np.random.default_rng([seed, number]), most)
+def trial(seed, most=_MOST_SAMPLES):
+    """One rig, its record, and what `rig friction` tells of it: samples and periods of the bandwidth in a slip, noise
+    over the drop or the largest acceleration, and by number whether its interval holds the truth, and half of that."""
+    p, truth = draw(np.random.default_rng(seed), most)
     ds = rig.friction(record_of(p, truth))
     drop = truth["mu_start"] - truth["mu_reversal"]
     band = 0.5 * p["rate"] if np.isnan(p["bandwidth"]) else p["bandwidth"]
     noise = max(p["force_noise"] / p["normal_load"], p["acceleration_noise"] * p["mass"] / p["normal_load"]) / drop
     told = [name for name in NAMES if np.isfinite(ds[name])]
-    held = {name: bool(ds[f"{name}_low"] <= truth[name] <= ds[f"{name}_high"]) for name in told}
-    scale = {name: truth["v_reversal"] if name == "v_reversal" else drop for name in NAMES}
-    half = {name: float(ds[f"{name}_high"] - ds[f"{name}_low"]) / 2.0 / scale[name] for name in told}
-    return Trial(p["rate"] * truth["lasting"], band * truth["lasting"], noise, bool(np.isnan(p["mu_stop"])), held, half)
+    of_slip = {"samples": p["rate"] * truth["lasting"], "band": band * truth["lasting"]}
+    one = of_slip | {"noise": noise, "plain": bool(np.isnan(p["mu_stop"]))} | dict.fromkeys(NAMES, np.nan)
+    for name in told:
+        low, high = float(ds[f"{name}_low"]), float(ds[f"{name}_high"])
+        one[name] = float(low <= truth[name] <= high)
+        one[f"half of {name}"] = (high - low) / 2.0 / (truth["v_reversal"] if name == "v_reversal" else drop)
+    return one
 
 
-ROWS: dict[str, Callable[[Trial], bool]] = {
-    "all": lambda one: True,
-    "slips of less than 30 samples": lambda one: one.samples < 30,
-    "less than 4 periods of the bandwidth in a slip": lambda one: one.band < 4,
-    "noise above 1 %": lambda one: one.noise >= 0.01,
-    "one curve": lambda one: one.plain,
-    "hysteresis": lambda one: not one.plain,
+ROWS = {
+    "all": "",
+    "slips of less than 30 samples": "samples < 30",
+    "less than 4 periods of the bandwidth in a slip": "band < 4",
+    "noise above 1 %": "noise >= 0.01",
+    "one curve": "plain",
+    "hysteresis": "not plain",
 }
 
 
-def told(trials: list[Trial], name: str) -> str:
+def told(records, name):
     """Coverage in %, and in brackets how many records tell the number, and half the interval."""
-    of_name, half = held(trials, name), [one.half[name] for one in trials if name in one.half]
-    share = f"{100 * len(of_name) / len(trials):.0f} %"
-    return f"{100 * np.mean(of_name):.1f} ({share}, ± {100 * np.median(half):.2g} %)" if of_name else ""
-
-
-def main() -> int:
-    """Print the table; 1 if a coefficient of all records is held too rarely or too often."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--records", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    with ProcessPoolExecutor() as pool:
-        trials = list(pool.map(partial(trial, seed=given.seed), range(given.records), chunksize=20))
-    rows = {title: [one for one in trials if belongs(one)] for title, belongs in ROWS.items()}
-    print(*table("records", rows, {name: partial(told, name=name) for name in NAMES}), sep="\n")
-    problems = [*wrong("all", trials, NAMES, ENOUGH)]
-    print(*problems, sep="\n")
-    return int(bool(problems))
+    return covered(records, name, f", ± {100 * records[f'half of {name}'].median():.2g} %")
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--records", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    records = trials(trial, given.records, given.seed)
+    print(*table("records", records, ROWS, {name: partial(told, name=name) for name in NAMES}), sep="\n")
+    problems = [*wrong("all", records, NAMES, ENOUGH)]  # of coefficients of all records, held too rarely or too often
+    print(*problems, sep="\n")
+    raise SystemExit(bool(problems))

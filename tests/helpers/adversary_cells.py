@@ -169,8 +169,21 @@ def strengthening(rng, n):
     return cells
 
 
+def both_ways(rng, n):
+    """Negative damping at the speed of a belt that is far above friction: slip runs both ways."""
+    cells = article_like(rng, n)
+    cells["law"] = rng.integers(0, len(LAWS), n)
+    z = rng.uniform(0.02, np.where(cells["law"] == CUBIC, 1.0, 4.0))  # within the falling part
+    cells["a1"], cells["delta"] = log_uniform(rng, 1e-2, 1.0, n), exponents(rng, n, 3.0)
+    cells["a4"] = log_uniform(rng, 0.3, 30.0, n) * mu_start(cells) / z
+    cells["belt_speed"] = z * cells["a4"]
+    slope = np.array([slope_at_belt(cells, i) for i in range(n)])
+    cells["damping"] = np.maximum(-slope * (1.0 - log_uniform(rng, 1e-5, 0.9, n)), 0.0)
+    return cells
+
+
 FAMILIES = {
-    f.__name__: f for f in (wide, steep, near_vh, delta, ageing, hysteretic, asymmetric, strengthening)
+    f.__name__: f for f in (wide, steep, near_vh, delta, ageing, hysteretic, asymmetric, strengthening, both_ways)
 }  # fmt: skip
 LAWS_OF = {"wide": None, "steep": None, "delta": "stribeck_delta"}  # None: any
 

@@ -145,17 +145,6 @@ def test_a_trajectory_nobody_can_compute_is_refused(wrong, kind, message):
 # --- run, open --------------------------------------------------------------------------------------------------------
 
 
-def test_the_file_holds_the_same_dataset_and_the_configuration_that_makes_it_again(tmp_path):
-    target = tmp_path / "map.nc"
-    ds = stickslip.run(write_config(tmp_path), target)
-    with stickslip.open(target) as back:
-        xr.testing.assert_identical(back.load(), ds)
-        text = back.attrs["configuration"]
-    (tmp_path / "again.yaml").write_text(text)
-    again = stickslip.run(tmp_path / "again.yaml")
-    xr.testing.assert_equal(again, ds)
-
-
 def test_an_interruption_without_an_output_hands_over_what_is_finished(tmp_path):
     path = write_config(tmp_path, num=120, block=64)
     whole = stickslip.run(path)

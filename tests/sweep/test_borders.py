@@ -16,7 +16,6 @@ from helpers.configs import GOOD, MEASURED_FORM, write_config
 from stickslip import theory
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
-from stickslip.runs import work
 from stickslip.studies.search import Looked, Scan, search_lines
 from stickslip.vocabulary.results import METHODS, REGIMES
 
@@ -158,14 +157,6 @@ def test_steady_sliding_loses_its_stability_within_the_stretch_that_cannot_be_de
 
 
 # --- what is found, and what is said ----------------------------------------------------------------------------------
-
-
-def test_the_regimes_beside_a_border_are_those_of_cells_there():
-    ds = stickslip.border(PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}, "belt_speed", BELT)
-    for side, name in ((-1, "regime_below"), (1, "regime_above")):
-        place = ds["border"].isel(crossing=0) * (1 + side * 1e-9)
-        cells = stickslip.evaluate(ds[list(ds.coords)].assign_coords(belt_speed=place), rtol=1e-11)
-        np.testing.assert_array_equal(cells["regime"], ds[name].isel(crossing=0))
 
 
 def test_both_ends_of_stick_slip_on_a_line_are_found():
@@ -344,26 +335,9 @@ def test_a_line_without_border_says_its_regime_throughout(tmp_path):
     assert (ds["regime_throughout"] != 0).values.tolist() == [False, False, True]
 
 
-def test_borders_do_not_depend_on_how_lines_are_cut(monkeypatch):
-    cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
-    whole = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    monkeypatch.setattr(work, "_FEWEST", 16)
-    portions = stickslip.border(cells, "belt_speed", BELT, scan=8)
-    xr.testing.assert_equal(portions, whole)
-
-
 def test_borders_do_not_depend_on_where_the_scan_looked():
     cells = PAIR | {"stiffness": np.geomspace(0.1, 10, 5)}
     one, other = (stickslip.border(cells, "belt_speed", *how) for how in ((BELT,), ((0.0123, 7.0),)))
     coarse = stickslip.border(cells, "belt_speed", BELT, scan=2)
     for ds in (other, coarse):
         np.testing.assert_allclose(only(ds), only(one), rtol=1e-9)
-
-
-def test_the_static_friction_at_which_stick_slip_begins_follows_from_the_same_closed_form():
-    damping = np.array([0.05, 0.2, 0.6])
-    cells = {"mass": 1.0, "stiffness": 1.0, "damping": damping, "normal_load": 2.0, "belt_speed": 0.1}
-    ds = stickslip.border(cells | {"a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}, "mu_static", (0.3, 3.0))
-    exact = 0.3 + theory.critical_strength(damping / 2) * 0.1 / 2.0
-    np.testing.assert_allclose(only(ds), exact, rtol=1e-9)
-    assert (ds["regime_above"] == STICK_SLIP).all()

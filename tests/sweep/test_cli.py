@@ -163,15 +163,6 @@ def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(
     assert done.exit_code == 0 and "3,400 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
 
 
-def test_another_configuration_is_refused_and_fresh_replaces_the_map(here):
-    config = write_config(here, more="output: {file: map.nc}\n")
-    assert call("run", config).exit_code == 0
-    config.write_text(config.read_text().replace("mass: 1", "mass: 2"))
-    done = call("run", config)
-    assert done.exit_code == 2 and "system.mass: 1.0 there, 2.0 here" in done.stderr and "--fresh" in done.stderr
-    assert call("run", config, "--fresh").exit_code == 0
-
-
 def test_shards_are_computed_shown_and_collected(here):
     config = write_config(here, num=100, more="output: {file: a map µ.nc, plot: a.png}\n")
     first = call("run", config, "--shard", "1/2")

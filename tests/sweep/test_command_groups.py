@@ -1,10 +1,7 @@
 """The command as a stranger meets it: groups, old spellings, files named by mistake, completion, the screen."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -151,35 +148,3 @@ def test_messages_name_topics_that_there_are_and_others_get_the_nearest():
 def test_commands_and_options_are_completed():
     assert completed([], "ru") == ["run"]
     assert "--plot" in completed(["run"], "--p")
-
-
-def test_without_colour_nothing_is_bold():
-    """A terminal is imitated, since pipes never get escapes."""
-    pytest.importorskip("pty", reason="no pseudo-terminals on Windows")
-    from stickslip.cli import screen
-
-    code = (
-        "from stickslip.cli import screen; from rich.table import Table\n"
-        "console = screen.terminal(); console.print('[bold]x[/]', Table('a', header_style='bold'))"
-    )
-    assert "\x1b[" in on_terminal(code, {}) and "\x1b[" not in on_terminal(code, {"NO_COLOR": "1"})
-    assert screen.terminal().width >= 1000
-
-
-def on_terminal(code, variables, columns=80):
-    """What a program prints to a terminal of that width."""
-    import pty
-
-    reading, writing = pty.openpty()
-    environment = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")} | variables
-    environment |= {"PYTHONPATH": str(ROOT / "sweep"), "TERM": "xterm", "COLUMNS": str(columns)}
-    subprocess.run([sys.executable, "-c", code], stdout=writing, env=environment, check=True)
-    os.close(writing)
-    said = b""
-    try:
-        while part := os.read(reading, 65536):
-            said += part
-    except OSError:  # the other end is closed
-        pass
-    os.close(reading)
-    return said.decode()

@@ -5,7 +5,6 @@ mu_* - a ln(1 + v_1/w) + b ln(1 + v_2 theta/D_c), with mu_* such that friction i
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip
@@ -20,7 +19,6 @@ ROCK = {
     "mass": 1.0, "stiffness": 2e4, "normal_load": 10.0, "mu_0": 0.6, "v_0": 1e-6, "a": 0.010, "b": 0.018, "D_c": 1e-6,
     "belt_speed": 1e-4,
 }  # fmt: skip
-SPEEDS = [(1e-4, 1e-2), (np.nan, 1e-3), (1e-3, np.nan), (1e-4, 1e-5)]  # the last one is quiet
 
 
 def friction(p, slip, state):
@@ -120,60 +118,3 @@ def test_cells_without_cut_offs_keep_their_kernels(law):
         fixed = {name: value for name, value in system.items() if name not in axes}
         config = stickslip.load_config({"system": fixed, "friction": pair, "axes": axes})
         assert set(engine.kernels_for(build_grid(config), Options(law=law))) == names
-
-
-def radau(p, law, about):
-    """Of the last of a dozen cycles: period; extremes of the force; the least ln w."""
-    load, v, distance = p["normal_load"], p["belt_speed"], p["D_c"]
-
-    def rates(t, y):
-        w, theta = np.exp(y[1]), np.exp(y[2])
-        z = w * theta / distance
-        follows = 1.0 / theta - w / distance if law == LAWS[0] else -w / distance * np.log(z)
-        return p["stiffness"] * (v - w), (y[0] - load * friction(p, w, theta)) / (p["mass"] * w), follows
-
-    def passes(t, y):
-        return y[1] - np.log(v)
-
-    passes.direction = 1.0
-    start = [0.0, np.log(v) - 5.0, np.log(distance / v) + 5.0]
-    start[0] = load * friction(p, *np.exp(start[1:]))
-    absolute = [1e-9 * load * p["a"], 1e-9, 1e-9]
-    motion = solve_ivp(rates, (0.0, 12.5 * about), start, "Radau", events=passes, rtol=1e-9, atol=absolute)
-    (*_, began, ended) = motion.t_events[0]
-    inside = (motion.t >= began) & (motion.t <= ended)
-    force, slip, _ = motion.y[:, inside]
-    return ended - began, force.max(), force.min(), slip.min()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
-def test_limit_cycles_are_those_of_scipy(law):
-    cells = ROCK | {name: [pair[n] for pair in SPEEDS] for n, name in enumerate(CUTS)}
-    ds, cycles = stickslip.evaluate(cells, law=law), 0
-    for i, pair in enumerate(SPEEDS):
-        if int(ds["regime"][i]) not in (1, 4):
-            assert float(ds["growth_rate"][i]) < 0.0
-            continue
-        ours = {name: float(ds[name][i]) for name in ds.data_vars}
-        period, high, low, least = radau(ROCK | dict(zip(CUTS, pair, strict=True)), law, ours["period"])
-        assert ours["period"] == pytest.approx(period, rel=1e-5), pair
-        assert ours["cycle_force_max"] == pytest.approx(high, rel=1e-4), pair
-        assert ours["cycle_force_min"] == pytest.approx(low, rel=1e-4), pair
-        assert np.log(ours["slip_speed_min"]) == pytest.approx(least, abs=1e-2), (
-            pair
-        )  # SciPy's extremes are those of its steps
-        cycles += 1
-    assert cycles >= 3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
-def test_cut_offs_far_away_change_nothing(law):
-    plain, far = (
-        stickslip.evaluate(ROCK | {"stiffness": np.geomspace(2e3, 4e5, 16), CUTS[0]: cut, CUTS[1]: cut}, law=law)
-        for cut in (np.nan, 1e9)
-    )
-    np.testing.assert_array_equal(plain["regime"], far["regime"])
-    for name in ("period", "spring_force_max", "spring_force_min", "critical_stiffness"):
-        np.testing.assert_allclose(far[name], plain[name], rtol=2e-6)

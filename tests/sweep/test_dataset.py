@@ -4,18 +4,11 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from helpers.maps import axis, make_grid, make_map, make_results, plane
+from helpers.maps import axis, make_grid, make_results, plane
 from stickslip.dataset import build as made_by
 from stickslip.dataset.build import map_dataset, provenance, trace_dataset
 from stickslip.vocabulary.quantities import PARAMETERS
 from stickslip.vocabulary.results import FLAGS, MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
-
-
-def test_last_dimension_of_the_grid_runs_fastest():
-    grid = make_grid(axis("stiffness", [1.0, 2.0]), axis("belt_speed", [0.1, 0.2, 0.3]))
-    ds = map_dataset(grid, {"period": np.arange(6.0)}, {})
-    assert ds["period"].dims == ("stiffness", "belt_speed")
-    assert ds["period"].sel(stiffness=2.0, belt_speed=0.1) == 3.0
 
 
 def test_every_variable_carries_units_and_long_name():
@@ -23,17 +16,6 @@ def test_every_variable_carries_units_and_long_name():
     for name, variable in ds.variables.items():
         declared = PARAMETERS.get(name) or VARIABLES[name]
         assert (variable.attrs["units"], variable.attrs["long_name"]) == (declared.units, declared.long_name)
-
-
-def test_parameters_that_vary_together_share_a_dimension_indexed_by_its_labels():
-    lubricants = [
-        axis("a1", [1.0, 0.8], "values", "lubricant", ["dry", "grease"]),
-        axis("a3", [0.3, 0.1], "values", "lubricant"),
-    ]
-    ds = make_map(*lubricants, axis("belt_speed", [0.1, 0.2, 0.3]))
-    assert dict(ds.sizes) == {"lubricant": 2, "belt_speed": 3}
-    assert ds.sel(lubricant="grease")["a1"] == 0.8
-    assert ds.sel(lubricant="grease")["a3"] == 0.1
 
 
 @pytest.mark.parametrize("flag", ["regime", "status"])

@@ -56,31 +56,6 @@ def test_a_cell_does_not_depend_on_the_exponents_of_its_neighbours():
         np.testing.assert_array_equal(together[name][cells["delta"] == 1.0], values, err_msg=name)
 
 
-@pytest.mark.slow
-def test_kernels_of_an_exponent_continue_those_of_its_neighbours():
-    cells = mixed(200)
-    near, at_two = (
-        computed(cells | {"delta": np.full(200, delta)}, law="stribeck_delta") for delta in (2 + 1e-12, 2.0)
-    )
-    np.testing.assert_array_equal(near["regime"], at_two["regime"])
-    for name in ("breakaway_time", "restick_time", "period", "slip_speed_max", "acceleration_max"):
-        np.testing.assert_allclose(near[name], at_two[name], rtol=1e-5, err_msg=name)
-
-
-@pytest.mark.slow
-def test_trajectories_of_an_exponent_are_those_of_its_neighbours():
-    times, cell = np.linspace(0.0, 30.0, 301), {name: values[:1] for name, values in as_cells(PAIR | TRACED).items()}
-    options = Options(law="stribeck_delta", rtol=1e-9)
-    near, at_two = (engine.trajectory(cell | {"delta": np.array([d])}, times, options) for d in (2 + 1e-12, 2.0))
-    np.testing.assert_allclose(near["displacement"], at_two["displacement"], atol=1e-7)
-    many = {name: np.repeat(values, 3) for name, values in cell.items()} | {"delta": np.array([2.0, 1.5, 2.0])}
-    motions = engine.flows(many, np.full(3, 30.0), 301, options)
-    for row in (0, 2):
-        np.testing.assert_allclose(motions["displacement"][row], at_two["displacement"], atol=1e-9)
-    assert abs(motions["displacement"][1] - motions["displacement"][0]).max() > 1e-3
-
-
-TRACED = {"stiffness": 1.0, "belt_speed": 0.1}
 DIMENSIONS = {  # powers of mass, length and time
     "mass": (1, 0, 0), "stiffness": (1, 0, -2), "damping": (1, 0, -1), "normal_load": (1, 1, -2),
     "belt_speed": (0, 1, -1), "a2": (0, -1, 1), "a4": (0, 1, -1), "displacement": (0, 1, 0), "velocity": (0, 1, -1),

@@ -8,7 +8,6 @@ import xarray as xr
 
 import stickslip
 from stickslip import plots
-from stickslip.vocabulary.cells import as_cells
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 SPEEDS = xr.DataArray([10.0, 100.0, 700.0], {"v": ["slow", "fast", "faster"]}, "v", attrs={"units": "mm/s"})
@@ -62,28 +61,6 @@ def test_texts_with_units_are_read_everywhere_cells_are():
     xr.testing.assert_equal(found, stickslip.border(plain | {"stiffness": 10.0}, "belt_speed", (0.01, 5.0)))
     margins = stickslip.margins(one, ["belt_speed"], joint=False)
     assert margins["border_belt_speed"].sel(side="above").item() == pytest.approx(found["border"].item(), rel=1e-8)
-
-
-def test_units_of_arrays_are_converted_and_never_dropped():
-    pint = pytest.importorskip("pint")
-    unit = pint.UnitRegistry()
-    plain = stickslip.evaluate(PAIR | {"stiffness": [1000.0, 5000.0], "belt_speed": 0.1})
-    quantities = {
-        "stiffness": [1.0, 5.0] * unit.newton / unit.millimeter,
-        "belt_speed": 10 * unit.centimeter / unit.second,
-    }
-    xr.testing.assert_equal(stickslip.evaluate(PAIR | quantities), plain)
-    with pytest.raises(ValueError, match=r"^belt_speed: got the units 'kg' \(mass\), expected a speed"):
-        stickslip.evaluate(PAIR | quantities | {"belt_speed": 1 * unit.kilogram})
-    speed = xr.DataArray(100.0, attrs={"units": "mm/s"})
-    motion = stickslip.simulate(duration=1.0, samples=11, belt_speed=speed, **PAIR, stiffness=1000.0)
-    assert motion["belt_speed"] == 0.1
-    listed = as_cells(xr.Dataset({"belt_speed": SPEEDS}).assign(PAIR | {"stiffness": 1.0}))
-    np.testing.assert_array_equal(listed["belt_speed"], [0.01, 0.1, 0.7])
-    assert (
-        stickslip.evaluate(PAIR | {"stiffness": 1.0, "belt_speed": SPEEDS})["belt_speed"].attrs["display_units"]
-        == "mm/s"
-    )
 
 
 def test_designers_calls_keep_dimensions_too():

@@ -44,17 +44,6 @@ def test_margins_along_single_parameters_end_at_the_critical_speed():
     assert at["damping"] > 0 and np.isnan(at["mass"])
 
 
-def test_the_cheapest_change_of_two_parameters_whose_ratio_decides_is_shared_by_their_costs():
-    """Speed over load is critical: minimise (a s)^2 + (b t)^2 with s - t = L, so t = -L a^2/(a^2 + b^2)."""
-    a, b = 1.0, 2.0
-    ds = stickslip.margins(COULOMB, ("belt_speed", "normal_load"), {"normal_load": b}).isel(cell=0)
-    length = np.log(critical_speed(COULOMB) / 0.01)
-    assert float(ds["joint_cost"]) == pytest.approx(length / np.sqrt(1 / a**2 + 1 / b**2), rel=1e-7)
-    assert float(ds["joint_belt_speed"]) == pytest.approx(0.01 * np.exp(length * b**2 / (a**2 + b**2)), rel=1e-4)
-    assert float(ds["joint_normal_load"]) == pytest.approx(3.0 * np.exp(-length * a**2 / (a**2 + b**2)), rel=1e-4)
-    assert int(ds["joint_checked"]) == DAMPED
-
-
 def test_the_cheapest_change_of_four_parameters_is_that_of_a_minimisation_over_the_closed_form():
     """Also from damping 0.5 and a cost that makes stiffening twice as dear."""
     cell, costs = COULOMB | {"damping": 0.5, "belt_speed": 0.03}, np.array([1.0, 1.0, 2.0, 1.0])

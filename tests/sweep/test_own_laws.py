@@ -18,7 +18,6 @@ from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.models import laws_with, own_law
-from stickslip.vocabulary.results import REGIMES
 
 TESTS = Path(__file__).parents[1]
 CURVE = (0.3, 0.1, 0.2, 0.05)
@@ -43,12 +42,6 @@ def registered(name):
 @pytest.fixture(scope="module")
 def lorentzian():
     return registered("lorentzian")
-
-
-@pytest.fixture(scope="module")
-def bell():
-    """The law `gaussian` of the program, as people would register it."""
-    return registered("bell")
 
 
 @pytest.mark.parametrize(
@@ -108,55 +101,6 @@ def test_a_law_registered_again_is_another_one():
 def test_beyond_the_table_friction_stays_and_a_warning_says_so(lorentzian):
     with pytest.warns(ExtrapolationWarning, match="at 1 m/s: beyond"):
         stickslip.evaluate(CELL | {"a4": 1e-4, "belt_speed": 2.0}, law=lorentzian)
-
-
-def decades(random, n):
-    """Cells over decades, very weakly and very strongly damped ones among them."""
-    return {
-        "mass": 10.0 ** random.uniform(-1, 1, n), "stiffness": 10.0 ** random.uniform(-1, 3, n), "normal_load": 1.0,
-        "damping": 10.0 ** random.uniform(-5, 2, n), "belt_speed": 0.05 * 10.0 ** random.uniform(-2, 1.5, n), "a1": 0.3,
-        "a2": random.uniform(0, 0.2, n) * random.integers(0, 2, n), "a3": random.uniform(0, 0.3, n), "a4": 0.05,
-    }  # fmt: skip
-
-
-@pytest.mark.slow
-def test_a_law_of_ours_registered_gives_the_same_map_over_decades(bell):
-    cells = decades(np.random.default_rng(6), 500)
-    own, ours = stickslip.evaluate(cells, law=bell), stickslip.evaluate(cells | {"delta": 2.0}, law="stribeck_delta")
-    known = own["regime"].values != REGIMES.index("unresolved")
-    assert known.mean() > 0.99
-    np.testing.assert_array_equal(own["regime"].values[known], ours["regime"].values[known])
-    for name in ("period", "spring_force_max", "slip_speed_max", "settling_time", "acceleration_max"):
-        both = np.isfinite(own[name].values) & np.isfinite(ours[name].values)
-        assert both.sum() > 50
-        np.testing.assert_allclose(own[name].values[both], ours[name].values[both], rtol=2e-5, err_msg=name)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("gamma", [0.02, 5.0])
-def test_the_border_at_the_end_of_stick_slip_is_that_of_our_law(bell, gamma):
-    """Where loops grow or shrink too slowly to be followed."""
-    damper = 0.2 / 0.05 * -own_shapes.bell_slope(1.2)  # that of the fall at 60 mm/s
-    cell = CELL | {"a2": 0.0, "damping": damper, "stiffness": (damper / gamma) ** 2}
-    (own, ours) = (
-        stickslip.border(cell | more, "belt_speed", (0.03, 0.5), 1e-7, law=law, scan=12)
-        for law, more in ((bell, {}), ("stribeck_delta", {"delta": 2.0}))
-    )
-    first = [float(np.ravel(ds["border"].values)[0]) for ds in (own, ours)]
-    assert int(np.ravel(ours["regime_below"].values)[0]) == REGIMES.index("stick_slip")
-    assert first[0] == pytest.approx(first[1], rel=1e-6)
-
-
-def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_that_was_registered(lorentzian):
-    z = np.array([0.3, 0.8, 2.0])
-    critical = -np.array([0.1 + 0.2 / 0.05 * own_shapes.slope(place) for place in z])
-    steady = 0.3 + 0.1 * 0.05 * z + 0.2 * np.array([own_shapes.shape(place) for place in z])
-    cell = CELL | {"belt_speed": 0.05 * z, "displacement": steady * (1.0 + 1e-6), "velocity": 0.0}
-    regimes = [
-        stickslip.evaluate(cell | {"damping": critical * share}, law=lorentzian)["regime"] for share in (0.98, 1.001)
-    ]
-    assert set(regimes[0].values) <= {REGIMES.index("stick_slip"), REGIMES.index("sustained")}
-    assert set(regimes[1].values) == {REGIMES.index("damped")}
 
 
 def test_a_registered_law_has_no_exponent(lorentzian):
@@ -249,13 +193,3 @@ def test_an_installed_package_brings_a_law(lorentzian, tmp_path):
     wrong.write_text(ENTRY.replace("LAW", "own_lorentz"), encoding="utf-8")
     done = subprocess.run([*command, "validate", str(wrong)], capture_output=True, text=True)
     assert done.returncode and "friction.law" in done.stderr + done.stdout
-
-
-@pytest.mark.slow
-def test_workers_get_a_law_that_was_registered_here(lorentzian, tmp_path):
-    config = make_config({
-        "system": UNIT, "axes": {"belt_speed": {"start": 0.02, "stop": 0.6, "num": 40}},
-        "friction": {"law": "own_lorentzian", "a1": 0.3, "a2": 0.1, "a3": 0.2, "a4": 0.05},
-    })  # fmt: skip
-    there = stickslip.run(config, tmp_path / "there.nc", dask="local")
-    np.testing.assert_array_equal(there["period"], stickslip.run(config)["period"])

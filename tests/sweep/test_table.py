@@ -15,7 +15,6 @@ from stickslip.engine import Options
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
 from stickslip.vocabulary.cells import as_cells
-from stickslip.vocabulary.results import REGIMES
 
 RANDOM = np.random.default_rng(11)
 DRY = np.array([0.0, 0.004, 0.01, 0.03, 0.08, 0.2, 0.4, 1.0]), np.array([0.41, 0.39, 0.36, 0.31, 0.29, 0.3, 0.32, 0.37])
@@ -121,16 +120,6 @@ def test_hysteresis_on_a_table_begins_at_its_least_friction():
     cell = UNIT | {"belt_speed": 0.05, "mu_stop": 0.33}
     x, v, _ = ends(cell, stickslip.Table(*DRY), horizon, 1e-8)
     assert (x, v) == pytest.approx((exact.xi, exact.eta), abs=1e-6)
-
-
-@pytest.mark.slow
-def test_small_motions_grow_where_the_damper_is_weaker_than_the_fall_of_the_spline():
-    law, spline, belts = stickslip.Table(*DRY), CubicSpline(*DRY), np.array([0.002, 0.007, 0.02, 0.05])
-    critical, steady = -spline(belts, 1), spline(belts) * (1.0 + 1e-6)
-    cell = UNIT | {"belt_speed": belts, "displacement": steady, "velocity": 0.0}
-    regimes = [stickslip.evaluate(cell | {"damping": critical * share}, law=law)["regime"] for share in (0.98, 1.001)]
-    assert set(regimes[0].values) <= {REGIMES.index("stick_slip"), REGIMES.index("sustained")}
-    assert set(regimes[1].values) == {REGIMES.index("damped")}
 
 
 @pytest.mark.slow

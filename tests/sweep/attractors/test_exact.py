@@ -9,44 +9,10 @@ from helpers.nightly import few
 from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.engine import Options, compute_range, stop_flag
 from stickslip.studies.attractors import AttractorStudy
-from stickslip.studies.exact import area_in_box, velocities_at_rest_point
 from stickslip.studies.starts import Attractors, Motions, critical_disturbances, sampled_shares, steady_state
 from stickslip.theory import unstable_amplitude
 from stickslip.vocabulary.cells import Cells, as_cells, taken
 from stickslip.vocabulary.results import REGIMES, SHARE_METHODS
-
-
-def ellipse(width, height):
-    """A clockwise ellipse in the plane (x, v), v being the derivative of x."""
-    phase = np.linspace(0.0, 2.0 * np.pi, 2**14 + 1)[np.newaxis] + 0.3  # no sample where it passes an axis
-    return width * np.sin(phase), height * np.cos(phase)
-
-
-def area(width, height, *ends):
-    return area_in_box(*ellipse(width, height), *(np.array([float(end)]) for end in ends))[0]
-
-
-@pytest.mark.parametrize(
-    ("ends", "exact"),
-    [
-        ((-9, 9, -9, 9), np.pi),
-        ((-9, 9, 0, 9), np.pi / 2),
-        ((0, 9, 0, 9), np.pi / 4),
-        ((0.5, 9, -9, 9), np.pi / 3 - np.sqrt(3) / 4),  # the segment beyond half the radius
-        ((-9, 9, -9, -0.5), np.pi / 3 - np.sqrt(3) / 4),
-        ((-0.5, 0.5, -0.5, 0.5), 1.0),  # a box inside
-        ((0.8, 9, 0.7, 9), 0.0),  # a corner beyond the circle
-        ((2, 3, -1, 1), 0.0),
-        ((-2, 2, 1.5, 3), 0.0),
-    ],
-)
-def test_area_of_a_circle_cut_by_a_box(ends, exact):
-    assert area(1.0, 1.0, *ends) == pytest.approx(exact, abs=1e-6)
-
-
-def test_passings_lie_between_samples():
-    assert np.concatenate(velocities_at_rest_point(*ellipse(1.3, 0.7))) == pytest.approx([0.7, -0.7], rel=1e-7)
-
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BSTAB = UNIT | {"damping": 0.1, "a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5}
@@ -97,7 +63,11 @@ def test_share_and_cycle_are_those_of_scipy_backwards_in_time(case):
     cycle = Cycle(belt_speed, curve, cell["damping"], guess=float(ours["critical_shift_along"][0]))
     x, v = cycle.states()
     middle, reach, top = 0.5 * (x.max() + x.min()), 0.4 * np.ptp(x), 0.4 * np.ptp(v)
-    for box in (box_of((-20.0, 20.0), (-20.0, 20.0)), box_of((middle - reach, middle + reach), (-top, 0.9 * top))):
+    for box in (
+        box_of((-20.0, 20.0), (-20.0, 20.0)), box_of((middle - reach, middle + reach), (-top, 0.9 * top)),
+        box_of((middle, 20.0), (0.0, 20.0)), box_of((x.max() + 1.0, x.max() + 2.0), (-1.0, 1.0)),  # a quarter; beyond
+        box_of((middle, middle + 0.1 * reach), (0.0, 0.1 * top)),  # inside
+    ):  # fmt: skip
         share = find(cell | {"belt_speed": belt_speed}, box)["settling_share"][0]
         assert share == pytest.approx(cycle.share(box.displacement, box.velocity), rel=1e-6)
     assert ours["unstable_period"][0] == pytest.approx(cycle.period, rel=1e-6)
@@ -170,19 +140,6 @@ def test_static_friction_and_ageing_do_not_move_the_unstable_cycle():
         aged = find(ARTICLE | {"belt_speed": 0.6} | more)
         assert aged["share_method"][0] == EXACT
         assert aged["settling_share"] == pytest.approx(plain["settling_share"], rel=1e-12)
-
-
-@pytest.mark.slow
-def test_numbers_do_not_depend_on_how_cells_are_cut():
-    cells = as_cells(BSTAB | {"belt_speed": np.linspace(1.0, 2.0, 7), "mu_stop": [np.nan, 0.8] * 3 + [np.nan]})
-
-    def part(items):
-        box = BSTAB_BOX.model_copy(update={"samples": 64})
-        return AttractorStudy(Cells.of(cells), box, Options()).compute(items, stop_flag())
-
-    whole, parts = part(range(7)), [part(range(0, 3)), part(range(3, 7))]
-    for name, values in whole.items():
-        np.testing.assert_array_equal(values, np.concatenate([one[name] for one in parts]))
 
 
 # --- sampled ----------------------------------------------------------------------------------------------------------

@@ -5,75 +5,14 @@ import re
 
 import pytest
 
+from helpers.data import rows
 from helpers.installed import shipped
 from stickslip.config.reader import load_config, parse_config
 from stickslip.config.resolve import config_path
 from stickslip.errors import ConfigError
 
-FLOW = """\
-title: Grease A
-system: {mass: 1 kg, normal_load: 10 N, stiffness: 5 N/mm, damping: 2 N s/m}
-friction: {a1: 0.2, a2: 0.02, a3: 0.1, a4: 20 mm/s}
-axes:
-  belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 80}
-"""
-BLOCK = """\
-title: Grease A
-system:
-  mass: 1 kg
-  normal_load: 10 N
-  stiffness: 5 N/mm
-friction:
-  a1: 0.2
-  a2: 0.02
-  a3: 0.1
-  a4: 20 mm/s
-axes:
-  belt_speed:
-    start: 1 mm/s
-    stop: 200 mm/s
-    num: 80
-"""
-IN_BRACES = {  # what is written instead of what, and what is said
-    ("mass: 1 kg", "mass: 1,5 kg"): "my.yaml:2:18: system.5 kg: unknown key",
-    ("a1: 0.2", "a1:0.2"): "my.yaml:3:1: friction.a1: missing",
-    ("{start: 1 mm/s, stop: 200 mm/s, num: 80}", "1 mm/s to 200 mm/s"): "belt_speed: {start: ..., stop: ...",
-    ("a4: 20 mm/s}", "a4: 20 mm/s"): "while parsing a flow mapping that begins on line 3",
-    ("20 mm/s}", "20 mm/s}}"): "found '}'",
-    ("a1: 0.2, ", "a1: 0.2 "): "my.yaml:3:",
-}
-ANYWHERE = {
-    ("title: Grease A", "title: 1e9"): "put it in quotes",
-    ("title: Grease A", "title: true"): "put it in quotes",
-    ("title: Grease A", "title: Grease: A"): "a text that contains ': ' needs quotes",
-    ("title: Grease A", "title:Grease"): "my.yaml:2:7: not valid YAML",
-    ("title: Grease A", "title: @home"): "a text that begins with this character needs quotes",
-    ("title: Grease A", 'title: "Grease'): "a quote is not closed",
-    ("axes:", "axes"): "could not find expected ':'",
-    ("axes:", "axis:"): "did you mean axes?",
-    ("axes:", 'output: {file: "C:\\results\\map.nc"}\naxes:'): "use single quotes, or /",
-    ("axes:", 'output: {file: "C:\\users\\map.nc"}\naxes:'): "use single quotes, or /",
-    ("axes:", "output: {file: map}\naxes:"): "did you mean map.nc?",
-    ("axes:", "output: map.nc\naxes:"): "expected a mapping with the keys file, plot",
-    ("axes:", "solver: {early_stop: yes}\naxes:"): "expected true or false",
-    ("axes:", "friction: {a1: 1}\naxes:"): "remove one of the two",
-    ("stiffness", "stifness"): "did you mean stiffness?",
-    ("stiffness", "k"): "did you mean stiffness?",
-    ("normal_load", "Load"): "did you mean normal_load?",
-    ("belt_speed", "belt speed"): "did you mean belt_speed?",
-    ("num", "steps"): "num: missing, expected start, stop and num",
-    ("mass: 1 kg", "mass: [1 kg, 2 kg]"): "what varies belongs to axes: {mass: ...}",
-    ("\n  belt", "\n\tbelt"): "indent with spaces, not with tabs",
-}
-UNITS = {  # of the stiffness, and what is meant
-    "5 N/mm^2": "5 N/mm", "5 N/mm²": "5 N/mm", "5 kN/m m": "5 kN/mm", "5 Nmm": "5 N/mm", "5 N-mm": "5 N/mm",
-    "5 N per mm": "5 N/mm", "5 Newton/mm": "5 N/mm", "5 n/mm": "5 N/mm", "5 N/MM": "5 N/mm",
-    "5 N/mm.": "5 N/mm", "N/mm": "1 N/mm",
-}  # fmt: skip
-SAME = [  # other characters for 20 mm/s: no mistake
-    "20\u00a0mm/s", "20\u202fmm/s", "20 mm s⁻¹", "20 mm·s⁻¹", "20 mm⋅s-1", "20 mm∕s", "20 µm/ms", "20 μm/ms",
-    "20 mm/sec", "20mm/s", "2e1 mm/s",
-]  # fmt: skip
+TABLES = rows("hints.yaml")
+FLOW, BLOCK = TABLES["braces"], TABLES["lines"]
 
 
 def told(text):
@@ -83,19 +22,19 @@ def told(text):
     return caught.value.problems[0].text("my.yaml")
 
 
-@pytest.mark.parametrize(("pair", "hint"), IN_BRACES.items(), ids=[new for _, new in IN_BRACES])
-def test_what_goes_wrong_in_braces_gets_its_hint(pair, hint):
-    assert hint in told(FLOW.replace(*pair, 1))
+@pytest.mark.parametrize(("old", "new", "hint"), TABLES["in_braces"])
+def test_what_goes_wrong_in_braces_gets_its_hint(old, new, hint):
+    assert hint in told(FLOW.replace(old, new, 1))
 
 
 @pytest.mark.parametrize("text", [FLOW, BLOCK], ids=["braces", "lines"])
-@pytest.mark.parametrize(("pair", "hint"), ANYWHERE.items(), ids=[new for _, new in ANYWHERE])
-def test_what_goes_wrong_in_either_style_gets_its_hint_in_the_first_problem(pair, hint, text):
-    assert hint in told(text.replace(*pair, 1)) or "\tbelt" in pair[1]
+@pytest.mark.parametrize(("old", "new", "hint"), TABLES["anywhere"])
+def test_what_goes_wrong_in_either_style_gets_its_hint_in_the_first_problem(old, new, hint, text):
+    assert hint in told(text.replace(old, new, 1)) or "\tbelt" in new
 
 
 @pytest.mark.parametrize("text", [FLOW, BLOCK], ids=["braces", "lines"])
-@pytest.mark.parametrize(("written", "meant"), UNITS.items())
+@pytest.mark.parametrize(("written", "meant"), TABLES["units"])
 def test_the_unit_that_was_meant_is_proposed_and_is_right(written, meant, text):
     assert meant in told(text.replace("5 N/mm", written, 1)).partition("hint: ")[2]
     assert parse_config(text.replace("5 N/mm", meant, 1)).system.stiffness > 0
@@ -107,7 +46,7 @@ def test_two_units_written_together_are_taken_apart():
     assert "did you mean '20 mm/s'?" in told(FLOW.replace("20 mm/s", "20 mms"))
 
 
-@pytest.mark.parametrize("written", SAME)
+@pytest.mark.parametrize("written", TABLES["same"])
 def test_other_characters_for_the_same_unit_are_understood(written):
     assert parse_config(FLOW.replace("20 mm/s", written)).friction.a4 == pytest.approx(0.02, rel=1e-15)
 

@@ -8,7 +8,7 @@ import xarray as xr
 import stickslip
 from helpers.runs import block_files, opened, same, stop_early
 from stickslip.config.reader import parse_config
-from stickslip.errors import ConfigError, IncompleteError, StoreError
+from stickslip.errors import ConfigError, StoreError
 from stickslip.runs import work
 
 PAIR = """
@@ -73,24 +73,6 @@ def test_results_of_another_search_or_a_map_are_not_overwritten(config, tmp_path
     config.write_text(config.read_text().replace(SEARCH.replace("1e-6", "1e-7"), ""))
     with pytest.raises(StoreError, match="is not a map"):
         stickslip.run(config, output)
-
-
-def test_a_block_that_fails_is_recorded_and_tried_again(config, tmp_path, monkeypatch):
-    from stickslip.studies.border import BorderStudy
-
-    output, compute = tmp_path / "borders.nc", BorderStudy.compute
-
-    def failing(self, items, *rest):
-        if items.start == 4:
-            raise RuntimeError("out of oil")
-        return compute(self, items, *rest)
-
-    monkeypatch.setattr(BorderStudy, "compute", failing)
-    with pytest.raises(IncompleteError, match=r"1 block \(4 lines\) failed"):
-        stickslip.run(config, output)
-    monkeypatch.setattr(BorderStudy, "compute", compute)
-    stickslip.retry_failed(config, output)
-    same(opened(output), stickslip.run(config))
 
 
 @pytest.mark.parametrize(("section", "message"), [

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from stickslip.studies.draws import BITS, Design, SobolPoints
-from stickslip.studies.reduction import IndexSums, index_sums, indices_of, ratio
+from stickslip.studies.reduction import IndexSums, index_sums, indices_of
 from stickslip.theory.distributions import distribution
 
 Z = np.array([-5.0, -2.0, -0.3, 0.0, 0.7, 3.0, 4.0])
@@ -57,17 +57,6 @@ def test_draws_do_not_depend_on_how_items_are_cut():
     parts = [design.normals(design.place(start, min(start + 7, len(whole)))) for start in range(0, len(whole), 7)]
     assert np.array_equal(whole, np.concatenate(parts))
     assert np.array_equal(whole[: design.per_cell], whole[design.per_cell :])  # the same draws in every cell
-
-
-def test_mixed_matrices_have_one_column_of_the_second_matrix():
-    design = Design(quantities=3, draws=8, scramblings=2, seed=1, indices=True)
-    matrices = design.normals(design.place(0, design.per_cell)).reshape(2, 5, 8, 3)
-    a, b = matrices[:, 0], matrices[:, 1]
-    assert not (a == b).any()
-    for i in range(3):
-        other = np.arange(3) != i
-        assert np.array_equal(matrices[:, 2 + i][..., i], b[..., i])
-        assert np.array_equal(matrices[:, 2 + i][..., other], a[..., other])
 
 
 A, B = 7.0, 0.1  # of the Ishigami function
@@ -129,31 +118,3 @@ def test_one_scrambling_gives_the_indices_of_scipy():
 def test_indices_of_what_does_not_vary_are_not_a_number():
     first, total = estimated(np.ones((4, 5, 16)))
     assert np.isnan(first.value).all() and np.isnan(total.error).all()
-
-
-def test_indices_of_an_indicator_are_those_of_a_double_loop():
-    """An independent estimator: the variance over one input of the mean over the others, with NumPy's numbers."""
-
-    def indicator(x):
-        return (x[:, 0] + 0.3 * x[:, 1] * x[:, 2] > 1.0).astype(float)
-
-    first, _ = estimated(values_of(Design(3, 4096, 8, 5, True), indicator))
-    rng = np.random.default_rng(2)
-    outer, inner = 1500, 1500
-    for i in range(3):
-        x = rng.uniform(-np.pi, np.pi, (outer, inner, 3))
-        x[:, :, i] = x[:, :1, i]
-        means = indicator(x.reshape(-1, 3)).reshape(outer, inner).mean(1)
-        variance = means.mean() * (1 - means.mean())
-        loop = (means.var() - variance / inner) / variance  # the scatter of the inner means, roughly, taken off
-        spread = 3.5 * np.hypot(first.error[i], 1.5 * means.var() / variance / np.sqrt(outer) + 0.001)
-        assert abs(first.value[i] - loop) < spread
-
-
-def test_a_ratio_of_sums_has_the_error_of_its_scatter():
-    rng, off = np.random.default_rng(3), []
-    for _ in range(400):
-        below = rng.uniform(50, 150, 8)
-        found = ratio(2.0 * below + rng.normal(0, 5, 8), below)
-        off.append((found.value - 2.0) / found.error)
-    assert 0.9 < np.std(off) < 1.5
