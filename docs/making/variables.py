@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from making.markdown import code, sentence, table
 from stickslip.config.studies import study_class
-from stickslip.studies.draws import STATISTICS
+from stickslip.studies.uncertain import STATISTICS
 from stickslip.vocabulary import results, units
 from stickslip.vocabulary.results import Variable
 from stickslip_rig.quantities import EXACT, FEATURES

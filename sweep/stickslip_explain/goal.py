@@ -16,10 +16,10 @@ from stickslip.config.sections import RANGE, Read, choice, interval, of_row, ref
 from stickslip.dataset.build import given_cells
 from stickslip.engine import Options
 from stickslip.errors import ArgumentError
+from stickslip.studies.changes import MarginSearch
 from stickslip.studies.contours import Contours
 from stickslip.studies.draws import computed_where
 from stickslip.studies.lines import PARAMETER, CellsOrConfig, Side
-from stickslip.studies.margin_search import MarginSearch
 from stickslip.studies.plane import OPEN
 from stickslip.studies.search import Floats, Integers, Labels, Looked, Scan
 from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken

@@ -19,13 +19,12 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, sho
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.changes import Reach, reach_of
+from stickslip.studies.changes import ChangeSpace, Reach, nearest, reach_of, turned_in
 from stickslip.studies.contours import VARIABLES, ContourStudy, lines_dataset
 from stickslip.studies.draws import Design
-from stickslip.studies.lines import CellsOrConfig, Lines, Side, fine_enough
-from stickslip.studies.margin_search import ChangeSpace, nearest, turned_in
+from stickslip.studies.lines import CellsOrConfig, Lines, fine_enough
 from stickslip.studies.plane import OPEN, PlaneSearch
-from stickslip.studies.search import Floats, Integers, Labels
+from stickslip.studies.search import Floats, Labels
 from stickslip.studies.study import axis_names, joined, parts_over
 from stickslip.vocabulary.cells import taken
 from stickslip.vocabulary.display_units import customary, spoken
@@ -80,7 +79,7 @@ class _Plane(PlaneSearch):
 
     def columns(self) -> Results:
         """The map at the points that are looked at first, and the lines."""
-        places = (_scanned(side, self.scan) for side in (self.y, self.x))
+        places = (side.scanned(self.scan) for side in (self.y, self.x))
         row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
         at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
         judged = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
@@ -115,17 +114,12 @@ class _Plane(PlaneSearch):
         costs = np.linalg.norm(ways, axis=1) if ways else np.zeros(1)
         if not costs.all():
             return None
-        space = ChangeSpace.of(self.demand, reaches, np.ones(2), far, np.inf)
+        space = ChangeSpace(self.demand, reaches, np.ones(2), far, np.inf)
         start = np.zeros(len(ways), np.int64), np.array(ways) / costs[:, np.newaxis], _ROUGHLY * costs
         directions, costs = turned_in(space, *start, self.tolerance)
         best = int(np.argmin(costs))
         within = 1.0 if far == [QUIET] else 1.0 - 2.0 * self.tolerance
         return directions[best] * costs[best] * within if np.isfinite(costs[best]) else None
-
-
-def _scanned(side: Side, scan: int) -> Integers:
-    """Which of the points along a side are on the map."""
-    return np.unique(np.linspace(0, side.points - 1, min(side.points, scan)).round().astype(np.int64))
 
 
 def _nearest_node(lines: Results, reaches: Sequence[Reach]) -> list[Floats]:
@@ -171,7 +165,7 @@ class GoalStudy(ContourStudy):
             self._scramblings, self._probability = uncertain.scramblings, section.probability or PROBABILITY
         nodes = section.scan**2 + _PER_POINT * (goal.x.points + goal.y.points)
         self.cells_each = nodes * len(next(iter(self._drawn.values()), (0,))) * section.samples ** len(goal.ranges)
-        self._maps = [_scanned(side, section.scan) for side in (goal.y, goal.x)]
+        self._maps = [side.scanned(section.scan) for side in (goal.y, goal.x)]
         self._of_plane = {f"{what}_{side.name}": (row, side) for what, row in _PLACES.items()
                           for side in (goal.y, goal.x)}  # fmt: skip
         self._each = dict.fromkeys(_MAPS, self._maps[0].size * self._maps[1].size)  # values of a panel

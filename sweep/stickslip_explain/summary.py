@@ -21,7 +21,7 @@ from stickslip.dataset.build import (
 )
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Results
-from stickslip.studies.reduction import ratio
+from stickslip.studies.draws import ratio
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE

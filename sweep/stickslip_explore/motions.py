@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.engine import Options, compute, flows, friction_at_belt_speed
-from stickslip.studies.exact import Loop, unstable_cycle
-from stickslip.studies.starts import DISTURBANCE, steady_state
+from stickslip.studies.exact import DISTURBANCE, Loop, steady_state, unstable_cycle
 from stickslip.theory.contacts import time_to_cycle
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.models import model_of

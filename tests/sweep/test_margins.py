@@ -8,6 +8,9 @@ from scipy.optimize import minimize
 import stickslip
 from stickslip import theory
 from stickslip.config.reader import parse_config
+from stickslip.engine import stop_flag
+from stickslip.studies.changes import MarginSearch, checked, reach_of
+from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.results import REGIMES
 
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "damping": 3.0, "normal_load": 3.0, "belt_speed": 0.01,
@@ -107,6 +110,16 @@ def test_proposals_are_simulated_a_little_past_the_border():
             np.testing.assert_allclose(np.abs(values / border - 1), np.where(border.notnull(), 0.01, np.nan), rtol=0.02)
     joint = {name: ds[f"joint_proposed_{name}"].values for name in ("belt_speed", "mu_stop", "damping")}
     np.testing.assert_array_equal(stickslip.evaluate(PAIR | joint)["regime"], ds["joint_checked"])
+
+
+def test_no_proposal_is_a_cell_that_is_impossible():
+    """mu_stop is at most friction at break-away, a1 + 0.3: 1 % further in both it would be more."""
+    cell = as_cells(PAIR | {"mu_stop": 1.2})
+    search = MarginSearch(cell, stickslip.Options(), stop_flag())
+    reaches = [reach_of(name, cell, 10.0) for name in ("mu_stop", "a1")]
+    regimes, values = checked(search, reaches, np.log([[1.249 / 1.2, 0.95]]), 0.01)
+    np.testing.assert_allclose(values, [[1.249, 0.95]])
+    assert REGIMES[regimes[0]] != "not_computed"
 
 
 def test_margins_of_a_cell_do_not_depend_on_the_others():

@@ -11,12 +11,12 @@ from stickslip.engine import SolverKeywords
 from stickslip.errors import ArgumentError
 from stickslip.progress import Watch
 from stickslip.runs.threads import CellsOrConfig, Subject
+from stickslip.studies.attractors import Attractors
 from stickslip.studies.border import Border
-from stickslip.studies.changes import Margins
 from stickslip.studies.contours import Contours
+from stickslip.studies.margins import Margins
 from stickslip.studies.ramp import Ramp
 from stickslip.studies.search import Scan
-from stickslip.studies.starts import Attractors
 from stickslip.vocabulary.quantities import QUANTITIES
 
 __all__ = ["attractors", "border", "contours", "margins", "ramp"]

@@ -173,7 +173,8 @@ def advise(
     from stickslip.api.studies import margins
     from stickslip.config.grid import config_at
     from stickslip.config.studies import section_of_call
-    from stickslip.studies.changes import OPPOSITE, Margins
+    from stickslip.studies.changes import OPPOSITE
+    from stickslip.studies.margins import Margins
     from stickslip.vocabulary.units import ends_of
 
     with refuses_bad_input(""):

@@ -5,7 +5,7 @@
     attractors  what starting states lead to         ramp       attractors along a parameter, up and down
     uncertain   probabilities where inputs scatter   study      what studies share
 
-Below them: `search` and `lines` (borders along lines), `plane` and `tracing` (in planes), `changes` and `margin_search`
-(changes of cells, and borders about them), `boxes` (which cells of a map are needed), `starts` and `exact` (from
-which states a motion settles), `draws` and `reduction` (of what is uncertain).
+Below them: `search` (changes of labels along lines and among points), `lines` and `plane` (borders along lines, and in
+planes), `changes` (of cells, and borders about them), `exact` (from which states a motion settles), `draws` (of what is
+uncertain, and what they say).
 """

@@ -1,211 +1,43 @@
-"""What may be changed of a cell, and how far: the section `margins`, the variables of its result, and the measure.
+"""Changes of cells: how far parameters may go, the nearest border along one, and the cheapest change of several that
+leads over one.
 
 A change is the logarithm of the ratio to the value that the cell has; where that is 0, or where a parameter may change
 its sign (the starting state), it is the difference over a scale of the cell.
+In the space of changes, each multiplied by its cost, a cell is the origin, and the cheapest change the nearest point
+beyond a border. Rays from the origin into many directions are searched together; the best of them are turned to all
+sides, by smaller and smaller steps, to wherever the border is nearer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator
+import scipy  # type: ignore[import-untyped]
 
-from stickslip.config.sections import (
-    BOOLEAN,
-    RANGE,
-    Read,
-    Schema,
-    StudySection,
-    choice,
-    interval,
-    list_of,
-    number,
-    number_schema,
-    of_row,
-    one_of,
-    refused,
-)
-from stickslip.dataset.build import of_parameter
-from stickslip.engine import Scales
-from stickslip.errors import ArgumentError
-from stickslip.studies.lines import PARAMETER, limits
-from stickslip.studies.search import Flags, Floats, Integers
-from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.models import MODELS, model_with
-from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE, listed
-from stickslip.vocabulary.results import DECIDED, VIBRATING
-from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
+from stickslip.engine import Options, Scales, StopFlag, solve
+from stickslip.studies.lines import decided, growth_of, guide_of
+from stickslip.studies.search import Brackets, Flags, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
+from stickslip.vocabulary.cells import Parameters, impossible, taken
+from stickslip.vocabulary.models import LAWS, laws_with, model_of, model_with
+from stickslip.vocabulary.quantities import MEASURED, SEARCHABLE, listed
+from stickslip.vocabulary.results import DECIDED, REGIMES, UNDECIDED, VIBRATING
 
-SIDES = ("below", "above")
 OPPOSITE = "opposite"  # regimes, in a list of those to be entered: quiet ones of what vibrates, else vibrating ones
 _QUIET = tuple(name for name in DECIDED if name not in VIBRATING)
-_SIDE = ("side",)
-# Of cells, most of them once per parameter: `margin_stiffness`.
-VARIABLES = table(
-    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
-    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
-    Variable("border", "parameter", "nearest border on either side", dims=_SIDE),
-    Variable("border_width", "parameter", "width of the last bracket of the border", dims=_SIDE),
-    Variable("beyond", "flag", "regime just past the border", dims=_SIDE),
-    Variable("proposed", "parameter", "value past the border that was simulated", dims=_SIDE),
-    Variable("checked", "flag", "regime of the simulation past the border", dims=_SIDE),
-    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
-             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
-    Variable("joint", "parameter", "value after the cheapest joint change"),
-    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
-    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
-    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
-    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
-             comment="1: after so many steps of integration that there may be a cheaper joint change"),
-)  # fmt: skip
-_OF_CELL = ("joint_cost", "joint_checked", "joint_ended")  # not of single parameters
-COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
-FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
-_CHANGED: Schema = {"enum": list(PARAMETERS)}
-_FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}
-_REACHES: Schema = {
-    "type": "object", "propertyNames": _CHANGED, "additionalProperties": {"anyOf": [_FACTOR, RANGE]},
-}  # fmt: skip
-_COSTS: Schema = {"type": "object", "propertyNames": _CHANGED, "additionalProperties": number_schema(COST)}
-_SPEED = replace(PARAMETERS["belt_speed"], above=0)
-_SPEEDS = 9  # looked at in a range of belt speeds
-
-
-def entered(into: Sequence[str] | None, home: str) -> tuple[str, ...]:
-    """The regimes, by name, that a cell is to enter. home : its own. into : as in the section."""
-    if into is None:
-        return tuple(name for name in DECIDED if name != home)
-    other_kind = _QUIET if home in VIBRATING else VIBRATING
-    return tuple(dict.fromkeys(name for wanted in into for name in (other_kind if wanted == OPPOSITE else (wanted,))))
-
-
-def rows_of(section: Margins) -> dict[str, Variable]:
-    """The variables of a result, of a section of which `of_cells` is known: of the cell, and of each parameter."""
-    rows = {"regime": CELL_VARIABLES["regime"]}
-    for name, row in VARIABLES.items():
-        row = replace(row, name="regime", units="1") if row.units == "flag" else row
-        if section.joint or not name.startswith("joint"):
-            rows |= {name: row} if name in _OF_CELL else {f"{name}_{p}": of_parameter(row, p) for p in section.reaches}
-    return rows
-
-
-def _by_parameter(value: object, info: ValidationInfo) -> dict[str, Any]:
-    """A mapping whose keys are among the parameters that may change."""
-    if not isinstance(value, Mapping):
-        raise refused("a mapping of parameters to numbers")
-    known: Collection[str] = info.data.get("parameters") or SEARCHABLE
-    return {choice(name, known, "a parameter that may change", inside=True): inner for name, inner in value.items()}
-
-
-class Margins(StudySection):
-    """Distances of each cell from a border, along single parameters, and by the cheapest change of several."""
-
-    key = "margins"
-    rows = limits(
-        key,
-        "a border",
-        Parameter("scan", "1", "places on either side of a cell that are looked at first", key,
-                  default=32, at_least=2, at_most=65_536, whole=True),
-        Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", key,
-                  default=0.01, at_least=0.0, at_most=0.5),
-    )  # fmt: skip
-    parameters: Annotated[
-        tuple[Annotated[str, PARAMETER], ...] | None, list_of(PARAMETERS, "a list of different parameters", unique=True)
-    ] = Field(None, description="parameters that may change; all that a designer chooses unless given")
-    costs: dict[str, float] = Field(
-        {},
-        description="by parameter, what changing it by a factor costs relative to the others; 1 unless given",
-        json_schema_extra=_COSTS,
-    )
-    within: dict[str, float | tuple[float, float]] | float = Field(
-        float(FACTOR.default or 0),
-        description="how far to look: a factor, or by parameter a factor or both ends of a range",
-        json_schema_extra={"anyOf": [_FACTOR, _REACHES]},
-    )
-    into: Annotated[tuple[Annotated[str, one_of((*DECIDED, OPPOSITE), "a regime")], ...] | None,
-                    list_of((*DECIDED, OPPOSITE), "a list of regimes")] = Field(
-        None, description="regimes that count, opposite for quiet ones of what vibrates and the reverse; any other "
-        "unless given"
-    )  # fmt: skip
-    speed_range: Annotated[tuple[float, float] | None, Read(lambda value: interval(_SPEED, value), RANGE)] = Field(
-        None,
-        description=f"both ends of a range of belt speeds, of {_SPEEDS} of which the worst counts; that of the cell "
-        "unless given",
-    )
-    joint: Annotated[bool, BOOLEAN] = Field(
-        False, description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more"
-    )
-    scan: int = of_row(rows["scan"])
-    tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
-    beyond: float = of_row(rows["beyond"])
-    rtol: float | None = of_row(rows["rtol"])
-
-    @field_validator("parameters")
-    @classmethod
-    def _one_form(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
-        for model in MODELS:
-            if set(model.measured) & set(value or ()) and set(model.replaced) & set(value or ()):
-                forms = (listed(form, "and") for form in (model.measured, model.replaced))
-                raise refused(f"one form of the curve: {', or '.join(forms)}")
-        return value
-
-    @field_validator("costs", mode="before")
-    @classmethod
-    def _costs(cls, value: object, info: ValidationInfo) -> object:
-        return {name: number(COST, cost) for name, cost in _by_parameter(value, info).items()}
-
-    @field_validator("within", mode="before")
-    @classmethod
-    def _within(cls, value: object, info: ValidationInfo) -> object:
-        if not isinstance(value, Mapping):
-            return number(FACTOR, value)
-        return {
-            name: interval(SEARCHABLE[name], reach) if isinstance(reach, list | tuple) else number(FACTOR, reach)
-            for name, reach in _by_parameter(value, info).items()
-        }
-
-    @field_validator("speed_range")
-    @classmethod
-    def _no_speed(cls, value: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
-        if value is not None and "belt_speed" in (info.data.get("parameters") or ()):
-            raise refused("none beside the parameter belt_speed, which is what the range of speeds is about")
-        return value
-
-    @property
-    def speeds(self) -> tuple[float, ...]:
-        """The belt speeds (m/s) of the range, by equal ratios, both ends among them; none for that of the cell."""
-        return () if self.speed_range is None else tuple(map(float, np.geomspace(*self.speed_range, _SPEEDS)))
-
-    def of_cells(self, cells: Parameters) -> Margins:
-        """The section with its parameters named, those that cells have, and how far each may go.
-
-        Raises ArgumentError for costs and reaches of others.
-        """
-        names = self.parameters
-        if names is None:
-            own = [name for name in _CHANGEABLE if name in cells and not (self.speed_range and name == "belt_speed")]
-            names = tuple(name for name in own if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
-        within = self.within if isinstance(self.within, dict) else dict.fromkeys(names, self.within)
-        for key, given in (("costs", self.costs), ("within", within)):
-            if unknown := [name for name in given if name not in names]:
-                raise ArgumentError(key, f"got one for {unknown[0]!r}, expected {', '.join(names)}")
-        reaches = {name: within.get(name, FACTOR.default) for name in names}
-        return self.model_copy(update={"parameters": names, "within": reaches})
-
-    @property
-    def reaches(self) -> dict[str, float | tuple[float, float]]:
-        """Reach of each parameter, of a section of which `of_cells` is known."""
-        assert isinstance(self.within, dict)
-        return self.within
-
-
-_CHANGEABLE = ("belt_speed", "stiffness", "damping", "normal_load", "mass", "mu_stop", "mu_static")
-_IF_GIVEN = ("mu_stop", "mu_static")  # changed where a cell has them
 _SIGNED = ("displacement", "velocity")  # changed by amounts, not by factors
+_MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
+_RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more
+_STARTS = 3  # rays of a cell that are turned
+_AT_ONCE = 16  # rays looked along together, after which the best few are known better
+_INNER = 8  # places of a ray looked at first, inside the best cost known
+_COARSE = 1e-3  # tolerance of the first rays
+_TURNS = 0.3 * 0.5 ** np.arange(14)  # radians; the error of the cost is the square of the last
+_TRIES = 6  # of each
+_OF_TURN = 0.01  # of the square of a turn, which the cost may change by: how exactly it is looked for
+_VIBRATING = [REGIMES.index(name) for name in VIBRATING]
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,3 +97,303 @@ def reach_of(name: str, cells: Parameters, within: float | tuple[float, float]) 
     least, most = model.within(name, cells, *(like * bound for bound in bounds))  # beside the others of the cell
     return Reach(name, value, np.minimum(np.maximum(low, least), value), np.maximum(np.minimum(high, most), value),
                  by_factor, scale)  # fmt: skip
+
+
+def misfit(names: Iterable[str], options: Options) -> str | None:
+    """Return why not all parameters of these names are of the law."""
+    wrong = next((name for name in names if options.law not in laws_with(name)), None)
+    if wrong is None:
+        return None
+    laws = listed(other for other in laws_with(wrong) if other in LAWS)
+    what = f"the form of {', '.join(MEASURED)}" if wrong in MEASURED else wrong
+    return f"{what} is for the law {laws}, not {options.law}"
+
+
+@dataclass(frozen=True, eq=False)
+class MarginSearch:
+    """Cells, by parameters of length n, and how they are computed, until `stop` is raised.
+
+    speeds : belt speeds (m/s) at all of which a cell is computed: the worst of its regimes counts. None: its own.
+    moved : as of a study. home : regimes of the cells, where those of the other kind are looked for: quiet ones of what
+    vibrates, else vibrating ones. steps : of integration that each cell took so far (n,).
+    """
+
+    cells: Parameters
+    options: Options
+    stop: StopFlag
+    speeds: tuple[float, ...] = ()
+    moved: Callable[[int], None] | None = None
+    home: Labels | None = field(default=None, kw_only=True)
+    steps: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", np.zeros(next(iter(self.cells.values())).size))
+
+    def regimes(self, which: Integers, changed: Parameters) -> Labels:
+        """Regimes of the cells `which` (m,) with other values (m,) of some parameters; impossible ones are not
+        computed. Raises StoppedError."""
+        return self._computed(which, changed)[0]
+
+    def looked(self, which: Integers, changed: Parameters, into: list[int] | None) -> Looked:
+        """The same as a search takes it: labels (with `into`, whether it is one of these regimes), and the guide to
+        where stick-slip ends by grazing."""
+        regimes, guide = self._computed(which, changed)
+        if into is None:
+            return Looked(regimes, decided(regimes), guide)
+        entered = np.isin(regimes, into)
+        if self.home is not None:
+            entered |= np.isin(regimes, _VIBRATING) != np.isin(self.home[which], _VIBRATING)
+        return Looked(entered.astype(np.int8), decided(regimes), guide)
+
+    def guide_at(self, cells_at: Callable[[Integers, Floats], tuple[Integers, Parameters]]) -> GuideAt | None:
+        """The guide by theory, where it knows one. cells_at : which cells, and what is changed, by line and place."""
+        if self.speeds:
+            return None
+        return growth_of(lambda line, place: self._changed(*cells_at(line, place)), self.options)
+
+    def _changed(self, which: Integers, changed: Parameters) -> Parameters:
+        return model_of(self.options.law).without_measured(taken(self.cells, which) | changed)
+
+    def _computed(self, which: Integers, changed: Parameters) -> tuple[Labels, Floats]:
+        cells = self._changed(which, changed)
+        possible = np.flatnonzero(~impossible(cells, model_of(self.options.law).rules[self.options.law]))
+        regimes, guide = np.full(which.size, REGIMES.index("not_computed"), np.int8), np.full(which.size, np.nan)
+        if possible.size:
+            each = max(len(self.speeds), 1)
+            lanes = taken(cells, np.repeat(possible, each))
+            if self.speeds:
+                lanes["belt_speed"] = np.tile(self.speeds, possible.size)
+            results = solve(lanes, self.options, self.stop, self.moved)
+            np.add.at(self.steps, which[possible], results["steps"].reshape(-1, each).sum(axis=1))
+            regimes[possible] = worst(results["regime"].reshape(-1, each))
+            if not self.speeds:  # of several speeds none leads to where all are quiet
+                guide[possible] = guide_of(results, self.options)
+        return regimes, guide
+
+
+def worst(regimes: Labels) -> Labels:
+    """Of regimes (n, k) those that matter most: a vibration, else one that is not decided, else the first."""
+    rank = np.zeros(len(REGIMES), np.int8)
+    rank[list(UNDECIDED)] = 1
+    rank[[REGIMES.index(name) for name in reversed(VIBRATING)]] = 2, 3
+    return np.take_along_axis(regimes, np.argmax(rank[regimes], axis=1)[:, None], 1)[:, 0]
+
+
+def entered(into: Sequence[str] | None, home: str) -> tuple[str, ...]:
+    """The regimes, by name, that a cell is to enter. home : its own. into : as in the section."""
+    if into is None:
+        return tuple(name for name in DECIDED if name != home)
+    other_kind = _QUIET if home in VIBRATING else VIBRATING
+    return tuple(dict.fromkeys(name for wanted in into for name in (other_kind if wanted == OPPOSITE else (wanted,))))
+
+
+class Borders(NamedTuple):
+    """The nearest borders of n cells: (n, 2), below and above the value; NaN, and regime 0, where there is none.
+
+    low, high : the last bracket in SI. border : in it. change : of the side beyond, as `Reach` measures it.
+    beyond : regime there.
+    """
+
+    low: Floats
+    high: Floats
+    border: Floats
+    change: Floats
+    beyond: Labels
+
+
+def nearest(
+    search: MarginSearch, reach: Reach, home: Labels, into: list[int] | None, points: int, tolerance: float
+) -> Borders:
+    """The first change of regime on the way down and up.
+
+    home : regimes of the cells as they are; those that are undecided have no border. into : codes of the regimes to be
+    entered; None for any other. points : places looked at first on either side, evenly spaced in the change.
+    """
+    room, sign = np.stack(reach.room), np.array([-1.0, 1.0])
+    searched = np.flatnonzero(decided(home))
+    cells, ways = np.repeat(searched, 2), np.tile([0, 1], searched.size)
+    cells, ways = np.stack([cells, ways])[:, room[ways, cells] > 0]
+
+    def change_at(line: Integers, place: Floats) -> Floats:
+        return np.asarray(place * room[ways[line], cells[line]] * sign[ways[line]])
+
+    def cells_at(line: Integers, place: Floats) -> tuple[Integers, Parameters]:
+        return cells[line], {reach.name: reach.at(change_at(line, place), cells[line])}
+
+    brackets, _ = search_lines(
+        cells.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance,
+        lambda line, place: search.looked(*cells_at(line, place), into), search.guide_at(cells_at),
+    )  # fmt: skip
+    first = first_entries(brackets, into)
+    line = first["line"]
+    at, beyond = (cells[line], ways[line]), np.zeros((home.size, 2), np.int8)
+    low, high, border, change = (np.full((home.size, 2), np.nan) for _ in range(4))
+    near, far, border[at] = (cells_at(line, first[end])[1][reach.name] for end in ("low", "high", "place"))
+    low[at], high[at], change[at] = np.minimum(near, far), np.maximum(near, far), change_at(line, first["high"])
+    beyond[at] = search.regimes(at[0], {reach.name: far})
+    return Borders(low, high, border, change, beyond)
+
+
+def first_entries(brackets: Brackets, into: list[int] | None) -> Brackets:
+    """The first bracket of each line; with `into`, whose labels are 0 and 1, the first that enters."""
+    entries = brackets if into is None else brackets[brackets["above"] == 1]
+    _, first = np.unique(entries["line"], return_index=True)
+    return entries[first]
+
+
+class ChangeSpace:
+    """Changes times costs: what a ray is in. most : steps of integration of a cell, after which its search ends."""
+
+    def __init__(
+        self, search: MarginSearch, reaches: Sequence[Reach], costs: Floats, into: list[int] | None, most: float
+    ) -> None:
+        self.search, self.reaches, self.costs, self.into = search, reaches, costs, into
+        self.room = np.stack([reach.room for reach in reaches], axis=-1)  # (2, n, k): against and with the sign
+        self._ends = search.steps + most
+
+    def goes_on(self, cell: Integers) -> Flags:
+        """Return whether the search of cells has not come to its end."""
+        return np.asarray(self.search.steps[cell] < self._ends[cell])
+
+    def _room(self, cell: Integers, direction: Floats) -> Floats:
+        down, up = self.room[:, cell]
+        return np.asarray(np.where(direction < 0, down, up))
+
+    def allowed(self, cell: Integers, direction: Floats) -> Floats:
+        """Directions (m, k) of length 1 without the parts for which there is no room; 0 where nothing is left."""
+        possible = np.where(self._room(cell, direction) > 0, direction, 0.0)
+        length = np.linalg.norm(possible, axis=1, keepdims=True)
+        return np.asarray(np.divide(possible, length, out=np.zeros_like(possible), where=length > 0))
+
+    def entries(self, cell: Integers, direction: Floats, limit: Floats, tolerance: float, points: int) -> Floats:
+        """Where rays first enter another regime (of `into`), no further than `limit`; inf where they do not.
+
+        points : places looked at first on each, of at most the length at which a parameter meets its end.
+        """
+        room = self._room(cell, direction) * self.costs
+        with np.errstate(divide="ignore", invalid="ignore"):  # 0/0: no room, and not that way
+            ends = np.min(np.where(direction == 0, np.inf, room / np.abs(direction)), axis=1)
+        rays = np.flatnonzero(direction.any(axis=1))
+        cells, towards, length = cell[rays], direction[rays], np.minimum(limit, ends)[rays]
+
+        def labels_at(line: Integers, place: Floats) -> Looked:
+            changes = towards[line] * (place * length[line])[:, np.newaxis] / self.costs
+            changed = {r.name: r.at(changes[:, i], cells[line]) for i, r in enumerate(self.reaches)}
+            return self.search.looked(cells[line], changed, self.into)
+
+        brackets, _ = search_lines(rays.size, Scan(0.0, 1.0, points + 1, "linear"), tolerance, labels_at)
+        first = first_entries(brackets, self.into)
+        entries = np.full(cell.size, np.inf)
+        entries[rays[first["line"]]] = first["high"] * length[first["line"]]
+        return entries
+
+
+def cheapest(
+    search: MarginSearch, reaches: Sequence[Reach], costs: Floats, home: Labels, into: list[int] | None, points: int,
+    tolerance: float, single: Floats,
+) -> tuple[Floats, Floats, Flags]:  # fmt: skip
+    """The cheapest joint change of each cell; arguments as in `nearest`, costs (k,) per unit of change.
+
+    Returns its cost (n,), NaN where no ray met a border; the changes of each parameter (n, k); and whether the search
+    ended before it was done, so that there may be a cheaper change (n,).
+
+    single : cost (n,) of the cheapest change of one parameter, inf where there is none. No joint change costs more, so
+    nothing is looked at beyond. The search of a cell ends after `_MOST_STEPS` of integration.
+    """
+    space, k = ChangeSpace(search, reaches, costs, into, _MOST_STEPS), len(reaches)
+    cell = np.flatnonzero(decided(home) & (space.room > 0).any(axis=(0, 2)))
+    least, changes = np.full(home.size, np.nan), np.full((home.size, k), np.nan)
+    ended = np.zeros(home.size, np.bool_)
+    if not cell.size:
+        return least, changes, ended
+    direction, cost = _best_rays(space, cell, points, single[cell])
+    few = cost.shape[1]
+    direction, cost = turned_in(space, np.repeat(cell, few), direction.reshape(-1, k), cost.ravel(), tolerance)
+    best = np.argmin(cost.reshape(-1, few), axis=1) + few * np.arange(cell.size)
+    best, met = best[np.isfinite(cost[best])], cell[np.isfinite(cost[best])]
+    least[met], changes[met] = cost[best], direction[best] * cost[best, np.newaxis] / costs
+    ended[cell] = ~space.goes_on(cell)
+    return least, changes, ended
+
+
+def _best_rays(space: ChangeSpace, cell: Integers, points: int, single: Floats) -> tuple[Floats, Floats]:
+    """The best few of many rays of each cell: directions (cells, few, k) and costs (cells, few).
+
+    Rays are no longer than the cheapest change of one parameter, nor than the last of the best few so far.
+    """
+    k = len(space.reaches)
+    towards = np.concatenate([np.eye(k), -np.eye(k)])
+    if k > 1:
+        rays = 2 ** min(_RAYS + k // 2, _MOST_RAYS)
+        towards = np.concatenate([towards, scipy.stats.qmc.MultivariateNormalQMC(np.zeros(k), seed=14).random(rays)])
+    few = min(_STARTS, len(towards))
+    directions = space.allowed(np.repeat(cell, len(towards)), np.tile(towards, (cell.size, 1)))
+    directions = directions.reshape(cell.size, -1, k)
+    costs = np.full(directions.shape[:2], np.inf)
+    for first in range(0, len(towards), _AT_ONCE):
+        going, now = np.flatnonzero(space.goes_on(cell)), slice(first, first + _AT_ONCE)
+        part = directions[going, now]
+        limit = np.minimum(single * (1 + _COARSE), np.partition(costs, few - 1, axis=1)[:, few - 1])[going]
+        owner, limits = (np.repeat(values, part.shape[1]) for values in (cell[going], limit))
+        costs[going, now] = space.entries(owner, part.reshape(-1, k), limits, _COARSE, points).reshape(part.shape[:2])
+    order = np.argsort(costs, axis=1, kind="stable")[:, :few]
+    return np.take_along_axis(directions, order[..., np.newaxis], axis=1), np.take_along_axis(costs, order, axis=1)
+
+
+def turned_in(
+    space: ChangeSpace, cell: Integers, direction: Floats, cost: Floats, tolerance: float
+) -> tuple[Floats, Floats]:
+    """Directions (m, k) and costs (m,) of rays, turned to all sides to wherever it is cheaper.
+
+    cost : known roughly, inf of rays that are left as they are; in the end to the tolerance, unless the search of a
+    cell ended before.
+    """
+    direction, cost = direction.copy(), cost.copy()
+    k = direction.shape[1]
+    bases = np.random.default_rng(14).standard_normal((_TURNS.size, _TRIES, k, k))  # the same for all cells
+    for turn, of_tries in zip(_TURNS, bases, strict=True):
+        fine = max(_OF_TURN * turn**2, tolerance)
+        active = np.flatnonzero(np.isfinite(cost))
+        for basis in of_tries:
+            active = active[space.goes_on(cell[active])]
+            if not active.size:
+                break
+            sides = turn * _across(direction[active], basis)
+            rays = direction[active, np.newaxis] + np.pad(sides, ((0, 0), (1, 0), (0, 0)))  # the first as it is
+            owner, limit = np.repeat(cell[active], rays.shape[1]), np.repeat(cost[active], rays.shape[1])
+            flat = space.allowed(owner, rays.reshape(-1, k))
+            entries = space.entries(owner, flat, (1 + 2 * _COARSE) * limit, fine, _INNER).reshape(rays.shape[:2])
+            choice = np.argmin(entries * np.where(np.arange(rays.shape[1]), 1 + fine, 1.0), axis=1)
+            rows = np.arange(active.size)
+            met = np.isfinite(entries[rows, choice])
+            cost[active[met]] = entries[rows, choice][met]
+            direction[active[met]] = flat.reshape(rays.shape)[rows, choice][met]
+            active = active[met & (choice > 0)]
+    return direction, cost
+
+
+def _across(direction: Floats, basis: Floats) -> Floats:
+    """Unit vectors across directions (m, k), to both sides along a basis turned at random: (m, 2 (k - 1), k)."""
+    bases = np.repeat(basis[np.newaxis], len(direction), axis=0)
+    bases[:, :, 0] = direction
+    across = np.linalg.qr(bases)[0][:, :, 1:].transpose(0, 2, 1)
+    return np.concatenate([across, -across], axis=1)
+
+
+def checked(search: MarginSearch, reaches: Sequence[Reach], changes: Floats, beyond: float) -> tuple[Labels, Floats]:
+    """Regimes of cells a little past the border, and the values there; 0 and NaN where there is none.
+
+    changes : (n, k) up to the border. The length of the change grows by the share `beyond`, or by as much as a single
+    parameter has to change by that share of its value, if that is more; not at all where no cell is possible there.
+    """
+    there = np.flatnonzero(~np.isnan(changes).any(axis=1))
+    regimes, values = np.zeros(len(changes), np.int8), np.full(changes.shape, np.nan)
+    length = np.linalg.norm(changes, axis=1, keepdims=True)
+    by_factor = np.stack([reach.by_factor for reach in reaches], axis=1).any(axis=1, keepdims=True)
+    more = np.where(by_factor, np.maximum(beyond * length, np.log1p(beyond)), beyond * length)
+    for further in (changes * (1 + more / np.where(length > 0, length, 1.0)), changes):
+        for i, reach in enumerate(reaches):
+            values[there, i] = reach.at(further[there, i], there)
+        regimes[there] = search.regimes(there, {reach.name: values[there, i] for i, reach in enumerate(reaches)})
+        there = there[regimes[there] == REGIMES.index("not_computed")]
+    return regimes, values

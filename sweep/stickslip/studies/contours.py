@@ -44,7 +44,6 @@ _PER_POINT = 40  # cells a border takes per grid point along one side of the pla
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
 
 _POINTS = by_model(STRIBECK.contour_points, CONTOUR_POINTS)
-_COUNTS = ("lines", "looked_at", "computed", "undecided")
 _LINE, _NODE = ("line",), ("node",)
 VARIABLES = table(
     Variable("node_count", "1", "nodes of the line", dims=_LINE),
@@ -122,8 +121,8 @@ class Contours(OpenSection):
 class ContourStudy(OpenStudy):
     """The lines of all panels of a plane; its items are the panels.
 
-    Columns: by panel how many lines, and how many grid points and cells in all were looked at; by line and by node
-    the variables; `node_along` is 0 on a side along x, 1 along y, 2 at a junction.
+    Columns: by panel how many lines; by line and by node the variables; `node_along` is 0 on a side along x, 1 along y,
+    2 at a junction.
     """
 
     section: ClassVar[type[StudySection]] = Contours
@@ -142,7 +141,7 @@ class ContourStudy(OpenStudy):
     columns: Mapping[str, np.dtype[Any]] = (
         dict.fromkeys(("lines", "node_count"), np.dtype(np.int32))
         | dict.fromkeys(("closed", "regime_left", "regime_right", "node_along"), np.dtype(np.int8))
-        | dict.fromkeys(("looked_at", "computed", "undecided", "x", "y", "node_width"), np.dtype(np.float64))
+        | dict.fromkeys(("x", "y", "node_width"), np.dtype(np.float64))
     )
 
     def __init__(self, cells: Cells, y: Side, x: Side, section: Contours, options: Options) -> None:
@@ -164,7 +163,6 @@ class ContourStudy(OpenStudy):
         """The first lines, how many there are, and how they were looked for."""
         yield from shown(_table(ds))
         yield f"lines    {ds.sizes['line']:,}, {int((ds['closed'] != 0).sum()):,} of them closed"
-        yield line_counts(ds)
         yield search_settings(ds, "contour")
 
     @classmethod
@@ -184,32 +182,30 @@ class ContourStudy(OpenStudy):
         return PlaneSearch(self._cells, self._y, self._x, panel, *how).columns()
 
     def blank(self, items: range) -> Results:
-        """Panels without lines, at no point of which was looked."""
+        """Panels without lines."""
         blank = {name: np.zeros(0, dtype) for name, dtype in self.columns.items()}
-        return blank | {name: np.zeros(len(items), self.columns[name]) for name in _COUNTS}
+        return blank | {"lines": np.zeros(len(items), np.int32)}
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The lines of all panels (`lines_dataset`)."""
         whole, y, x = joined(parts), self._y, self._x
         panel = np.repeat(np.arange(self._cells.size), whole["lines"])
-        attributes = {**attributes, **attributes_of_lines(whole, self._section, self.options), "result": "contours"}
+        attributes = {**attributes, **search_attributes(self._section, self.options), "result": "contours"}
         return lines_dataset(whole, VARIABLES, y, x).assign_attrs(attributes).assign_coords(self._panels(panel))
 
     def _panels(self, panel: Integers) -> dict[str, xr.Variable]:
         """The coordinates of the panels, by line; those that are equal in all of them stay single numbers."""
-        by_line = {}
-        for name, variable in grid_coordinates(self._cells).items():
-            if not variable.dims or variable.size == 1:
-                by_line[name] = xr.Variable((), variable.values.reshape(()), variable.attrs, variable.encoding)
-                continue
-            own = tuple(n if dim in variable.dims else 1 for dim, n in zip(self.dims, self.shape, strict=True))
-            ordered = variable.transpose(*(dim for dim in self.dims if dim in variable.dims)).values.reshape(own)
-            values = np.broadcast_to(ordered, self.shape).ravel()[panel]
-            by_line[name] = xr.Variable("line", values, variable.attrs, variable.encoding)
-        if self._cells.size > 1:
-            for dim, place in zip(self.dims, np.unravel_index(panel, self.shape), strict=True):
-                about = {"units": "1", "long_name": f"position along {dim}"}
-                by_line.setdefault(dim, xr.Variable("line", np.asarray(place, np.int32), about))
+        several, by_line = self._cells.size > 1, dict[str, xr.Variable]()
+        places = dict(zip(self.dims, np.unravel_index(panel, self.shape), strict=True)) if several else {}
+        for name, one in grid_coordinates(self._cells).items():
+            if one.size == 1:
+                by_line[name] = one.isel(dict.fromkeys(one.dims, 0))
+            else:
+                values = one.values[tuple(places[str(dim)] for dim in one.dims)]
+                by_line[name] = xr.Variable("line", values, one.attrs, one.encoding)
+        for dim, place in places.items():
+            about = {"units": "1", "long_name": f"position along {dim}"}
+            by_line.setdefault(dim, xr.Variable("line", np.asarray(place, np.int32), about))
         return by_line
 
 
@@ -254,16 +250,3 @@ def _table(ds: xr.Dataset) -> ReportTable:
         sides = (Regime(REGIMES[side]) for side in (line.left, line.right))
         rows.append([*where, *sides, "loop" if line.closed else "line", *ranges, f"{len(line.x):,}"])
     return ReportTable("The lines", [*panels, "to the left", "to the right", "", *names], ["points"], rows)
-
-
-def attributes_of_lines(whole: Results, section: Contours, options: Options) -> dict[str, Any]:
-    """How lines were looked for, and how many grid points and cells that took, as global attributes."""
-    prefix = section.key.removesuffix("s")
-    counts = {f"{prefix}_{name}": int(whole[name].sum()) for name in _COUNTS[1:]}
-    return search_attributes(section, options) | counts
-
-
-def line_counts(ds: xr.Dataset, prefix: str = "contour") -> str:
-    """The same as a line for the screen."""
-    looked, computed, undecided = (ds.attrs[f"{prefix}_{name}"] for name in _COUNTS[1:])
-    return f"looked   at {looked:,} grid points, {undecided:,} of them undecided; {computed:,} cells in all"

@@ -1,4 +1,4 @@
-"""Draws of what is uncertain, and the cells behind them.
+"""Draws of what is uncertain, the cells behind them, and what they say together.
 
 An item is a draw by cell, scrambling, matrix and number, in that order, the last running fastest: scrambled Sobol
 points, none of which depends on which others are asked for. So a block of a run makes its own points wherever it lies,
@@ -7,29 +7,25 @@ and a hundred million of them are never in memory together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy  # type: ignore[import-untyped]
-import xarray as xr
-from numpy.typing import NDArray
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Moved
 from stickslip.config.uncertain import Uncertain
-from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
-from stickslip.studies.search import Flags, Floats, Integers
+from stickslip.studies.search import Flags, Floats, Integers, Labels
+from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
 from stickslip.vocabulary.models import model_of
-from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import MEASURED
 from stickslip.vocabulary.results import REGIMES
-from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 BITS = 30  # of a coordinate, as SciPy has them
 _AT_ONCE = 2**16  # points of a scrambling that are made together; many, since SciPy walks to the first of them
@@ -131,50 +127,6 @@ class Design:
         return np.asarray(scipy.special.ndtri(drawn))
 
 
-_STATE, _QUANTITY = ("state",), ("state", "quantity")
-_ERROR = "standard error: scatter over independent scramblings"
-VARIABLES = table(
-    Variable("probability", "1", "probability of a regime",
-             comment="share of the draws whose regime is known", dims=_STATE),
-    Variable("probability_error", "1", "standard error of the probability of a regime",
-             comment=f"{_ERROR}; at least that of one draw", dims=_STATE),
-    Variable("probability_low", "1", "lower bound of the probability of a regime",
-             comment="no draw that is unresolved or failed has the regime; without the standard error", dims=_STATE),
-    Variable("probability_high", "1", "upper bound of the probability of a regime",
-             comment="all draws that are unresolved or failed have the regime; without the standard error",
-             dims=_STATE),
-    Variable("undecided", "1", "share of draws that are unresolved or failed"),
-    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
-             comment="share of the variance of the indicator that a quantity explains by itself", dims=_QUANTITY),
-    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change", dims=_QUANTITY),
-    Variable("sobol_total", "1", "total Sobol index of being in a regime",
-             comment="share of the variance of the indicator that would remain if all other quantities were known",
-             dims=_QUANTITY),
-    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
-             comment=f"{_ERROR}; and what undecided draws could change", dims=_QUANTITY),
-    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
-    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
-)  # fmt: skip
-# What is told of a metric, as a name and a long name to put its own behind.
-STATISTICS = {
-    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
-    "quantile_error": "standard error of the quantile", "count": "draws that have",
-}  # fmt: skip
-
-
-def _declared(name: str) -> Variable:
-    """The declaration of a result of draws; that of a statistic is made of the metric's."""
-    if name in VARIABLES:
-        return VARIABLES[name]
-    statistic, _, metric = name.removesuffix("_error").partition("_")
-    kind = f"{statistic}_error" if name.endswith("_error") else statistic
-    row = CELL_VARIABLES[metric]
-    units, comment = ("1", "") if statistic == "count" else (row.units, "among the draws that have it")
-    dims = ("quantile",) if statistic == "quantile" else ()
-    return Variable(name, units, f"{STATISTICS[kind]}: {row.long_name}", comment=comment, dims=dims)
-
-
 @dataclass(frozen=True)
 class Inputs:
     """Cells of a configuration with uncertain quantities."""
@@ -208,25 +160,6 @@ class Inputs:
         """Their results, by the calling thread. Raises StoppedError."""
         return computed_where(*self.cells(numbers, normals), options, stop, moved)
 
-    def dataset(
-        self, states: Sequence[str], quantiles: Sequence[float], results: Mapping[str, NDArray[Any]],
-        attributes: Mapping[str, Any],
-    ) -> xr.Dataset:  # fmt: skip
-        """Probabilities of regimes, the spread of metrics and Sobol indices, with what was done as attributes.
-
-        results : by names of `VARIABLES`, and of metrics (``mean_period``, ``quantile_period_error``, ...).
-        """
-        uncertain, rows = self.uncertain, {name: _declared(name) for name in results}
-        coordinates = grid_coordinates(self.grid) | {"state": text_index("state", states, "regime")}
-        used = {dim for row in rows.values() for dim in row.dims}
-        if "quantity" in used:
-            coordinates["quantity"] = text_index("quantity", uncertain.names, "uncertain quantity")
-        if "quantile" in used:
-            about = {"units": "1", "long_name": "share of the draws below the quantile"}
-            coordinates["quantile"] = xr.Variable("quantile", np.asarray(quantiles, np.float64), about, NO_FILL)
-        attributes = {**attributes, "uncertain_method": uncertain.method_in_words}
-        return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
-
 
 def drawn_cells(grid: Cells, numbers: Integers, drawn: Parameters, options: Options) -> tuple[Parameters, Flags]:
     """Parameters of the cells of these numbers, drawn quantities in place of their own; and which are possible."""
@@ -249,3 +182,183 @@ def computed_where(
     for name, values in results.items():
         values[possible] = computed[name]
     return results
+
+
+# --- from draws to probabilities, moments and Sobol indices -----------------------------------------------------------
+
+# No more than the draws of one scrambling of one cell are looked at together, so that memory depends on `draws` alone.
+# Scramblings are independent of each other, and each gives an unbiased estimate. So the spread of their estimates is
+# the error of their mean, whatever is estimated and however evenly Sobol points lie; errors of plain Monte Carlo would
+# be far too large. (Owen 1997; L'Ecuyer, Nakayama, Owen and Tuffin 2023 find this interval the most reliable.)
+
+STATES = ("stick_slip", "damped", "creep", "sustained", "stuck")  # what a draw can be known to be
+_CODES = np.array([REGIMES.index(name) for name in STATES], np.int8)
+
+
+class Mean(NamedTuple):
+    """A mean over scramblings and its standard error; arrays of one shape."""
+
+    value: Floats
+    error: Floats
+
+
+def ratio(above: Floats, below: Floats) -> Mean:
+    """The ratio of two sums over scramblings (first dimension), with the jackknife error over scramblings.
+
+    NaN where the sum `below` is 0, or would be without one of the scramblings: then nothing is known of the error.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        whole = above.sum(0) / below.sum(0)
+        without = (above.sum(0) - above) / (below.sum(0) - below)
+    count = len(above)
+    if count < 2:
+        return Mean(whole, np.full(whole.shape, np.nan))
+    with np.errstate(invalid="ignore"):
+        error = np.sqrt((count - 1) / count * np.sum((without - without.mean(0)) ** 2, axis=0))
+    known = np.isfinite(whole)
+    return Mean(np.where(known, whole, np.nan), np.where(known, error, np.nan))
+
+
+class IndexSums(NamedTuple):
+    """Sums behind the indices of one scrambling: (..., quantities), the variance with a last dimension 1."""
+
+    first: Floats
+    total: Floats
+    variance: Floats
+
+
+def index_sums(a: Floats, b: Floats, mixed: Floats) -> IndexSums:
+    """The sums of one scrambling.
+
+    a, b : values at the draws of A and of B, (..., draws). mixed : at those of A with one column of B,
+    (..., quantities, draws).
+    First order by Saltelli et al. (2010, table 2 b), total by Jansen (1999), as `scipy.stats.sobol_indices`.
+    """
+    centre = 0.5 * (a.mean(-1) + b.mean(-1))[..., None]
+    a, b = a - centre, b - centre
+    mixed = mixed - centre[..., None]
+    step = mixed - a[..., None, :]
+    first = np.mean(b[..., None, :] * step, axis=-1)
+    total = 0.5 * np.mean(step**2, axis=-1)
+    return IndexSums(first, total, 0.5 * np.mean(a**2 + b**2, axis=-1)[..., None])
+
+
+def indices_of(sums: IndexSums) -> dict[str, Mean]:
+    """The indices from the sums of all scramblings, the first dimension; NaN where nothing varies.
+
+    One quantity alone explains all of the variance.
+    """
+    variance = sums.variance + 0 * sums.first
+    if variance.shape[-1] == 1:
+        sums = IndexSums(variance, variance, variance)
+    return {"sobol_first": ratio(sums.first, variance), "sobol_total": ratio(sums.total, variance)}
+
+
+def reduced(
+    blocks: Iterable[Results], cells: int, design: Design, metrics: Sequence[str], levels: Sequence[float]
+) -> dict[str, Floats]:
+    """Return what the draws say, by name, the first dimension that of the cells.
+
+    blocks : the items of the run, in order. metrics : of which mean and quantiles, at these levels, are wanted.
+    """
+    rows: dict[str, list[Floats]] = {}
+    units = (_estimates(unit, design, metrics, levels) for unit in _units(blocks, design.unit))
+    for _ in range(cells):
+        of_cell = [next(units) for _ in range(design.scramblings)]
+        stacked = {name: np.array([unit[name] for unit in of_cell]) for name in of_cell[0]}
+        for name, value in _cell(stacked, design, metrics).items():
+            rows.setdefault(name, []).append(value)
+    return {name: np.array(values) for name, values in rows.items()}
+
+
+def _units(blocks: Iterable[Results], size: int) -> Iterator[Results]:
+    """The items in pieces of one scrambling of one cell, whatever the length of the blocks."""
+    pieces: list[Results] = []
+    count = 0
+    for block in blocks:
+        start, end = 0, block["regime"].size
+        while start < end:
+            stop = min(end, start + size - count)
+            pieces.append({name: values[start:stop] for name, values in block.items()})
+            count, start = count + stop - start, stop
+            if count == size:
+                yield joined(pieces)
+                pieces, count = [], 0
+
+
+def _estimates(results: Results, design: Design, metrics: Sequence[str], levels: Sequence[float]) -> dict[str, Floats]:
+    """Estimates by one scrambling of one cell.
+
+    counts : of each state. sums, having, quantiles : of each metric, how many draws have it, its quantiles (metrics,
+    quantiles). open : whether draws are unknown. out_, in_ : sums of the indices with these counted out of each state,
+    and into each.
+    """
+    regime = results["regime"].reshape(design.matrices, design.draws)
+    plain = design.plain * design.draws
+    having = [values[np.isfinite(values)] for values in (results[name][:plain] for name in metrics)]
+    quantiles = [np.quantile(values, levels) if values.size else np.full(len(levels), np.nan) for values in having]
+    estimates = {
+        "counts": np.bincount(regime[: design.plain].ravel(), minlength=len(REGIMES))[_CODES].astype(np.float64),
+        "sums": np.array([values.sum() for values in having]),
+        "having": np.array([values.size for values in having], np.float64),
+        "quantiles": np.array(quantiles).reshape(len(metrics), len(levels)),
+    }  # fmt: skip
+    if design.indices:
+        unknown = ~np.isin(regime, _CODES)
+        estimates["open"] = np.asarray(unknown.any())
+        for prefix, into in (("out_", np.zeros_like(unknown)), ("in_", unknown)):
+            estimates |= {prefix + name: values for name, values in _index_sums(regime, into)._asdict().items()}
+    return estimates
+
+
+def _index_sums(regime: Labels, more: Flags) -> IndexSums:
+    """The sums of the indicator of each state, with `more` draws counted into it."""
+    quantities = regime.shape[0] - 2
+    whole = IndexSums(*(np.zeros((len(STATES), n)) for n in (quantities, quantities, 1)))
+    for i in np.flatnonzero(np.isin(_CODES, regime) | more.any()):
+        values = ((regime == _CODES[i]) | more).astype(np.float64)
+        for of_all, of_state in zip(whole, index_sums(values[0], values[1], values[2:]), strict=True):
+            of_all[i] = of_state
+    return whole
+
+
+def _cell(units: Mapping[str, Floats], design: Design, metrics: Sequence[str]) -> dict[str, Floats]:
+    """Return what all scramblings of a cell say together; units : of each, the first dimension.
+
+    The error of a probability is at least that of one draw in one scrambling: where all scramblings agree, as they do
+    if a state was never met, their spread would be 0. The bounds hold whatever the unknown draws are.
+    """
+    counts, having, total = units["counts"], units["having"], float(design.per_cell // design.matrices * design.plain)
+    share = ratio(counts, counts.sum(1, keepdims=True))
+    unknown = total - counts.sum()
+    cell = {
+        "probability": share.value,
+        "probability_error": np.where(np.isnan(share.value), np.nan, np.fmax(share.error, 1.0 / total)),
+        "probability_low": counts.sum(0) / total,
+        "probability_high": (counts.sum(0) + unknown) / total,
+        "undecided": np.float64(unknown / total),
+    }
+    means = ratio(units["sums"], having)
+    for i, name in enumerate(metrics):
+        cell[f"mean_{name}"], cell[f"mean_{name}_error"] = means.value[i], means.error[i]
+        cell[f"count_{name}"] = having[:, i].sum()
+        weight = having[:, i : i + 1]
+        quantiles = ratio(np.where(weight > 0, units["quantiles"][:, i], 0.0) * weight, weight)
+        cell[f"quantile_{name}"], cell[f"quantile_{name}_error"] = quantiles.value, quantiles.error
+    return cell | (_indices(units) if design.indices else {})
+
+
+def _indices(units: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Sobol indices per state; to their errors is added what counting unknown draws the other way would change.
+
+    NaN where nothing would vary any more if they were counted the other way.
+    """
+    out, into = (indices_of(IndexSums(*(units[prefix + name] for name in IndexSums._fields)))
+                 for prefix in ("out_", "in_"))  # fmt: skip
+    cell = {}
+    for name, (value, error) in out.items():
+        if units["open"].any():
+            error = error + np.abs(into[name].value - value)
+            value = np.where(np.isfinite(error), value, np.nan)
+        cell[name], cell[f"{name}_error"] = value, error
+    return cell

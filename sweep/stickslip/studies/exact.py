@@ -22,15 +22,15 @@ since the velocity is the derivative of the displacement. It crosses velocity ze
 x, v : displacements from steady sliding and velocities (n, samples), evenly over a period, both ends included.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.engine import Options, Results, Scales, flows, stop_flag
+from stickslip.engine import Options, Results, Scales, StopFlag, flows, friction_at_belt_speed, solve, stop_flag
 from stickslip.studies.search import Flags, Floats, Labels
-from stickslip.studies.starts import Attractors, Motions, settled
-from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
+from stickslip.theory import stribeck_slope, unstable_amplitude
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.models import CURVE, STRIBECK
 from stickslip.vocabulary.results import REGIMES, STATUSES
@@ -52,6 +52,66 @@ _DISTURBANCES = [f"critical_{kind}_{way}" for kind in ("shock", "shift") for way
 _MEASURED = ("settling_share", "unstable_amplitude", "unstable_velocity_amplitude", "unstable_period", *_DISTURBANCES)
 
 
+class Box(NamedTuple):
+    """Starting states: displacements (m) and velocities (m/s), from the lower end to the upper one."""
+
+    displacement: tuple[float, float]
+    velocity: tuple[float, float]
+
+    @property
+    def area(self) -> float:
+        """Area in the plane of states (m2/s)."""
+        (left, right), (low, high) = self
+        return (right - left) * (high - low)
+
+
+DISTURBANCE = 1e-4  # of the belt speed: how far from steady sliding a motion is started that is to be near it
+SETTLED = (REGIMES.index("damped"), REGIMES.index("creep"))
+
+
+def settled(regimes: Labels) -> Flags:
+    """Return whether a motion settles to steady sliding."""
+    return np.isin(regimes, SETTLED)
+
+
+@dataclass(frozen=True)
+class Motions:
+    """Computing from starting states of cells.
+
+    Methods raise StoppedError once `stop` is raised: half of what belongs to a cell says nothing. moved : called with
+    motions computed, now and then.
+    """
+
+    options: Options
+    stop: StopFlag
+    moved: Callable[[int], None] | None = None
+
+    def regimes(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Labels:
+        """The regime each cell reaches from a state."""
+        alone = replace(self, options=replace(self.options, variables=("regime",)))
+        return np.asarray(alone.results(cells, displacement, velocity)["regime"])
+
+    def results(self, cells: Parameters, displacement: Floats, velocity: Floats) -> Results:
+        """All results of cells that start from a state."""
+        state = cells | {"displacement": displacement, "velocity": velocity}
+        return solve(state, self.options, self.stop, self.moved)
+
+
+def steady_state(cells: Parameters, options: Options) -> Floats:
+    """Displacement of steady sliding (m), under any law; NaN where the belt is at rest."""
+    by, turn = Scales(cells), np.sign(cells["belt_speed"])
+    return np.where(turn == 0, np.nan, turn * (by.load * friction_at_belt_speed(cells, options)) / by.stiffness)
+
+
+def unloaded(cells: Parameters) -> tuple[Floats, Floats]:
+    """The state that sticks with no load on the contact: displacement and velocity."""
+    x = -cells["damping"] * cells["belt_speed"] / cells["stiffness"]
+    return x, np.full_like(x, np.nan)
+
+
+# --- the theorems -----------------------------------------------------------------------------------------------------
+
+
 def slips_on_curve(cells: Parameters, options: Options) -> Flags:
     """Of which cells all but the last of the theorems above holds."""
     if options.law != "stribeck":
@@ -64,13 +124,6 @@ def slips_on_curve(cells: Parameters, options: Options) -> Flags:
 def forward(cells: Parameters) -> Parameters:
     """The same cells with the belt in the positive direction: those of the mirrored plane where it is not."""
     return cells | {"belt_speed": np.abs(cells["belt_speed"])}
-
-
-def steady_displacement(cells: Parameters) -> Floats:
-    """Displacement of steady sliding (m), on the plain curve of the law stribeck."""
-    speed = np.abs(cells["belt_speed"])
-    by, friction = Scales(cells), stribeck(speed, *STRIBECK.curve_of(cells))
-    return np.asarray(np.sign(cells["belt_speed"]) * friction * by.load / by.stiffness)
 
 
 def backwards(cells: Parameters) -> Parameters:
@@ -93,20 +146,18 @@ def start_on_cycle(cells: Parameters) -> Floats:
     return np.asarray(speed * by.time)
 
 
-def beyond_all_cycles(cells: Parameters) -> Floats:
+def beyond_all_cycles(cells: Parameters, options: Options) -> Floats:
     """A displacement (m) at which, with the mass at rest, a state is outside of every cycle.
 
     A loop of radius r (in speeds) is fed at most N drop over the displacement it covers at 0 < w < b, 2 b^2/r. It loses
     to friction beyond, at least N level over 2 r, or c + N slope times pi r.
     """
-    b, by = np.abs(cells["belt_speed"]), Scales(cells)
+    b, by = cells["belt_speed"], Scales(cells)
     _, slope, drop, _ = STRIBECK.curve_of(cells)
-    viscous = cells["damping"] + by.load * slope
-    fed = by.load * drop * b**2
+    viscous, fed = cells["damping"] + by.load * slope, by.load * drop * b**2
     cube = np.divide(fed, viscous, out=np.zeros_like(fed), where=viscous > 0)
-    radius = _FAR * (b + by.load * STRIBECK.start_of(cells) / by.impedance + np.cbrt(cube))
-    beyond = steady_displacement(cells) + np.sign(cells["belt_speed"]) * radius * by.impedance / by.stiffness
-    return np.asarray(beyond)
+    radius = _FAR * (np.abs(b) + by.load * STRIBECK.start_of(cells) / by.impedance + np.cbrt(cube))
+    return np.asarray(steady_state(cells, options) + np.sign(b) * radius * by.impedance / by.stiffness)
 
 
 # --- the unstable cycle -----------------------------------------------------------------------------------------------
@@ -148,7 +199,7 @@ def _approached(back: Parameters, guess: Floats, work: Motions) -> tuple[Floats,
 
     Those that start outside the cycle may leave w > 0, where they mean nothing.
     """
-    centre = steady_displacement(back)
+    centre = steady_state(back, work.options)
     reach, period = np.full_like(guess, np.nan), np.full_like(guess, np.nan)
     patient = replace(work.options, rtol=_RTOL, horizon=np.inf, max_steps=_PATIENCE)
     for share in _STARTS:
@@ -208,14 +259,14 @@ def _correction(back: Parameters, reach: Floats, period: Floats, options: Option
     x, v, a = motion["displacement"][:, -1], motion["velocity"][:, -1], motion["acceleration"][:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         late = v / a  # v changes linearly as long as this is short, and Newton's method makes it so
-        returned = x - steady_displacement(both) - 0.5 * v * late
+        returned = x - steady_state(both, options) - 0.5 * v * late
         slope = (returned[n:] - returned[:n]) / (beside - reach)
         return (returned[:n] - reach) / (1.0 - slope), (period - late)[:n]
 
 
 def sampled_motion(back: Parameters, reach: Floats, period: Floats, samples: int, options: Options) -> Results:
     """Motions from rest at `reach` beyond steady sliding, over `period`; both ends included."""
-    start = {"displacement": steady_displacement(back) + reach, "velocity": np.zeros(reach.size)}
+    start = {"displacement": steady_state(back, options) + reach, "velocity": np.zeros(reach.size)}
     return flows(back | start, period, samples, replace(options, rtol=_RTOL))
 
 
@@ -257,11 +308,13 @@ def _verdicts(cells: Parameters, stick: Labels, work: Motions) -> tuple[Flags, F
     on_curve = (np.isnan(static) | (static == STRIBECK.start_of(cells))) & (cells["ageing_rate"] == 0)
     everywhere = known & stable & on_curve & settled(stick)
     far = taken(cells, everywhere)
-    everywhere[everywhere] = settled(work.regimes(far, beyond_all_cycles(far), np.zeros(far["mass"].size)))
+    everywhere[everywhere] = settled(
+        work.regimes(far, beyond_all_cycles(far, work.options), np.zeros(far["mass"].size))
+    )
     return known & ~stable, everywhere, known & stable & np.isin(stick, _CYCLES)
 
 
-def exact_results(cells: Parameters, stick: Labels, box: Attractors, work: Motions) -> tuple[Flags, Results]:
+def exact_results(cells: Parameters, stick: Labels, box: Box, work: Motions) -> tuple[Flags, Results]:
     """Of which cells the share is exact, and their results, by names of the variables of attractors; NaN elsewhere."""
     results: Results = {name: np.full(stick.size, np.nan) for name in _MEASURED}
     nowhere, everywhere, inside = _verdicts(cells, stick, work)
@@ -275,7 +328,7 @@ def exact_results(cells: Parameters, stick: Labels, box: Attractors, work: Motio
     return np.isfinite(results["settling_share"]), results
 
 
-def _inside_cycles(cells: Parameters, box: Attractors, work: Motions) -> Results:
+def _inside_cycles(cells: Parameters, box: Box, work: Motions) -> Results:
     """Of cells with an unstable cycle, all of it; NaN where it was not found, or its numbers contradict each other."""
     ahead = forward(cells)
     cycles, back = find_cycles(ahead, work), backwards(ahead)
@@ -283,9 +336,9 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Motions) -> Results
     there = np.flatnonzero(cycles.closes)
     if not there.size:
         return results
-    part, ends = taken(back, there), _mirrored_box(taken(cells, there), box)
+    part, ends = taken(back, there), _mirrored_box(taken(cells, there), box, work.options)
     motion = sampled_motion(part, cycles.reach[there], cycles.period[there], _SAMPLES, work.options)
-    x, v = motion["displacement"] - steady_displacement(part)[:, np.newaxis], motion["velocity"]
+    x, v = motion["displacement"] - steady_state(part, work.options)[:, np.newaxis], motion["velocity"]
     area, coarse = (area_in_box(x[:, ::step], v[:, ::step], *ends) for step in (1, 2))
     above, below = velocities_at_rest_point(x, v)
     measures = {  # displacements backwards in time have the other sign
@@ -301,19 +354,18 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Motions) -> Results
     return results
 
 
-def _mirrored_box(cells: Parameters, box: Attractors) -> tuple[Floats, Floats, Floats, Floats]:
+def _mirrored_box(cells: Parameters, box: Box, options: Options) -> tuple[Floats, Floats, Floats, Floats]:
     """The box in the plane of the motion backwards in time: displacements from steady sliding, of the other sign.
 
     Where the belt goes the other way the whole plane is mirrored.
     """
-    ahead, steady = cells["belt_speed"] > 0, np.abs(steady_displacement(cells))
+    ahead, steady = cells["belt_speed"] > 0, np.abs(steady_state(cells, options))
     (left, right), (low, high) = box.displacement, box.velocity
     near, far = np.where(ahead, left, -right), np.where(ahead, right, -left)
     return steady - far, steady - near, np.where(ahead, low, -high), np.where(ahead, high, -low)
 
 
-@dataclass(frozen=True, eq=False)
-class Loop:
+class Loop(NamedTuple):
     """An unstable cycle: displacements (m) and velocities (m/s) of one round, its end being its start; period in s."""
 
     displacement: Floats
@@ -327,21 +379,19 @@ class Loop:
 
 
 def unstable_cycle(cell: Parameters, regime: int, options: Options, samples: int = 257) -> Loop | None:
-    """The unstable cycle of a cell, where the theorems of above say that there is one; None elsewhere.
+    """The unstable cycle of a cell (arrays of length 1), where the theorems say that there is one; None elsewhere.
 
-    cell : arrays of length 1. regime : the one it reaches from sticking. On a hysteretic or ageing contact, and under
-    other laws than stribeck, nothing is known.
+    regime : the one it reaches from sticking.
     """
     work = Motions(options, stop_flag())
-    with np.errstate(invalid="ignore"):
-        if not _verdicts(cell, np.array([regime], np.int8), work)[2][0]:
-            return None
+    if not _verdicts(cell, np.array([regime], np.int8), work)[2][0]:
+        return None
     ahead = forward(cell)
     cycles, back = find_cycles(ahead, work), backwards(ahead)
     if not cycles.closes[0]:
         return None
     motion = sampled_motion(back, cycles.reach, cycles.period, samples, options)
     turn = float(np.sign(cell["belt_speed"][0]))
-    beyond = motion["displacement"][0] - steady_displacement(back)[0]  # backwards in time its sign is changed
-    displacement = steady_displacement(ahead)[0] - beyond
+    beyond = motion["displacement"][0] - steady_state(back, options)[0]  # backwards in time its sign is changed
+    displacement = steady_state(ahead, options)[0] - beyond
     return Loop(turn * displacement, turn * motion["velocity"][0], float(cycles.period[0]))

@@ -157,6 +157,10 @@ class Side(Scan):
             return np.asarray(here * (there / here) ** share)
         return np.asarray(here + share * (there - here))
 
+    def scanned(self, count: int) -> Integers:
+        """About so many grid points, evenly over the range."""
+        return np.unique(np.linspace(0, self.points - 1, min(self.points, count)).round().astype(np.int64))
+
     def near(self, point: Integers, steps: Floats) -> Floats:
         """Values so many steps of the grid away from grid points, inside the range."""
         place = np.clip(point + steps, 0.0, self.points - 1.0)

@@ -2,34 +2,209 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import Field, ValidationInfo, field_validator
 
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
+from stickslip.config.sections import (
+    BOOLEAN,
+    RANGE,
+    Read,
+    Schema,
+    StudySection,
+    choice,
+    interval,
+    list_of,
+    number,
+    number_schema,
+    of_row,
+    one_of,
+    refused,
+)
 from stickslip.config.studies import Moved, Regime, ReportTable, Study
 from stickslip.dataset import build
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.changes import OPPOSITE, SIDES, VARIABLES, Margins, Reach, entered, reach_of, rows_of
-from stickslip.studies.lines import CellsOrConfig, fine_enough, search_options
-from stickslip.studies.margin_search import Borders, MarginSearch, cheapest, nearest
-from stickslip.studies.search import Flags, Floats, Labels
+from stickslip.studies.changes import (
+    OPPOSITE,
+    Borders,
+    MarginSearch,
+    Reach,
+    cheapest,
+    checked,
+    entered,
+    misfit,
+    nearest,
+    reach_of,
+)
+from stickslip.studies.lines import PARAMETER, CellsOrConfig, fine_enough, limits, search_options
 from stickslip.studies.study import joined, search_attributes, search_settings
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.models import LAWS, laws_with, model_of
-from stickslip.vocabulary.parameter import NAN
-from stickslip.vocabulary.quantities import MEASURED, listed
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.models import MODELS, model_of
+from stickslip.vocabulary.parameter import NAN, Parameter, Variable, table
+from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, SEARCHABLE, listed
+from stickslip.vocabulary.results import DECIDED, REGIMES
+from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
-_TOGETHER = 512  # cells whose rays are held at once
+SIDES, _SIDE = ("below", "above"), ("side",)
+# Of cells, most of them once per parameter: `margin_stiffness`.
+VARIABLES = table(
+    Variable("margin", "parameter", "distance to the nearest border", comment="border minus value, with its sign"),
+    Variable("ratio", "1", "nearest border over the value", comment="NaN where the value is 0 or may change its sign"),
+    Variable("border", "parameter", "nearest border on either side", dims=_SIDE),
+    Variable("border_width", "parameter", "width of the last bracket of the border", dims=_SIDE),
+    Variable("beyond", "flag", "regime just past the border", dims=_SIDE),
+    Variable("proposed", "parameter", "value past the border that was simulated", dims=_SIDE),
+    Variable("checked", "flag", "regime of the simulation past the border", dims=_SIDE),
+    Variable("joint_cost", "1", "cost of the cheapest joint change", comment="root of the sum of (cost x change)^2; "
+             "changes are logarithms of ratios, or over a scale where the value is 0 or may change its sign"),
+    Variable("joint", "parameter", "value after the cheapest joint change"),
+    Variable("joint_share", "1", "share of the change in the square of the cost of the cheapest joint change"),
+    Variable("joint_proposed", "parameter", "value past the border that was simulated, of the cheapest joint change"),
+    Variable("joint_checked", "flag", "regime of the simulation past the border, of the cheapest joint change"),
+    Variable("joint_ended", "1", "whether the search of the joint change ended at its limit, 1 or 0",
+             comment="1: after so many steps of integration that there may be a cheaper joint change"),
+)  # fmt: skip
+_OF_CELL = ("joint_cost", "joint_checked", "joint_ended")  # not of single parameters
+COST = Parameter("cost", "1", "cost of changing a parameter by a factor", "margins", above=0)
+FACTOR = Parameter("within", "1", "factor up to which parameters are changed", "margins", default=10.0, above=1)
+_FACTOR: Schema = {"type": "number", "exclusiveMinimum": 1}
+
+
+def _per_parameter(of_each: Schema) -> Schema:
+    return {"type": "object", "propertyNames": {"enum": list(PARAMETERS)}, "additionalProperties": of_each}
+
+
+_SPEED = replace(PARAMETERS["belt_speed"], above=0)
+_SPEEDS = 9  # looked at in a range of belt speeds
+
+
+def rows_of(section: Margins) -> dict[str, Variable]:
+    """The variables of a result, of a section of which `of_cells` is known: of the cell, and of each parameter."""
+    rows = {"regime": CELL_VARIABLES["regime"]}
+    for name, row in VARIABLES.items():
+        row = replace(row, name="regime", units="1") if row.units == "flag" else row
+        if not section.joint and name.startswith("joint"):
+            continue
+        rows |= {name: row} if name in _OF_CELL else {}
+        rows |= {f"{name}_{p}": build.of_parameter(row, p) for p in section.reaches if name not in _OF_CELL}
+    return rows
+
+
+class Margins(StudySection):
+    """Distances of each cell from a border, along single parameters, and by the cheapest change of several."""
+
+    key = "margins"
+    rows = limits(
+        key,
+        "a border",
+        Parameter("scan", "1", "places on either side of a cell that are looked at first", key,
+                  default=32, at_least=2, at_most=65_536, whole=True),
+        Parameter("beyond", "1", "how far past a border each proposal is simulated, over the value", key,
+                  default=0.01, at_least=0.0, at_most=0.5),
+    )  # fmt: skip
+    parameters: Annotated[
+        tuple[Annotated[str, PARAMETER], ...] | None, list_of(PARAMETERS, "a list of different parameters", unique=True)
+    ] = Field(None, description="parameters that may change; all that a designer chooses unless given")
+    costs: dict[str, float] = Field(
+        {},
+        description="by parameter, what changing it by a factor costs relative to the others; 1 unless given",
+        json_schema_extra=_per_parameter(number_schema(COST)),
+    )
+    within: dict[str, float | tuple[float, float]] | float = Field(
+        float(FACTOR.default or 0),
+        description="how far to look: a factor, or by parameter a factor or both ends of a range",
+        json_schema_extra={"anyOf": [_FACTOR, _per_parameter({"anyOf": [_FACTOR, RANGE]})]},
+    )
+    into: Annotated[tuple[Annotated[str, one_of((*DECIDED, OPPOSITE), "a regime")], ...] | None,
+                    list_of((*DECIDED, OPPOSITE), "a list of regimes")] = Field(
+        None, description="regimes that count, opposite for quiet ones of what vibrates and the reverse; any other "
+        "unless given"
+    )  # fmt: skip
+    speed_range: Annotated[tuple[float, float] | None, Read(lambda value: interval(_SPEED, value), RANGE)] = Field(
+        None,
+        description=f"both ends of a range of belt speeds, of {_SPEEDS} of which the worst counts; that of the cell "
+        "unless given",
+    )
+    joint: Annotated[bool, BOOLEAN] = Field(
+        False, description="whether the cheapest joint change is looked for, which takes a second per cell, rarely more"
+    )
+    scan: int = of_row(rows["scan"])
+    tolerance: float = of_row(rows["tolerance"])  # None until `fine_enough`
+    beyond: float = of_row(rows["beyond"])
+    rtol: float | None = of_row(rows["rtol"])
+
+    @field_validator("parameters")
+    @classmethod
+    def _one_form(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for model in MODELS:
+            if set(model.measured) & set(value or ()) and set(model.replaced) & set(value or ()):
+                forms = (listed(form, "and") for form in (model.measured, model.replaced))
+                raise refused(f"one form of the curve: {', or '.join(forms)}")
+        return value
+
+    @field_validator("costs", "within", mode="before")
+    @classmethod
+    def _by_parameter(cls, value: object, info: ValidationInfo) -> object:
+        row = COST if info.field_name == "costs" else FACTOR
+        if not isinstance(value, Mapping) and row is COST:
+            raise refused("a mapping of parameters to numbers")
+        if not isinstance(value, Mapping):
+            return number(FACTOR, value)
+        known: Collection[str] = info.data.get("parameters") or SEARCHABLE
+        names = [choice(name, known, "a parameter that may change", inside=True) for name in value]
+        return {
+            name: interval(SEARCHABLE[name], inner) if row is FACTOR and isinstance(inner, list | tuple)
+            else number(row, inner) for name, inner in zip(names, value.values(), strict=True)
+        }  # fmt: skip
+
+    @field_validator("speed_range")
+    @classmethod
+    def _no_speed(cls, value: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        if value is not None and "belt_speed" in (info.data.get("parameters") or ()):
+            raise refused("none beside the parameter belt_speed, which is what the range of speeds is about")
+        return value
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The belt speeds (m/s) of the range, by equal ratios, both ends among them; none for that of the cell."""
+        return () if self.speed_range is None else tuple(map(float, np.geomspace(*self.speed_range, _SPEEDS)))
+
+    def of_cells(self, cells: Parameters) -> Margins:
+        """The section with its parameters named, those that cells have, and how far each may go.
+
+        Raises ArgumentError for costs and reaches of others.
+        """
+        names = self.parameters
+        if names is None:
+            own = [name for name in _CHANGEABLE if name in cells and not (self.speed_range and name == "belt_speed")]
+            names = tuple(name for name in own if name not in _IF_GIVEN or not np.isnan(cells[name]).all())
+        within = self.within if isinstance(self.within, dict) else dict.fromkeys(names, self.within)
+        for key, given in (("costs", self.costs), ("within", within)):
+            if unknown := [name for name in given if name not in names]:
+                raise ArgumentError(key, f"got one for {unknown[0]!r}, expected {', '.join(names)}")
+        reaches = {name: within.get(name, FACTOR.default) for name in names}
+        return self.model_copy(update={"parameters": names, "within": reaches})
+
+    @property
+    def reaches(self) -> dict[str, float | tuple[float, float]]:
+        """Reach of each parameter, of a section of which `of_cells` is known."""
+        assert isinstance(self.within, dict)
+        return self.within
+
+
+_IF_GIVEN = ("mu_stop", "mu_static")  # changed where a cell has them
+_CHANGEABLE = ("belt_speed", "stiffness", "damping", "normal_load", "mass", *_IF_GIVEN)
+
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about
 _LANES_FED = 8  # blocks of so many times more cells than their work calls for: rounds have few cells each
 _MOST_WEIGHT = 256  # no block has fewer than 16 cells, for the same reason
@@ -49,11 +224,10 @@ class MarginStudy(Study):
         self.dims, self.shape = cells.dims, cells.shape
         self.options = search_options(options)
         self._measured = [name for name in MEASURED if name in section.reaches]
-        if why := _misfit(section.reaches, options):
+        if why := misfit(section.reaches, options):
             raise ArgumentError("parameters", why)
-        speeds = max(len(section.speeds), 1)
-        each = 2 * speeds * (section.scan + int(-np.log2(section.tolerance))) * len(section.reaches)
-        self.cells_each = each + (_OF_JOINT_CHANGE * speeds if section.joint else 0)
+        each = 2 * (section.scan + int(-np.log2(section.tolerance))) * len(section.reaches)
+        self.cells_each = (each + _OF_JOINT_CHANGE * section.joint) * max(len(section.speeds), 1)
         self.weight = min(max(self.cells_each // _LANES_FED, 1), _MOST_WEIGHT)
         self._rows = rows_of(section)
         self.columns = {name: np.dtype(np.int8 if row.name == "regime" else np.float64)
@@ -73,7 +247,7 @@ class MarginStudy(Study):
     @classmethod
     def check(cls, section: Margins, config: Config, problems: ProblemCollector) -> None:
         """Note a parameter of another law."""
-        if why := _misfit(section.parameters or (), Options(config.friction.law)):
+        if why := misfit(section.parameters or (), Options(config.friction.law)):
             problems.add((section.key, "parameters"), why)
 
     @classmethod
@@ -98,11 +272,8 @@ class MarginStudy(Study):
 
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The margins of a range of cells."""
-        parts = []
-        for start in range(items.start, items.stop, _TOGETHER):
-            cells = self._parameters(start, min(start + _TOGETHER, items.stop))
-            parts.append(_margins(MarginSearch(cells, self.options, stop, self._section.speeds, moved), self._section))
-        whole = joined(parts) if parts else self.blank(items)
+        cells = self._parameters(items.start, items.stop)
+        whole = _margins(MarginSearch(cells, self.options, stop, self._section.speeds, moved), self._section)
         return {name: whole[name].ravel().astype(dtype) for name, dtype in self.columns.items()}
 
     def blank(self, items: range) -> Results:
@@ -133,26 +304,12 @@ class MarginStudy(Study):
         return build.study_dataset("margins", self._rows, values, self.dims, self.shape, coordinates, attributes)
 
 
-def _misfit(names: Iterable[str], options: Options) -> str | None:
-    """Return why not all parameters of these names are of the law."""
-    wrong = next((name for name in names if options.law not in laws_with(name)), None)
-    if wrong is None:
-        return None
-    laws = listed(other for other in laws_with(wrong) if other in LAWS)
-    what = f"the form of {', '.join(MEASURED)}" if wrong in MEASURED else wrong
-    return f"{what} is for the law {laws}, not {options.law}"
-
-
-# --- on screen --------------------------------------------------------------------------------------------------------
-
-
 def _distances(ds: xr.Dataset, name: str) -> list[str]:
     """A row of the table of parameters."""
-    ratio, margin = ds[f"ratio_{name}"].values.ravel(), ds[f"margin_{name}"].values.ravel()
+    ratio, margin = (ds[f"{what}_{name}"].values.ravel() for what in ("ratio", "margin"))
     by_factor = bool(np.isfinite(ratio).any())
     sizes = np.sort(np.exp(np.abs(np.log(ratio[ratio > 0]))) if by_factor else np.abs(margin[~np.isnan(margin)]))
-    texts = [f"x {size:.3g}" if by_factor else f"{size:.3g}" for size in sizes]
-    three = [texts[0], texts[len(texts) // 2], texts[-1]] if texts else ["-"] * 3
+    three = [f"{'x ' * by_factor}{size:.3g}" for size in sizes[[0, sizes.size // 2, -1]]] if sizes.size else "---"
     return [name, f"{np.count_nonzero(~np.isnan(margin)):,} of {margin.size:,}", *three]
 
 
@@ -166,10 +323,10 @@ def _of_cell(cell: xr.Dataset, parameters: Sequence[str]) -> Iterator[str | Repo
     if "joint_cost" in cell and isfinite(cost := float(cell["joint_cost"])):
         yield f"cheapest joint change: cost {cost:.3g}, simulated: {_simulated(cell['joint_checked'], goals)}"
         shares = {name: 100.0 * float(cell[f"joint_share_{name}"]) for name in parameters}
-        changed = [name for name in parameters if shares[name] >= _LEAST_SHARE]
-        values = ([unit_of(cell[name]).text(float(cell[key]), _DIGITS) for key in (name, f"joint_proposed_{name}")]
-                  for name in changed)  # fmt: skip
-        rows = [(name, *both, f"{shares[name]:.3g} %") for name, both in zip(changed, values, strict=True)]
+        rows = [
+            (name, *(unit_of(cell[name]).text(float(cell[key]), _DIGITS) for key in (name, f"joint_proposed_{name}")),
+             f"{shares[name]:.3g} %") for name in parameters if shares[name] >= _LEAST_SHARE
+        ]  # fmt: skip
         yield ReportTable("", ("parameter", "value", "to"), ("share of cost",), rows)
 
 
@@ -189,11 +346,9 @@ def _borders(cell: xr.Dataset, name: str, goals: Sequence[str]) -> Iterator[tupl
         yield name, start, f"{place['side'].item()} {unit.text(border, 9)}", by, into, simulated, f"{width:.2g}"
 
 
-def _simulated(checked: xr.DataArray, goals: Sequence[str]) -> str:
+def _simulated(past: xr.DataArray, goals: Sequence[str]) -> str:
     """The regime past a border; a change that does not hold there is no cure."""
-    regime = REGIMES[int(checked)]
-    if regime == "not_computed":
-        return "not possible, just past the border"
+    regime = REGIMES[int(past)]
     return Regime(regime) if regime in goals else f"{regime}: no cure"
 
 
@@ -216,8 +371,14 @@ def _margins(search: MarginSearch, section: Margins) -> Results:
         cheapest_single = np.fmin(cheapest_single, cost * np.fmin(*np.abs(borders.change.T)))
     if section.joint:
         tolerance = max(section.tolerance, _OF_JOINT)
-        best = cheapest(search, reaches, costs, home, into, section.scan, tolerance, cheapest_single)
-        columns |= _joint(search, reaches, costs, section.beyond, *best)
+        cost, changes, ended = cheapest(search, reaches, costs, home, into, section.scan, tolerance, cheapest_single)
+        regimes, proposed = checked(search, reaches, changes, section.beyond)
+        columns |= {"joint_cost": cost, "joint_checked": regimes, "joint_ended": ended}
+        for i, reach in enumerate(reaches):
+            values = reach.at(np.nan_to_num(changes[:, i]), np.arange(size))
+            columns[f"joint_{reach.name}"] = np.where(np.isnan(cost), NAN, values)
+            columns[f"joint_share_{reach.name}"] = (costs[i] * changes[:, i] / cost) ** 2
+            columns[f"joint_proposed_{reach.name}"] = proposed[:, i]
     return columns
 
 
@@ -227,7 +388,7 @@ def _single(search: MarginSearch, reach: Reach, borders: Borders, section: Margi
     border = borders.border[np.arange(reach.value.size), nearer]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(reach.by_factor, border / reach.value, NAN)
-    sides = [_checked(search, [reach], borders.change[:, [i]], section.beyond) for i in range(len(SIDES))]
+    sides = [checked(search, [reach], borders.change[:, [i]], section.beyond) for i in range(len(SIDES))]
     columns = {
         "margin": border - reach.value, "ratio": ratio,
         "border": borders.border, "border_width": borders.high - borders.low, "beyond": borders.beyond,
@@ -235,37 +396,3 @@ def _single(search: MarginSearch, reach: Reach, borders: Borders, section: Margi
         "checked": np.stack([regimes for regimes, _ in sides], axis=1),
     }  # fmt: skip
     return {f"{name}_{reach.name}": values for name, values in columns.items()}
-
-
-def _joint(
-    search: MarginSearch, reaches: Sequence[Reach], costs: Floats, beyond: float, cost: Floats, changes: Floats,
-    ended: Flags,
-) -> Results:  # fmt: skip
-    """The columns of the cheapest joint change, from what `cheapest` says of it."""
-    regimes, proposed = _checked(search, reaches, changes, beyond)
-    columns: Results = {"joint_cost": cost, "joint_checked": regimes, "joint_ended": ended}
-    for i, reach in enumerate(reaches):
-        values = reach.at(np.nan_to_num(changes[:, i]), np.arange(cost.size))
-        columns[f"joint_{reach.name}"] = np.where(np.isnan(cost), NAN, values)
-        columns[f"joint_share_{reach.name}"] = (costs[i] * changes[:, i] / cost) ** 2
-        columns[f"joint_proposed_{reach.name}"] = proposed[:, i]
-    return columns
-
-
-def _checked(search: MarginSearch, reaches: Sequence[Reach], changes: Floats, beyond: float) -> tuple[Labels, Floats]:
-    """Regimes of cells a little past the border, and the values there; 0 and NaN where there is none.
-
-    changes : (n, k) up to the border. The length of the change grows by the share `beyond`, or by as much as a single
-    parameter has to change by that share of its value, if that is more.
-    """
-    there = np.flatnonzero(~np.isnan(changes).any(axis=1))
-    regimes = np.zeros(len(changes), np.int8)
-    values = np.full(changes.shape, NAN)
-    length = np.linalg.norm(changes[there], axis=1, keepdims=True)
-    by_factor = np.stack([reach.by_factor[there] for reach in reaches], axis=1).any(axis=1, keepdims=True)
-    more = np.where(by_factor, np.maximum(beyond * length, np.log1p(beyond)), beyond * length)
-    further = changes[there] * (1 + more / np.where(length > 0, length, 1.0))
-    for i, reach in enumerate(reaches):
-        values[there, i] = reach.at(further[:, i], there)
-    regimes[there] = search.regimes(there, {reach.name: values[there, i] for i, reach in enumerate(reaches)})
-    return regimes, values

@@ -1,7 +1,7 @@
 """The borders in one plane: every node solved along a side of a fine grid, joined to lines and loops.
 
 Grid points and grid cells are numbered by (row, column); cell (i, j) has the points (i, j) to (i + 1, j + 1) as
-corners. Rows run along y, columns along x. Which cells hold a border is found by boxes (`studies/boxes.py`), of whose
+corners. Rows run along y, columns along x. Which cells hold a border is found by boxes (`search.Boxes`), of whose
 points hardly more than those beside a border are looked at.
 
 Around a cell, counter-clockwise, labels change at crossings. Where a label has the same one on both sides, A [C] A, its
@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from stickslip.config.studies import Moved
 from stickslip.engine import Options, Results, StopFlag, by_theory, solve
-from stickslip.studies.boxes import Boxes
 from stickslip.studies.lines import Side, decided, growth_of, guide_of, uncontradicted
-from stickslip.studies.search import Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
+from stickslip.studies.search import Boxes, Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.results import REGIMES
@@ -88,7 +87,6 @@ class PlaneSearch:
         self.cells, self.x, self.y, self.panel = cells, x, y, panel
         self.scan, self.tolerance = scan, tolerance
         self.options, self.stop, self.moved = options, stop, moved
-        self.computed, self.undecided = 0, 0  # undecided: grid points that take the label of another
         depth = max(((x.points - 1) // (scan - 1)).bit_length() - 1, 0)  # boxes are no wider than steps of the scan
         self.boxes = Boxes((y.points, x.points), depth, centres=False)
 
@@ -102,9 +100,7 @@ class PlaneSearch:
         nodes, rings = self.nodes(np.concatenate(sides), labels)
         segments, nodes = self.segments(cells, nodes, rings)
         chains = chained(segments)
-        counts = {"lines": len(chains), "looked_at": np.count_nonzero(self.boxes.known), "computed": self.computed,
-                  "undecided": self.undecided}  # fmt: skip
-        return {name: np.array([count]) for name, count in counts.items()} | _table(chains, nodes)
+        return {"lines": np.array([len(chains)])} | _table(chains, nodes)
 
     @property
     def growth(self) -> str | None:
@@ -142,7 +138,6 @@ class PlaneSearch:
             of_each = beside.reshape(here.size, len(_AROUND))
             labels[here] = of_each[np.arange(here.size), np.argmax(of_each != OPEN, axis=1)]
             left = labels[here] == OPEN
-            self.undecided += int(np.count_nonzero(~left))
             here, side = here[left], side[left]
         return labels
 
@@ -153,7 +148,6 @@ class PlaneSearch:
     def looked(self, x: Floats, y: Floats) -> tuple[Labels, Floats]:
         """Regimes of cells, `OPEN` what is undecided; and the guide to where stick-slip ends by grazing."""
         results = solve(self.at(x, y), self.options, self.stop, self.moved)
-        self.computed += x.size
         regime = results["regime"]
         labels = np.where(decided(regime), regime, OPEN).astype(np.int8)
         return labels, np.asarray(guide_of(results, self.options), np.float64)

@@ -18,11 +18,10 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_d
 from stickslip.dataset.display import unit_of
 from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import ArgumentError
-from stickslip.studies.exact import exact_results
+from stickslip.studies.attractors import VARIABLES as OF_ATTRACTORS
+from stickslip.studies.exact import DISTURBANCE, SETTLED, Box, Motions, exact_results, settled, unloaded
 from stickslip.studies.lines import CellsOrConfig, LineSection, Side, check_lines, opened
 from stickslip.studies.search import Floats
-from stickslip.studies.starts import DISTURBANCE, SETTLED, Attractors, Motions, settled, unloaded
-from stickslip.studies.starts import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.study import axis_names, joined, parts_over, shown
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
@@ -47,7 +46,7 @@ _END = Variable(_VIBRATION_END, "parameter", _ENDS, dims=_WAYS)
 _TOGETHER = 256  # cells that are held with the samples of their cycles
 _STATES = of_section("start", PARAMETERS.values())
 _CARRIED = "is a starting state, which a ramp carries from value to value"
-_ANY = Attractors(displacement=(0.0, 1.0), velocity=(-1.0, 1.0))  # of starting states, whose share nobody asks for
+_ANY = Box((0.0, 1.0), (-1.0, 1.0))  # of starting states, whose share nobody asks for
 _STICK_SLIP, _SUSTAINED, _STUCK = (REGIMES.index(name) for name in ("stick_slip", "sustained", "stuck"))
 _HALVINGS = 30  # of a step of the ramp
 _DECIDED = 10  # of these, the first; closer to the end motions are within the tolerance of it, and may be undecided

@@ -1,12 +1,25 @@
-"""The refined map of a configuration as a study: its items are tiles, from which any range of the map is painted."""
+"""The refined map of a configuration as a study: its items are tiles, from which any range of the map is painted.
+
+A grid is cut into tiles, which are refined one by one. Along axes without boxes (lists, groups, short ranges) every
+point is a map of its own. The cut follows from the grid and the depth alone, so that the numbers do not depend on who
+computes which tile. A tile looks at one box more on each side than it owns: a border near its edge is seen from both
+sides.
+
+The audit tries random points. They are drawn before anything is known of the map, anywhere with the same probability,
+in numbers that are Poisson in every tile: so those that fall on inferred cells are a random sample of these. The number
+of wrong ones among them is binomial, and Clopper and Pearson (Biometrika 26, 1934) bound its probability: the share of
+inferred cells that were wrong then. What is mended afterwards only makes the map better than the bound says.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy  # type: ignore[import-untyped]
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -17,17 +30,175 @@ from stickslip.config.sections import StudySection, of_row
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import map_dataset
 from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
-from stickslip.studies.boxes import Audit, Boxes, Refined, Tile, Tiles, density, refine
 from stickslip.studies.lines import decided
-from stickslip.studies.search import Integers, Labels
+from stickslip.studies.search import Boxes, Integers, Labels
 from stickslip.studies.study import joined
 from stickslip.vocabulary.parameter import Parameter, table
 from stickslip.vocabulary.results import MAP_VARIABLES
 
+CONFIDENCE = 0.95  # of the audit
+_SEED = 20_150_417  # any number, the same in all runs
+_TILE = 21  # a tile has about 2^21 cells: large enough to follow borders, small enough for memory and for many threads
 _OF_TILE = ("computed_cells", "audit_tried", "audit_wrong", "audit_inferred")  # columns with one value for each tile
 _MOST_IN_BOX = 18  # a box has at most about 2^18 cells: tiles of several boxes a side must fit into memory
 COMPUTED = 1  # of the flag `computed`
 _PLACE = "place"  # column of where in the window of its tile a computed cell is
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A part of the grid: the window of cells it looks at, from `starts` to `stops` along every dimension, and the
+    cells it owns, along the refined dimensions and relative to the window."""
+
+    number: int
+    grid: tuple[int, ...]
+    refined: tuple[int, ...]
+    starts: tuple[int, ...]
+    stops: tuple[int, ...]
+    own: tuple[slice, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Points of the window along the refined dimensions."""
+        return tuple(self.stops[i] - self.starts[i] for i in self.refined)
+
+    @property
+    def size(self) -> int:
+        """Number of cells owned."""
+        return prod(side.stop - side.start for side in self.own)
+
+    def cells(self, places: Integers) -> Integers:
+        """The cells of the grid at places of the window."""
+        points = [np.full(places.size, start, np.int64) for start in self.starts]
+        for i, along in zip(self.refined, np.unravel_index(places, self.shape), strict=True):
+            points[i] += along
+        return np.ravel_multi_index(points, self.grid)
+
+    def places(self, cells: Integers) -> Integers:
+        """Return where cells of the grid are in the window that holds them."""
+        points = np.unravel_index(cells, self.grid)
+        return np.ravel_multi_index([points[i] - self.starts[i] for i in self.refined], self.shape)
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """All tiles of a grid. refined : the dimensions along which boxes extend, at least one."""
+
+    grid: tuple[int, ...]
+    refined: tuple[int, ...]
+    depth: int
+
+    @property
+    def length(self) -> int:
+        """Cells of a tile along a refined dimension; the last tile has up to one more."""
+        return 1 << max(_TILE // len(self.refined), self.depth + 1)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of tiles along each dimension of the grid."""
+        return tuple(max(1, -(-(n - 1) // self.length)) if i in self.refined else n for i, n in enumerate(self.grid))
+
+    @property
+    def count(self) -> int:
+        """Number of tiles."""
+        return prod(self.shape)
+
+    def tile(self, number: int) -> Tile:
+        """A tile by its number, the last dimension running fastest."""
+        halo = (1 << self.depth) if self.depth else 0
+        at = [int(i) for i in np.unravel_index(number, self.shape)]
+        starts, stops, own = list(at), [i + 1 for i in at], []
+        for i in self.refined:
+            first = at[i] * self.length
+            last = self.grid[i] if at[i] == self.shape[i] - 1 else first + self.length
+            starts[i], stops[i] = max(0, first - halo), min(self.grid[i], last + halo + 1)
+            own.append(slice(first - starts[i], last - starts[i]))
+        return Tile(number, self.grid, self.refined, tuple(starts), tuple(stops), tuple(own))
+
+    def owners(self, cells: Integers) -> Integers:
+        """The numbers of the tiles that own these cells."""
+        at = [
+            np.minimum(along // self.length, self.shape[i] - 1) if i in self.refined else along
+            for i, along in enumerate(np.unravel_index(cells, self.grid))
+        ]
+        return np.ravel_multi_index(at, self.shape)
+
+
+class Audit(NamedTuple):
+    """Outcome of an audit. inferred : cells not computed when the points were tried."""
+
+    tried: int
+    wrong: int
+    inferred: int
+
+    @property
+    def bound(self) -> float:
+        """Upper bound of the share of inferred cells that are wrong, at the level `CONFIDENCE`; 1 if none was tried."""
+        if not self.inferred:
+            return 0.0
+        if self.wrong >= self.tried:
+            return 1.0
+        return float(scipy.stats.beta.ppf(CONFIDENCE, self.wrong + 1, self.tried - self.wrong))
+
+
+def drawn(tile: Tile, density: float) -> Integers:
+    """Random places of a tile, in its window; the same place may come twice."""
+    draw = np.random.default_rng([_SEED, tile.number])
+    count = int(draw.poisson(density * tile.size))
+    points = tuple(draw.integers(side.start, side.stop, count) for side in tile.own)
+    return np.ravel_multi_index(points, tile.shape).astype(np.int64)
+
+
+class Refined(NamedTuple):
+    """Computed cells of several tiles in their order: to which tile each belongs, and where it is in its window."""
+
+    tiles: Integers
+    places: Integers
+    audits: list[Audit]
+
+
+def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[Integers], Labels]) -> Refined:
+    """Refine tiles side by side: what they need in a round is computed together, by `look`.
+
+    Boxes are split until all are uniform; then the audit; then boxes in which it was wrong are split, until all are
+    uniform again. Where windows overlap, the same cell may be computed more than once.
+    """
+    boxes = [Boxes(tile.shape, depth) for tile in tiles]
+    rounds: list[tuple[int, Integers]] = []
+
+    def learn(wanted: list[Integers]) -> list[Labels]:
+        """The labels of places of each tile, once they are computed."""
+        labels = look(np.concatenate([tile.cells(places) for tile, places in zip(tiles, wanted, strict=True)]))
+        of_tiles = np.split(labels, np.cumsum([places.size for places in wanted])[:-1])
+        for i, (places, of_tile) in enumerate(zip(wanted, of_tiles, strict=True)):
+            boxes[i].learn(places, of_tile)
+            rounds.append((i, places))
+        return of_tiles
+
+    def settle() -> None:
+        while True:
+            wanted = [of_tile.wanted() for of_tile in boxes]
+            if not any(places.size for places in wanted):
+                return
+            learn(wanted)
+
+    settle()
+    audits, tried, inferred = [], [], [of_tile.inferred().ravel() for of_tile in boxes]
+    for tile, of_tile in zip(tiles, boxes, strict=True):
+        places = drawn(tile, density)
+        tried.append(places[~of_tile.known.ravel()[places]])
+        audits.append(Audit(tried[-1].size, 0, int((~of_tile.known[tile.own]).sum())))
+    if any(places.size for places in tried):
+        different, which = zip(*(np.unique(places, return_inverse=True) for places in tried), strict=True)
+        for i, labels in enumerate(learn([*different])):
+            wrong = labels[which[i]] != inferred[i][tried[i]]
+            audits[i] = audits[i]._replace(wrong=int(wrong.sum()))
+        settle()
+    return Refined(
+        np.repeat([i for i, _ in rounds], [places.size for _, places in rounds]),
+        np.concatenate([places for _, places in rounds]),
+        audits,
+    )
 
 
 class Refine(StudySection):
@@ -44,10 +215,7 @@ class Refine(StudySection):
     audit: float = of_row(rows["audit"])
 
     def along(self, axes: Sequence[Axis]) -> tuple[int, ...]:
-        """The positions of the axes along which boxes extend: ranges of at least the points that a box has on a side.
-
-        Along the others (lists, groups, short ranges) every point is a map of its own.
-        """
+        """The positions of the axes along which boxes extend: ranges of at least the points that a box has a side."""
         return tuple(i for i, axis in enumerate(axes) if isinstance(axis, Range) and axis.size > 2**self.depth)
 
 
@@ -65,7 +233,8 @@ class RefinedMap(Study):
         self.options, self._section = options, section
         dims = section.along(config.axes)
         self.tiles = Tiles(self.grid.shape, dims, section.depth)
-        self._density = density(section.audit, section.depth, len(dims)) if section.depth else 0.0
+        # Of corners and centres of boxes, which every map is computed at.
+        self._density = 2.0 * section.audit / 2.0 ** (section.depth * len(dims)) if section.depth else 0.0
         self.dims, self.shape = self.grid.dims, self.tiles.shape
         self.cells_each = self.weight = self._cells_per_tile()
         whole = dict.fromkeys((*_OF_TILE, _PLACE), np.dtype(np.int32))
@@ -181,8 +350,8 @@ def labels_of(regimes: Labels) -> Labels:
 class Painter:
     """Any range of the cells of a map.
 
-    computed : gives places of the window of a tile, each once, and the results there; none of a tile of which nothing
-    is known. blank : results of so many cells that are not computed, the flag `computed` among them.
+    computed : gives places of the window of a tile, each once, and the results there. blank : results of so many cells
+    that are not computed.
     """
 
     def __init__(

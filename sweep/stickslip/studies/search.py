@@ -1,7 +1,8 @@
-"""Changes of labels along lines: a scan, then every bracket of every line narrowed together.
+"""Changes of labels along lines and among the points of a lattice.
 
-A line is a number, a place on it a float, a label a small integer. Some places have no label that can be believed; they
-are `undecided`. A bracket is a pair of decided places with different labels and only undecided ones known between.
+Along lines a scan, then every bracket of every line narrowed together. A line is a number, a place on it a float, a
+label a small integer. Some places have no label that can be believed; they are `undecided`. A bracket is a pair of
+decided places with different labels and only undecided ones known between.
 
 Beside its label a place may have a number, the guide, whose zero is where the labels change. Where it has opposite
 signs at the ends of a bracket, a secant of it says where to look next (`_guess`), else the middle is. Which
@@ -20,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -267,3 +269,102 @@ def _without_slivers(brackets: Brackets, scan: Scan, tolerance: float) -> Bracke
         first["guided"][near] &= second["guided"][near]
         brackets = np.delete(brackets, np.flatnonzero(near) + 1)
     return brackets
+
+
+# --- among the points of a lattice ------------------------------------------------------------------------------------
+
+_NOTHING = (127, -128)  # smallest and largest label of no point at all
+_OPEN = (-128, 126)  # of a point that differs from itself
+
+
+class Boxes:
+    """Boxes of points, split where the labels of their points differ.
+
+    A window of points is covered by boxes of 2^depth + 1 points a side, which share their faces. Each is known by its
+    corners and, unless without `centres`, its centre. A box in whose closed hull two computed points differ is split
+    into boxes of half the side, known in the same way; those of 2 points a side have nothing inside. So a point that is
+    computed for one box is looked at by every box it touches, whatever their sizes: a border that leaves a box through
+    a face splits its neighbour too, and is followed to its end. Points with labels below 0 are undecided: they differ
+    from everything, themselves included, so that all around them is computed.
+
+    shape : points along each side, at least 2 each. Integers count points, the last dimension running fastest.
+    """
+
+    def __init__(self, shape: tuple[int, ...], depth: int, centres: bool = True) -> None:
+        self.shape, self.depth, self._centres = shape, depth, centres
+        side = 1 << depth
+        lengths = tuple(-(-(n - 1) // side) * side for n in shape)  # the last boxes may end outside the window
+        padded = tuple(n + 1 for n in lengths)
+        self.known = np.zeros(shape, bool)
+        self._labels = np.zeros(shape, np.int8)
+        self._low, self._high = np.full(padded, _NOTHING[0], np.int8), np.full(padded, _NOTHING[1], np.int8)
+        self._split = [np.zeros(tuple(n >> level for n in lengths), bool) for level in range(depth + 1)]
+        self._begun = False
+
+    def learn(self, places: Integers, labels: Labels) -> None:
+        """Take in the labels of points."""
+        at = np.unravel_index(places, self.shape)
+        self.known[at], self._labels[at] = True, labels
+        self._low[at] = np.where(labels < 0, _OPEN[0], labels)
+        self._high[at] = np.where(labels < 0, _OPEN[1], labels)
+
+    def wanted(self) -> Integers:
+        """The points that must be computed next, none once all boxes are uniform: at first those of the largest boxes,
+        then those of boxes that are split."""
+        places = [np.zeros(0, np.int64)]
+        if not self._begun:
+            self._begun, every = True, np.argwhere(np.ones(self._split[-1].shape, bool))
+            places.append(self._places(every << self.depth, self.depth))
+        for level, (low, high) in zip(range(1, self.depth + 1), self._hulls(), strict=True):
+            split = low < high
+            fresh = np.argwhere(split & ~self._split[level])
+            self._split[level] |= split
+            for half in product((0, 1 << (level - 1)), repeat=len(self.shape)):
+                places.append(self._places((fresh << level) + np.array(half), level - 1))
+        return np.unique(np.concatenate(places))
+
+    def inferred(self) -> Labels:
+        """The labels of all points: where none is computed, that of the box, which is the same for all its points."""
+        label = np.zeros(self._split[-1].shape, np.int8)
+        for low, _ in reversed(list(self._hulls())):
+            label = np.where(low == _NOTHING[0], _twice(label, low.shape), low)
+        if self.depth:
+            label = _twice(label, tuple(n - 1 for n in self._low.shape))
+            label = np.pad(label, [(0, 1)] * label.ndim, "edge")[tuple(slice(n) for n in self.shape)]
+        return np.where(self.known, self._labels, label) if self.depth else self._labels
+
+    def _hulls(self) -> list[tuple[Labels, Labels]]:
+        """Smallest and largest label of the computed points of each box, faces included; for levels 1 to depth."""
+        low, high, hulls = self._low, self._high, []
+        for level in range(self.depth + 1):
+            for axis in range(low.ndim):
+                low, high = (of(*_neighbours(ends, axis, 2 if level else 1))
+                             for ends, of in ((low, np.minimum), (high, np.maximum)))  # fmt: skip
+            hulls.append((low, high))
+        return hulls[1:]
+
+    def _places(self, first: NDArray[Any], level: int) -> Integers:
+        """Corners and centres, where not yet known, of the boxes of a level with these first corners: (boxes, dims)."""
+        side = 1 << level
+        points = [first + np.array(corner) for corner in product((0, side), repeat=len(self.shape))]
+        if level and self._centres:
+            points.append(first + side // 2)
+        inside = np.minimum(np.concatenate(points), np.array(self.shape) - 1)
+        places = np.unique(np.ravel_multi_index(tuple(inside.T), self.shape))
+        missing: Integers = places[~self.known.ravel()[places]]
+        return missing
+
+
+def _neighbours(values: Labels, axis: int, step: int) -> tuple[Labels, Labels]:
+    """Neighbours along an axis: of every two points (step 1), or of every pair (step 2)."""
+    before, last = [slice(None)] * axis, -1 if step == 1 else None
+    return values[(*before, slice(0, last, step))], values[(*before, slice(1, None, step))]
+
+
+def _twice(values: Labels, shape: tuple[int, ...]) -> Labels:
+    """Each value twice along every axis, if it is not of that shape already."""
+    if values.shape == shape:
+        return values.copy()
+    for axis in range(values.ndim):
+        values = np.repeat(values, 2, axis)
+    return values

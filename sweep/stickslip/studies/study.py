@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import Moved, ReportTable
@@ -55,11 +54,8 @@ class Meter:
 
 def joined(parts: Sequence[Results]) -> Results:
     """Columns of several ranges, end to end."""
-    columns: dict[str, list[NDArray[Any]]] = {}
-    for part in parts:
-        for name, values in part.items():
-            columns.setdefault(name, []).append(values)
-    return {name: np.concatenate(values) for name, values in columns.items()}
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
 
 
 MOST_ROWS = 30  # of a table on the screen

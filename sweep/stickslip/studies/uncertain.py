@@ -26,15 +26,17 @@ from numpy.typing import NDArray
 from stickslip.config.model import Config
 from stickslip.config.studies import Moved, ReportTable, Study
 from stickslip.config.uncertain import DRAWN, Subset, Uncertain
+from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, Results, StopFlag, columns
-from stickslip.studies.draws import VARIABLES, Design, Inputs
+from stickslip.studies.draws import STATES, Design, Inputs, reduced
 from stickslip.studies.lines import decided
-from stickslip.studies.reduction import STATES, Summary, reduced
 from stickslip.studies.search import Floats
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.results import REGIMES, flag_label
+from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,9 +52,7 @@ class Rare:
     """Outcome of one simulation.
 
     probability : of g < 0; 0 where `_MOST_LEVELS` did not meet it, NaN where g was level before that: nothing then
-    tells which way to go.
-    levels : how many were needed. evaluations : of g. unknown : share of them that were NaN, taken as not below any
-    level, so that `probability` does not count them.
+    tells which way to go. evaluations : of g. unknown : share of them that were NaN, taken as not below any level.
     """
 
     probability: float
@@ -69,30 +69,27 @@ def subset_simulation(
     limit_state : of independent standard normal deviates (n, dimensions), (n,). samples : of each level, a multiple
     of 10. One simulation tells nothing of its own error: repeat it with other numbers.
     """
-    evaluations = unknown = 0
+    unknown = 0
 
     def evaluate(u: Floats) -> Floats:
-        nonlocal evaluations, unknown
+        nonlocal unknown
         values = np.asarray(limit_state(u), np.float64)
-        evaluations += values.size
         unknown += int(np.isnan(values).sum())
         return np.where(np.isnan(values), np.inf, values)
 
     u = rng.standard_normal((samples, dimensions))
-    g = evaluate(u)
-    chance, level, reach = 1.0, np.inf, 1.0
-    starts = samples // _TENTH
-    for number in range(_MOST_LEVELS):
+    g, starts = evaluate(u), samples // _TENTH
+    chance, level, reach, levels = 1.0, np.inf, 1.0, 0
+    while True:
         order = np.argsort(g, kind="stable")
         next_level = 0.5 * (g[order[starts - 1]] + g[order[starts]])
-        if next_level <= 0:
-            return Rare(chance * float(np.mean(g < 0)), number, evaluations, unknown / evaluations)
-        if not next_level < level:
-            met = chance * float(np.mean(g < 0))
-            return Rare(met if met > 0 else np.nan, number, evaluations, unknown / evaluations)
-        level, chance = next_level, chance / _TENTH
+        if next_level <= 0 or not next_level < level or levels == _MOST_LEVELS:
+            break
+        level, chance, levels = next_level, chance / _TENTH, levels + 1
         u, g, reach = _below(evaluate, level, u[order[:starts]], g[order[:starts]], reach, rng)
-    return Rare(chance * float(np.mean(g < 0)), _MOST_LEVELS, evaluations, unknown / evaluations)
+    probability, evaluations = chance * float(np.mean(g < 0)), samples * (1 + levels)
+    lost = probability == 0 and next_level > 0 and levels < _MOST_LEVELS
+    return Rare(np.nan if lost else probability, levels, evaluations, unknown / evaluations)
 
 
 def _below(
@@ -129,6 +126,70 @@ def limit_of(regime: NDArray[Any], margin: Floats) -> Floats:
 
 
 # --- studies ----------------------------------------------------------------------------------------------------------
+
+
+_STATE, _QUANTITY = ("state",), ("state", "quantity")
+_ERROR = "standard error: scatter over independent scramblings"
+VARIABLES = table(
+    Variable("probability", "1", "probability of a regime",
+             comment="share of the draws whose regime is known", dims=_STATE),
+    Variable("probability_error", "1", "standard error of the probability of a regime",
+             comment=f"{_ERROR}; at least that of one draw", dims=_STATE),
+    Variable("probability_low", "1", "lower bound of the probability of a regime",
+             comment="no draw that is unresolved or failed has the regime; without the standard error", dims=_STATE),
+    Variable("probability_high", "1", "upper bound of the probability of a regime",
+             comment="all draws that are unresolved or failed have the regime; without the standard error",
+             dims=_STATE),
+    Variable("undecided", "1", "share of draws that are unresolved or failed"),
+    Variable("sobol_first", "1", "first-order Sobol index of being in a regime",
+             comment="share of the variance of the indicator that a quantity explains by itself", dims=_QUANTITY),
+    Variable("sobol_first_error", "1", "standard error of the first-order Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change", dims=_QUANTITY),
+    Variable("sobol_total", "1", "total Sobol index of being in a regime",
+             comment="share of the variance of the indicator that would remain if all other quantities were known",
+             dims=_QUANTITY),
+    Variable("sobol_total_error", "1", "standard error of the total Sobol index",
+             comment=f"{_ERROR}; and what undecided draws could change", dims=_QUANTITY),
+    Variable("levels", "1", "levels of the subset simulation, the most of all repetitions"),
+    Variable("evaluations", "1", "cells computed by all subset simulations of a cell"),
+)  # fmt: skip
+# What is told of a metric, as a name and a long name to put its own behind.
+STATISTICS = {
+    "mean": "mean", "mean_error": "standard error of the mean", "quantile": "quantile",
+    "quantile_error": "standard error of the quantile", "count": "draws that have",
+}  # fmt: skip
+
+
+def _declared(name: str) -> Variable:
+    """The declaration of a result of draws; that of a statistic is made of the metric's."""
+    if name in VARIABLES:
+        return VARIABLES[name]
+    statistic, _, metric = name.removesuffix("_error").partition("_")
+    kind = f"{statistic}_error" if name.endswith("_error") else statistic
+    row = CELL_VARIABLES[metric]
+    units, comment = ("1", "") if statistic == "count" else (row.units, "among the draws that have it")
+    dims = ("quantile",) if statistic == "quantile" else ()
+    return Variable(name, units, f"{STATISTICS[kind]}: {row.long_name}", comment=comment, dims=dims)
+
+
+def _dataset(
+    inputs: Inputs, states: Sequence[str], quantiles: Sequence[float], results: Mapping[str, NDArray[Any]],
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """Probabilities of regimes, the spread of metrics and Sobol indices, with what was done as attributes.
+
+    results : by names of `VARIABLES`, and of metrics (``mean_period``, ``quantile_period_error``, ...).
+    """
+    uncertain, rows = inputs.uncertain, {name: _declared(name) for name in results}
+    coordinates = grid_coordinates(inputs.grid) | {"state": text_index("state", states, "regime")}
+    used = {dim for row in rows.values() for dim in row.dims}
+    if "quantity" in used:
+        coordinates["quantity"] = text_index("quantity", uncertain.names, "uncertain quantity")
+    if "quantile" in used:
+        about = {"units": "1", "long_name": "share of the draws below the quantile"}
+        coordinates["quantile"] = xr.Variable("quantile", np.asarray(quantiles, np.float64), about, NO_FILL)
+    attributes = {**attributes, "uncertain_method": uncertain.method_in_words}
+    return study_dataset("uncertain", rows, results, inputs.grid.dims, inputs.grid.shape, coordinates, attributes)
 
 
 class RareStudy(Study):
@@ -172,12 +233,6 @@ class RareStudy(Study):
 
         return margin
 
-    def blank(self, items: range) -> Results:
-        """Simulations that are not computed: without a probability."""
-        blank: Results = {name: np.zeros(len(items), kind) for name, kind in self.columns.items()}
-        blank["probability"][:] = np.nan
-        return blank
-
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The probability of stick-slip over the axes."""
         grid, count = self.inputs.grid, self.subset.repetitions
@@ -190,7 +245,7 @@ class RareStudy(Study):
             "levels": whole["levels"].max(1).astype(np.float64),
             "evaluations": whole["evaluations"].sum(1, dtype=np.float64),
         }
-        return self.inputs.dataset(("stick_slip",), (), results, attributes)
+        return _dataset(self.inputs, ("stick_slip",), (), results, attributes)
 
 
 class SampleStudy(Study):
@@ -292,5 +347,5 @@ class SampleStudy(Study):
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """Probabilities of the regimes, moments of the metrics and Sobol indices over the axes."""
         uncertain, grid = self.inputs.uncertain, self.inputs.grid
-        results = reduced(parts, grid.size, self.design, Summary(uncertain.metrics, uncertain.quantiles))
-        return self.inputs.dataset(STATES, uncertain.quantiles, results, attributes)
+        results = reduced(parts, grid.size, self.design, uncertain.metrics, uncertain.quantiles)
+        return _dataset(self.inputs, STATES, uncertain.quantiles, results, attributes)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from stickslip.theory.curve import Floats, bisect, floats
@@ -171,9 +170,6 @@ def _slip_angle(kappa: Floats, zeta: Floats) -> Floats:
 
 # --- static friction that grows with the logarithm of the time in contact: mu_s(t) = mu0 + beta log10(1 + t/t0) -------
 
-_SMALLEST_EXPONENT = 700.0  # e^-700 is still a normal number
-_POLISHING = 4  # Newton steps; one is enough but near a double root
-
 
 def static_friction(time: ArrayLike, mu0: ArrayLike, beta: ArrayLike, t0: ArrayLike) -> Floats:
     """Static friction coefficient after `time` (s) in contact; beta per decade, t0 (s) > 0 where the growth sets in."""
@@ -200,39 +196,14 @@ def breakaway_time(
     growth = load * aged / np.log(10.0)
     slips = (margin < 0) | (f < -load * mu)
     solvable = ~slips & (r > 0) & (growth > 0)
-    a, b, left = (np.where(solvable, v, 1.0) for v in (growth, r * onset, margin))
-    late = _outer_root(left / a, b / a)
-    curved = _polished(onset * late, left, a, np.where(solvable, r, 1.0), onset)
+    a, rising, left = (np.where(solvable, v, 1.0) for v in (growth, r, margin))
+    # From where the margin begins to fall to where it is used up for certain, since ln(1 + s) <= sqrt(s).
+    start, root = np.maximum(a / rising - onset, 0.0), a / np.sqrt(onset)
+    end = np.maximum(start, ((root + np.sqrt(root**2 + 4.0 * rising * left)) / (2.0 * rising)) ** 2)
+    curved = bisect(lambda t: left + a * np.log1p(t / onset) - rising * t, start, end)
     with np.errstate(divide="ignore", invalid="ignore"):
         straight = np.where(margin > 0, margin / r, np.where(r > 0, 0.0, np.inf))
     return np.where(slips, 0.0, np.where(solvable, curved, straight))
-
-
-def _outer_root(margin: Floats, ratio: Floats) -> Floats:
-    """s = t/t0 >= 0 with margin + ln(1 + s) = ratio s, the larger one of two: the branch W_-1 of Lambert's function.
-
-    margin >= 0, ratio > 0. With y = ratio (1 + s) it is y - ln y = margin + ratio - ln ratio, y >= 1, which stands for
-    y = -W_-1(-e^-(...)) also where that power is too small for a double (weak ageing) or y too close to 1.
-    """
-    excess = margin + (ratio - 1.0) - np.log1p(ratio - 1.0)  # over y = 1, where the two branches meet
-    p = np.sqrt(2.0 * excess)
-    close = p + p**2 / 3.0 + 11.0 / 72.0 * p**3
-    middle = -np.real(scipy.special.lambertw(-np.exp(-1.0 - np.minimum(excess, _SMALLEST_EXPONENT)), -1)) - 1.0
-    far = excess
-    for _ in range(_POLISHING):
-        far = excess + np.log1p(far)  # gains almost three digits a turn
-    above = np.select([excess < 1e-6, excess < _SMALLEST_EXPONENT], [close, middle], far)  # y - 1
-    return np.asarray(np.maximum((above + 1.0 - ratio) / ratio, 0.0))
-
-
-def _polished(time: Floats, margin: Floats, growth: Floats, rate: Floats, t0: Floats) -> Floats:
-    """Newton on margin + growth ln(1 + t/t0) - rate t, whose terms lose no digits where t is much shorter than t0."""
-    for _ in range(_POLISHING):
-        rest = margin + growth * np.log1p(time / t0) - rate * time
-        slope = (growth - rate * t0 - rate * time) / (t0 + time)
-        step = np.divide(rest, slope, out=np.zeros_like(time), where=slope < 0)
-        time = np.maximum(time - step, 0.0)
-    return time
 
 
 # --- contacts with memory in steady sliding ---------------------------------------------------------------------------

@@ -8,9 +8,8 @@ from scipy.optimize import brentq
 from helpers.nightly import few
 from helpers.unstable_cycle import Cycle, least_slip_speed
 from stickslip.engine import Options, compute_range, stop_flag
-from stickslip.studies.attractors import AttractorStudy
-from stickslip.studies.exact import area_in_box, velocities_at_rest_point
-from stickslip.studies.starts import Attractors, Motions, critical_disturbances, sampled_shares, steady_state
+from stickslip.studies.attractors import Attractors, AttractorStudy, critical_disturbances, sampled_shares
+from stickslip.studies.exact import Motions, area_in_box, steady_state, velocities_at_rest_point
 from stickslip.theory import unstable_amplitude
 from stickslip.vocabulary.cells import Cells, as_cells, taken
 from stickslip.vocabulary.results import REGIMES, SHARE_METHODS

@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.stats import binomtest
 
-from stickslip.studies.boxes import CONFIDENCE, Audit, Boxes, Tiles, density, drawn, refine
-from stickslip.studies.refine import COMPUTED, Painter, labels_of
+from stickslip.studies.refine import COMPUTED, CONFIDENCE, Audit, Painter, Tiles, drawn, labels_of, refine
+from stickslip.studies.search import Boxes
 from stickslip.vocabulary.results import REGIMES
+
+
+def density(share: float, depth: int, dims: int) -> float:
+    return 2.0 * share / 2.0 ** (depth * dims)
 
 
 def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, ...] | None = None):

@@ -14,7 +14,7 @@ from helpers.runs import block_files, opened, same
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, StoreError
 from stickslip.runs import work
-from stickslip.studies import boxes
+from stickslip.studies import refine
 
 PLANE = """\
 system: {mass: 1, normal_load: 1}
@@ -101,7 +101,7 @@ def test_any_number_of_axes_of_any_kind_is_refined(text):
 @pytest.mark.slow
 def test_the_numbers_do_not_depend_on_where_and_when_tiles_are_computed(tmp_path, monkeypatch):
     """Many small tiles; blocks in a store, in shards, in memory; written at once and region by region."""
-    monkeypatch.setattr(boxes, "_TILE", 8)  # 16 x 16 cells a tile
+    monkeypatch.setattr(refine, "_TILE", 8)  # 16 x 16 cells a tile
     monkeypatch.setattr(work, "_FEWEST", 1)  # and each a block
     monkeypatch.setattr(work, "_BLOCKS", 10**9)
     config = tmp_path / "map.yaml"

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from helpers.configs import message
-from stickslip.config.reader import parse_config
+from stickslip.config.reader import make_config, parse_config
+from stickslip.errors import ConfigError
 
 HEAD = """\
 system: {mass: 1 kg, stiffness: 10 N/m, normal_load: 5 N}
@@ -83,3 +86,46 @@ def test_what_is_wrong_is_said_with_its_place(bad, said):
 
 def test_a_border_is_not_asked_for_beside_probabilities():
     assert "expected one of them" in message(text() + "border: {along: stiffness, between: [1, 2]}\n")
+
+
+# --- quantities drawn from values, row by row -------------------------------------------------------------------------
+
+CAR = {"mass": 2.0, "stiffness": 2e4, "normal_load": 30.0}
+
+
+def test_rows_stay_together_and_each_is_as_probable():
+    rng = np.random.default_rng(2)
+    a1 = rng.uniform(0.1, 0.4, 100)
+    values = {"a1": a1.tolist(), "a3": (0.5 - a1).tolist()}
+    given = {name: {"drawn": one} for name, one in values.items()} | {"damping": {"uniform": [0, 1]}}
+    config = make_config({
+        "system": {**CAR, "belt_speed": 0.02}, "friction": {"a2": 0, "a4": 0.02}, "uncertain": {"quantities": given},
+    })  # fmt: skip
+    normals = rng.standard_normal((20_000, 3))
+    drawn = config.uncertain.values(normals)
+    np.testing.assert_allclose(drawn["a1"] + drawn["a3"], 0.5, rtol=1e-12)
+    shares = np.array([(drawn["a1"] == one).mean() for one in a1])
+    assert abs(shares - 0.01).max() < 5 * np.sqrt(0.01 / 20_000)
+    assert abs(np.corrcoef(drawn["a1"], drawn["damping"])[0, 1]) < 0.03
+    assert not config.uncertain.indices
+
+
+@pytest.mark.parametrize(
+    ("quantities", "more", "expected"),
+    [
+        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2, 0.3]}, {}, "a3.drawn: got 3 values, expected 2 like a1"),
+        ({"a1": [0.1, -0.2], "a3": [0.1, 0.2]}, {}, "a1"),
+        ({"a1": [0.1]}, {"friction": {"a2": 0, "a3": 0.1, "a4": 0.1}}, "each of which is as probable"),
+        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]}, {"indices": True}, "Sobol indices"),
+        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]}, {"subset": {}}, "leads nowhere"),
+        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]},
+         {"correlation": {"between": ["a1", "a3"], "matrix": [[1, 0.5], [0.5, 1]]}},
+         "quantities that have a distribution"),
+    ],
+)  # fmt: skip
+def test_drawn_values_that_are_none_are_refused(quantities, more, expected):
+    friction = more.pop("friction", {"a2": 0, "a4": 0.1})
+    given = {name: {"drawn": values} for name, values in quantities.items()}
+    config = {"system": {**CAR, "belt_speed": 0.1}, "friction": friction, "uncertain": {"quantities": given, **more}}
+    with pytest.raises(ConfigError, match=re.escape(expected)):
+        make_config(config)

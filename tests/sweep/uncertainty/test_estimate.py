@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip.studies.draws import BITS, Design, SobolPoints
-from stickslip.studies.reduction import IndexSums, index_sums, indices_of, ratio
+from stickslip.studies.draws import BITS, Design, IndexSums, SobolPoints, index_sums, indices_of, ratio
 from stickslip.theory.distributions import distribution
 
 Z = np.array([-5.0, -2.0, -0.3, 0.0, 0.7, 3.0, 4.0])
@@ -157,3 +156,11 @@ def test_a_ratio_of_sums_has_the_error_of_its_scatter():
         found = ratio(2.0 * below + rng.normal(0, 5, 8), below)
         off.append((found.value - 2.0) / found.error)
     assert 0.9 < np.std(off) < 1.5
+
+
+def test_one_quantity_alone_explains_all_of_the_variance():
+    rng = np.random.default_rng(3)
+    sums = IndexSums(rng.random((8, 2, 1)), rng.random((8, 2, 1)), np.stack([rng.random((8, 1)), np.zeros((8, 1))], 1))
+    for index in indices_of(sums).values():
+        np.testing.assert_array_equal(index.value, [[1.0], [np.nan]])
+        np.testing.assert_array_equal(index.error, [[0.0], [np.nan]])

@@ -10,8 +10,7 @@ import stickslip
 from stickslip.config.grid import options_of
 from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
-from stickslip.studies.draws import Design
-from stickslip.studies.reduction import STATES, Summary, reduced
+from stickslip.studies.draws import STATES, Design, reduced
 from stickslip.studies.uncertain import SampleStudy
 
 PAD = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
@@ -37,7 +36,7 @@ def sample(draws=1024, seed=1, more="", axes="", steps=100_000, text=TEXT):
 def results(of, block=20_000):
     blocks = [of.compute(range(start, min(start + block, of.size)), stop_flag()) for start in range(0, of.size, block)]
     said = of.inputs.uncertain
-    found = reduced(blocks, of.inputs.grid.size, of.design, Summary(said.metrics, said.quantiles))
+    found = reduced(blocks, of.inputs.grid.size, of.design, said.metrics, said.quantiles)
     return {name: values[0] for name, values in found.items()} if of.inputs.grid.size == 1 else found
 
 
@@ -62,7 +61,7 @@ def test_errors_of_probabilities_are_as_large_as_the_probabilities_are_wrong():
         design = Design(2, 256, 8, seed, False)
         normals = design.normals(design.place(0, design.per_cell))
         regime = np.where(normals @ [0.8, 0.6] < 0.3, 1, 2).astype(np.int8)
-        found = reduced([{"regime": regime}], 1, design, Summary((), ()))
+        found = reduced([{"regime": regime}], 1, design, (), ())
         off.append((found["probability"][0, 0] - exact) / found["probability_error"][0, 0])
     assert 0.8 < np.std(off) < 1.7  # Student's t with 7 degrees of freedom: 1.18
     assert abs(np.mean(off)) < 0.5
