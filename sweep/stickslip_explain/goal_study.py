@@ -28,7 +28,7 @@ from stickslip.studies.plane import OPEN, PlaneSearch
 from stickslip.studies.search import Floats, Integers, Labels
 from stickslip.studies.study import axis_names, joined, parts_over
 from stickslip.vocabulary.cells import taken
-from stickslip.vocabulary.display_units import customary, spoken
+from stickslip.vocabulary.display_units import spoken, unit_for
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
@@ -276,7 +276,7 @@ class GoalStudy(ContourStudy):
 
     def _attributes(self) -> dict[str, Any]:
         """The goal."""
-        rows = [(SEARCHABLE[side.name], (side.low, side.high)) for side in self._goal.ranges]
-        texts = (f"{spoken(row.name)} {customary(row.units, *ends) or row.range_text(ends)}" for row, ends in rows)
+        rows = [(side, unit_for(SEARCHABLE[side.name].units, (side.low, side.high))) for side in self._goal.ranges]
+        texts = (f"{spoken(side.name)} {unit.of(side.low):.4g} to {unit.text(side.high, 4)}" for side, unit in rows)
         chance = f" with a probability of {100 * self._probability:g} %" if self._drawn else ""
         return {"goal": f"quiet over {' and '.join(texts)}{chance}", "goal_probability": self._probability}

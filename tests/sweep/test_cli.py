@@ -265,15 +265,11 @@ def test_validate_says_what_it_understood_in_si(here):
     parts = [re.split("  +", line.strip()) for line in done.stdout.splitlines()[1:]]
     rows = {name: rest for name, *rest in parts}
     assert done.stdout.startswith("my.yaml: valid, 160 cells: belt_speed (80) x lubricant (2)\n")
-    assert (
-        rows["mass"] == ["0.1 kg", "(100 g)", "mass"]
-        and rows["stiffness"][0] == "5000 N/m"
-        and rows["a4"][0] == "0.02 m/s"
-    )
+    assert rows["mass"] == ["0.1 kg", "mass"] and rows["stiffness"][0] == "5000 N/m" and rows["a4"][0] == "0.02 m/s"
     assert rows["natural frequency"][0] == "35.6 Hz"  # sqrt(50000)/6.283
-    assert rows["static deflection"][:2] == ["0.0006 m", "(0.6 mm)"]  # 0.3 x 10/5000
+    assert rows["static deflection"][0] == "0.0006 m"  # 0.3 x 10/5000
     assert rows["velocity"] == ["sticking", "velocity at the start: that of the belt, sticking"]
-    assert rows["axis belt_speed"] == ["0.001 to 0.2 m/s", "(1 to 200 mm/s)", "80 values, log spacing: belt speed"]
+    assert rows["axis belt_speed"] == ["0.001 to 0.2 m/s", "80 values, log spacing: belt speed"]
     assert rows["axis lubricant"] == ["2 points", "dry, oil"]
     assert rows["with mu_stop"][0] == "none, 0.25" and rows["with damping"][0] == "0, 1 N s/m"
     assert rows["solver"][0] == "rtol 1e-06, max_steps 100,000, horizon none"

@@ -26,7 +26,7 @@ def validate(configs: tuple[Path, ...]) -> None:
     """Check configurations without computing anything.
 
     Every mistake of every file is listed, with its line and column. For valid ones it shows what was understood: every
-    quantity in SI and in customary units, what they come to (natural frequency, static deflection), every axis with
+    quantity in SI, what they come to (natural frequency, static deflection), every axis with
     its points. Values that are legal and implausible are asked about.
     """
     answers = [_validated(path) for path in map(params.config_file, configs)]

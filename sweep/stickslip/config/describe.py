@@ -24,16 +24,16 @@ from stickslip import extensions
 from stickslip.config.model import DEFAULT_TITLE, SECTIONS, Config, Group, Range, Values
 from stickslip.config.problems import model_at
 from stickslip.config.resolve import varied_paths
-from stickslip.config.sections import VALUE, Friction, Read, Schema, Section, StudySection, number_schema
+from stickslip.config.sections import VALUE, Read, Schema, Section, StudySection, number_schema
 from stickslip.config.studies import section_class, study_class
 from stickslip.config.uncertain import DRAWN, FORMS, SamplingSection, Uncertain
 from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, Problem, UnitWarning
 from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import LIKELY, customary
+from stickslip.vocabulary.display_units import LIKELY
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, LAW_MESSAGES, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import AXIS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
 from stickslip.vocabulary.results import STUDIES
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
@@ -81,40 +81,31 @@ def _amounts(config: Config) -> Iterator[Row]:
     spans, model = magnitudes(config), model_of(config.friction.law)
     load = f"{BREAKAWAY if model.curve else model.levels[0]} times load over stiffness"
     load += ", where it breaks away" if model.curve else ""
-    frequency = ("natural frequency", "s-1", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction")
-    for name, si, unit, meaning in (frequency, ("static deflection", "m", "m", load)):
+    frequency = ("natural frequency", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction")
+    for name, unit, meaning in (frequency, ("static deflection", "m", load)):
         if name in spans:
-            yield Row(name, span_text(spans[name], unit) + _in_customary(si, *spans[name].tolist()), meaning)
+            yield Row(name, span_text(spans[name], unit), meaning)
 
 
 def value_text(value: float, row: Parameter) -> str:
-    """A value in SI with its unit, and in the unit people use."""
+    """A value in SI with its unit."""
     written = row.written(value)
     if isinstance(written, str):
         return written
-    return f"{written:.6g} {units.spelled(row.units)}".rstrip() + _in_customary(row.units, written)
-
-
-def _in_customary(si: str, *values: float) -> str:
-    """The values in the unit people use, behind those in SI; nothing where that is the same."""
-    text = customary(si, *values) if values else None
-    return f"  ({text})" if text else ""
+    return f"{written:.6g} {units.spelled(row.units)}".rstrip()
 
 
 def _along(axis: Range | Values, before: str) -> Row:
     """A quantity along an axis: its ends or its values, how many there are, and how they are spaced."""
     row = QUANTITIES[axis.name]
     if isinstance(axis, Range):
-        text, spacing, numbers = row.range_text((axis.start, axis.stop)), f"{axis.spacing} spacing", axis.points()
+        text, spacing = row.range_text((axis.start, axis.stop)), f"{axis.spacing} spacing"
     else:
         written = [value if isinstance(value, str) else f"{value:.6g}" for value in map(row.written, axis.values)]
         if len(written) > _MOST_VALUES:
             written = [*written[: _MOST_VALUES - 2], "...", written[-1]]
         text, spacing = f"{', '.join(written)} {units.spelled(row.units)}".rstrip(), "as listed"
-        numbers = axis.points()[[not math.isnan(value) for value in axis.values]]
-    ends = (float(numbers.min()), float(numbers.max())) if numbers.size else ()
-    meaning = f"{axis.size:,} values, {spacing}: {row.long_name}"
-    return Row(f"{before}{axis.name}", text + _in_customary(row.units, *ends), meaning)
+    return Row(f"{before}{axis.name}", text, f"{axis.size:,} values, {spacing}: {row.long_name}")
 
 
 # --- numbers that are implausible in SI -------------------------------------------------------------------------------
@@ -264,37 +255,18 @@ def _described(row: Parameter) -> Schema:
 
 def axes_schema() -> Schema:
     """Quantities that vary, and groups of them."""
-    values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
-                      for name in QUANTITIES}  # fmt: skip
-    values["fit"] = field_schema(Friction, "fit") | {
-        "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
-    }
-    names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
-    group = strict({
-        "zip": strict(values) | {"minProperties": 1}, "labels": names | {"description": "names of the points"},
-    })  # fmt: skip
+    forms = {"type": ["array", "object"]}  # values, or keys of a range
+    fit = f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
+    zipped = {name: {"type": "array", "minItems": 1} for name in QUANTITIES} | {"fit": {"description": fit}}
+    group = strict({"zip": strict(zipped) | {"minProperties": 1}, "labels": {"description": "names of the points"}})
     return {
         "type": ["object", "null"],
         "description": "What varies, the outermost dimension first: quantities, or groups that vary together (zip).",
-        "properties": {
-            name: {"description": _description(row), "anyOf": _axis_forms(row)} for name, row in QUANTITIES.items()
-        },
+        "properties": {name: {"description": _description(row), **forms} for name, row in QUANTITIES.items()},
         "additionalProperties": group | {
             "description": "Quantities that vary together, point by point.", "required": ["zip"],
         },
     }  # fmt: skip
-
-
-def _axis_forms(row: Parameter) -> list[Schema]:
-    """A list of values, the same in a mapping, or a range."""
-    values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
-    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
-    return [
-        values,
-        strict({"values": values}) | {"required": ["values"]},
-        strict({"start": end, "stop": end, "num": _described(AXIS["num"]), "spacing": spacing})
-        | {"required": ["start", "stop", "num"]},
-    ]
 
 
 # --- its sections -----------------------------------------------------------------------------------------------------

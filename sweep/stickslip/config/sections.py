@@ -111,7 +111,7 @@ def interval(row: Parameter, value: object) -> tuple[float, float]:
     return low, high
 
 
-def number_schema(row: Parameter, words: bool = True) -> Schema:
+def number_schema(row: Parameter) -> Schema:
     """A number within the bounds of a row, a text with a unit, or the word for NaN."""
     bare: Schema = {"type": "integer" if row.whole else "number"}
     if row.units != "1":
@@ -120,7 +120,7 @@ def number_schema(row: Parameter, words: bool = True) -> Schema:
     forms = [bare | {key: bound for key, bound in bounds.items() if bound is not None}]
     if row.units != "1":
         forms.append({"type": "string", "pattern": _WITH_UNIT, "examples": [units.example(row.units)]})
-    if words and row.word:
+    if row.word:
         forms.append({"const": row.word})
     return forms[0] if len(forms) == 1 else {"anyOf": forms}
 

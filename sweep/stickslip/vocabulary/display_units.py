@@ -24,7 +24,6 @@ DISPLAY = "display_units"  # attribute of coordinates and variables, which are S
 _POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SYMBOLS = ("mu_", "v_", "D_")  # how names begin that are symbols, not words
-_WIDE = 1000.0  # from here on, both ends of a range have a unit of their own
 _CUSTOMARY = {  # by unit in SI: from which magnitude on, in SI, another one is used, how large it is, and its name
     "kg": ((1e-6, 1e-6, "mg"), (1e-3, 1e-3, "g"), (1.0, 1.0, ""), (1e3, 1e3, "t")),
     "N m-1": ((0.0, 1.0, ""), (100.0, 1e3, "N/mm"), (1e6, 1e6, "kN/mm")),
@@ -74,22 +73,6 @@ def unit_for(si: str, values: ArrayLike, written: str | None = None) -> Unit:
         return Unit(written, units.factor(written, si))
     sizes = np.abs(np.asarray(values, np.float64))
     return _customary_unit(si, float(np.max(sizes, where=np.isfinite(sizes), initial=0.0)))
-
-
-def customary(si: str, *values: float) -> str | None:
-    """Values of one quantity in the unit that suits the largest: ``5 N/mm``, ``1 to 200 mm/s``; ``10 ms to 2.8 h``.
-
-    si : the unit in SI, as in `quantities.py`. None where that is the customary one.
-    """
-    ends = [abs(value) for value in values]
-    own = max(ends) > _WIDE * min(ends) > 0.0
-    chosen = [_customary_unit(si, end if own else max(ends)) for end in ends]
-    if all(unit.size == 1.0 for unit in chosen):
-        return None
-    if len(set(chosen)) > 1:
-        return " to ".join(unit.text(value, 4) for unit, value in zip(chosen, values, strict=True))
-    numbers = dict.fromkeys(f"{chosen[0].of(value):.4g}" for value in values)
-    return f"{' to '.join(numbers)} {chosen[0].name}"
 
 
 def number(value: float, digits: int = 4) -> str:
