@@ -7,7 +7,7 @@ import os
 import sys
 from contextlib import suppress
 
-_FIRST = 500_000  # objects; the imports of a map and its plot make 300,000
+_OBJECTS = 500_000  # new ones until the collector looks; the imports of a map and its plot make 300,000
 
 
 def main() -> None:
@@ -16,7 +16,10 @@ def main() -> None:
     The interpreter would take down a thousand modules one by one, a third of the time of a small map. All else that has
     to happen at the end does: threads are waited for, what is registered with `atexit` is called, texts are written.
     """
-    _start_lightly()
+    # The collector of garbage would look through all that is imported, over and over, though nothing of it ever goes;
+    # the threads of linear algebra would spin while they wait for work, of which the command has none.
+    gc.set_threshold(_OBJECTS, *gc.get_threshold()[1:])
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     code = 1  # of what ends by a traceback
 
     def leave() -> None:
@@ -44,24 +47,6 @@ def main() -> None:
             raise
         _say(f"standard output: cannot be written ({error.strerror})")  # no file of ours, which are named
         os._exit(1)
-
-
-def _start_lightly() -> None:
-    """Leave out what costs a small map a fifth of its time, and gains nothing.
-
-    The collector of garbage would look through all that is imported, over and over, though nothing of it ever goes:
-    it begins after so many objects, and is as usual from then on. The threads of linear algebra spin while they wait
-    for work, of which the command has none.
-    """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    usual = gc.get_threshold()
-
-    def begin(_phase: str, _about: object) -> None:
-        gc.callbacks.remove(begin)
-        gc.set_threshold(*usual)
-
-    gc.callbacks.append(begin)
-    gc.set_threshold(_FIRST, *usual[1:])
 
 
 def _say(text: str) -> None:

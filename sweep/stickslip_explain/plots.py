@@ -104,7 +104,7 @@ def _before_and_after(ax: Axes, ds: xr.Dataset, name: str) -> None:
     ends = min(values.min(), low), max(np.quantile(values, 0.999), high)
     ax.axvspan(low, high, color=GREY, alpha=0.5, linewidth=0)
     ax.hist(values, bins=np.linspace(*ends, _BINS + 1).tolist(), color=SKY, edgecolor=BLACK, linewidth=0.4)
-    ax.set(yticks=[], xlim=ends, xlabel=f"{spoken(name)}{f' ({unit.printed})' if unit.printed else ''}")
+    ax.set(yticks=[], xlim=ends, xlabel=f"{spoken(name)}{f' ({unit.name})' if unit.name else ''}")
     ax.xaxis.set_major_locator(MaxNLocator(5))
 
 

@@ -34,12 +34,12 @@ def plot_sound(acceleration: Floats, rate: float, *, title: str = "", slow: floa
     figure = Figure(figsize=(9.0, 5.4), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1, 2])
     upper.plot(np.arange(acceleration.size) / rate, acceleration, color=BLUE, linewidth=0.6, rasterized=True)
-    upper.set_ylabel("acceleration (m/s²)")
+    upper.set_ylabel("acceleration (m/s2)")
     upper.margins(x=0)
     image = lower.pcolormesh(
         times - (length // 2) / rate, frequencies[heard], level, **_SHOWN, shading="nearest", rasterized=True
     )
-    figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s²)", extend="both")
+    figure.colorbar(image, ax=lower, label="level of a tone (dB re 1e-6 m/s2)", extend="both")
     as_heard = "" if slow == 1.0 else f", {slow:g} times slower than the motion"
     lower.set(yscale="log", ylim=(_LOWEST, min(_HIGHEST, 0.5 * rate)), ylabel="frequency (Hz)")
     lower.yaxis.set_major_formatter(ScalarFormatter())

@@ -146,12 +146,12 @@ def test_a3_scales_a_table_and_a4_stretches_it():
 
 
 @pytest.mark.parametrize(("w", "mu", "message"), [
-    ([0.0, 0.1, 0.1], [0.4, 0.3, 0.3], "rising ones, each once"),
-    ([0.0, 0.2, 0.1], [0.4, 0.3, 0.3], "rising ones, each once"),
-    ([0.0, np.nan, 0.1], [0.4, 0.3, 0.3], "nan"),
-    ([0.0, 0.1], [0.4, np.nan], "nan"),
-    ([0.0, 0.1], [0.4, 0.0], "above 0"),
-    ([-0.1, 0.1], [0.4, 0.3], "at least 0"),
+    ([0.0, 0.1, 0.1], [0.4, 0.3, 0.3], "got 0.3 at 0.1 m/s, expected rising"),
+    ([0.0, 0.2, 0.1], [0.4, 0.3, 0.3], "got 0.3 at 0.1 m/s"),
+    ([0.0, np.nan, 0.1], [0.4, 0.3, 0.3], "got 0.3 at nan"),
+    ([0.0, 0.1], [0.4, np.nan], "got nan at 0.1"),
+    ([0.0, 0.1], [0.4, 0.0], "got 0 at 0.1 m/s"),
+    ([-0.1, 0.1], [0.4, 0.3], "got 0.4 at -0.1 m/s"),
     ([0.1], [0.4], "expected 2 to 200"),
     (np.linspace(0, 1, 201), np.ones(201), "expected 2 to 200"),
     ([0.0, 0.1, 0.2], [0.4, 0.3], "expected two lists alike"),

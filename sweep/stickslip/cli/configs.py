@@ -54,11 +54,11 @@ def _validated(path: Path) -> dict[str, Any]:
     for text in texts if not is_for_programs() else ():
         screen.notice(f"warning: {text}")
     screen.echo(f"{path}: valid, {computes}")
-    screen.print_rows([(row.name, row.value, row.meaning) for row in rows], indent="  ")
+    screen.print_rows(rows, indent="  ")
     return answer | {
         "warnings": texts,
         "computes": computes,
-        "understood": [row._asdict() for row in rows],
+        "understood": [dict(zip(("name", "value", "meaning"), row, strict=True)) for row in rows],
         "configuration": config.resolved(),
     }
 

@@ -15,7 +15,6 @@ import math
 import sys
 import warnings
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,41 +38,36 @@ from stickslip.vocabulary.results import STUDIES
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
 
-class Row(NamedTuple):
-    """One thing that was understood, and what it is."""
-
-    name: str
-    value: str
-    meaning: str
+Row = tuple[str, str, str]  # one thing that was understood: name, value, what it is
 
 
 def describe(config: Config) -> Iterator[Row]:
     """The rows of a configuration: what is the same in all cells, what varies, how it is computed, where it goes."""
-    yield Row("law", config.friction.law, LAW_MESSAGES[config.friction.law])
+    yield ("law", config.friction.law, LAW_MESSAGES[config.friction.law])
     fixed, model = config.fixed(), model_of(config.friction.law)
     for name, row in QUANTITIES.items():
         if name in model.absent and name in fixed and (math.isnan(fixed[name]) or fixed[name] == row.default):
-            yield Row(name, "none", f"{row.long_name}: {model.absent[name]}")
+            yield (name, "none", f"{row.long_name}: {model.absent[name]}")
         elif name in fixed and config.friction.law in laws_with(name):
             meaning = f"{row.long_name}: {row.absent}" if math.isnan(fixed[name]) else row.long_name
-            yield Row(name, value_text(fixed[name], row), meaning)
+            yield (name, value_text(fixed[name], row), meaning)
     yield from _amounts(config)
     for axis in config.axes:
         if isinstance(axis, Group):
-            yield Row(f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
+            yield (f"axis {axis.name}", f"{axis.size} points", ", ".join(axis.labels or ()))
         for member in axis.members:
             yield _along(member, "  with " if isinstance(axis, Group) else "axis ")
     studies: tuple[StudySection | None, ...] = (config.study, config.uncertain)
     for section in filter(None, studies):
-        yield from map(Row._make, study_class(section.key).explain(section, config))
+        yield from study_class(section.key).explain(section, config)
     solver = config.solver
     horizon = "none" if solver.horizon is None else f"{solver.horizon:g} s"
     end = "until the regime is decided" if solver.early_stop else "to the horizon"
-    yield Row("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", end)
+    yield ("solver", f"rtol {solver.rtol:g}, max_steps {solver.max_steps:,}, horizon {horizon}", end)
     if config.output.variables is not None:
-        yield Row("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
+        yield ("variables", ", ".join(config.output.variables), "all that is stored and written of a cell")
     files = [name for name in (config.output.file, config.output.plot, config.output.report) if name is not None]
-    yield Row("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
+    yield ("output", ", ".join(files) or "none", "" if config.output.file else "the result is not kept without -o")
 
 
 def _amounts(config: Config) -> Iterator[Row]:
@@ -84,7 +78,7 @@ def _amounts(config: Config) -> Iterator[Row]:
     frequency = ("natural frequency", "Hz", "sqrt(stiffness/mass)/(2 pi), without friction")
     for name, unit, meaning in (frequency, ("static deflection", "m", load)):
         if name in spans:
-            yield Row(name, span_text(spans[name], unit), meaning)
+            yield (name, span_text(spans[name], unit), meaning)
 
 
 def value_text(value: float, row: Parameter) -> str:
@@ -105,7 +99,7 @@ def _along(axis: Range | Values, before: str) -> Row:
         if len(written) > _MOST_VALUES:
             written = [*written[: _MOST_VALUES - 2], "...", written[-1]]
         text, spacing = f"{', '.join(written)} {units.spelled(row.units)}".rstrip(), "as listed"
-    return Row(f"{before}{axis.name}", text, f"{axis.size:,} values, {spacing}: {row.long_name}")
+    return (f"{before}{axis.name}", text, f"{axis.size:,} values, {spacing}: {row.long_name}")
 
 
 # --- numbers that are implausible in SI -------------------------------------------------------------------------------

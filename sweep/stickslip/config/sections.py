@@ -215,11 +215,7 @@ _LAW = Read(
     ),
     {"anyOf": [{"enum": list(LAWS)}, {"type": "string", "pattern": OWN_NAME}]},
 )
-_ROW: Schema = {"type": "array", "minItems": 2, "items": {"type": ["number", "string"]}}
-_KEYS = {"file": POINTS_FILE.schema, "monotone": BOOLEAN.schema, "speed": _ROW, "mu": _ROW}
-_FORM: Schema = {"type": "object", "properties": _KEYS, "additionalProperties": False}
-_FORMS = [_FORM | {"required": needed} for needed in (["file"], ["speed", "mu"])]
-_TABLE = Read(lambda value: value, {"anyOf": [POINTS_FILE.schema, *_FORMS]})  # read in `resolve.py`
+_TABLE = Read(lambda value: value, {"type": ["string", "object"]})  # read in `resolve.py`
 _EXAMPLE, _ALL = "a list of variables such as [regime, period]", "leave variables out to keep all of them"
 _VARIABLES = list_of(VARIABLES, _EXAMPLE, _ALL, single=True)
 

@@ -184,7 +184,7 @@ class MapAxis:
 
     def _quantity(self, array: xr.DataArray, value: float) -> str:
         unit = unit_of(array)
-        return unit.text(value) if self._plain else f"{unit.of(value):.4g} {unit.printed}".rstrip()
+        return unit.text(value) if self._plain else f"{unit.of(value):.4g} {unit.name}".rstrip()
 
     def heading(self, i: int) -> str:
         """Point `i` with the name of what it is a point of, short enough for the title of a panel."""
@@ -205,7 +205,7 @@ def short_name(array: xr.DataArray) -> str:
 def title(array: xr.DataArray, unit: Unit | None = None) -> str:
     """Long name with the unit in which it is shown, if there is one. unit : which, where that is known."""
     name = str(array.attrs.get("long_name", array.name)).replace("_", " ")
-    printed = (unit or unit_of(array)).printed
+    printed = (unit or unit_of(array)).name
     return f"{name} ({printed})" if printed else name
 
 

@@ -70,7 +70,7 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
         shock = np.where(np.isfinite(shock), shock, np.nan)
         look = {"linestyle": style, **joined}
         lower.plot(x.centres, shock, color=colour, label=f"shock {name} the belt", **look)
-    lower.set(ylabel=f"critical shock\n({unit.printed})", xlabel=x.title)
+    lower.set(ylabel=f"critical shock\n({unit.name})", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
     shade(lower, x.edges, safe, _NONE)
     for ax in (upper, lower):
@@ -160,7 +160,7 @@ def plot_branches(
     _draw_ends(ax, ds, variable, x.centres, edges)
     vibrates_up, vibrates_down = (_is(ds, direction, *_CYCLES) for direction in ("up", "down"))
     shade(ax, edges, vibrates_up != vibrates_down, BAND)
-    ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.printed})")
+    ax.set(xlabel=x.title, ylabel=f"amplitude of {variable.removesuffix('_amplitude')} ({unit.name})")
     apply(x, ax, "x")
     ax.margins(y=0.08)
     legend(figure, labelled(ax))

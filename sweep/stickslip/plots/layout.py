@@ -100,7 +100,7 @@ def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
             continue  # says nothing
         if value != declared.default or name == "damping":  # none decides everything
             unit = unit_of(coordinate)
-            rows.append((short_name(coordinate), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
+            rows.append((short_name(coordinate), f"{unit.of(value):.4g} {unit.name}".rstrip()))
     return rows
 
 

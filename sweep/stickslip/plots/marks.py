@@ -283,7 +283,7 @@ def entries(marks: Sequence[Mark], ds: xr.Dataset, line: bool = False) -> list[L
 def _place_text(ds: xr.Dataset, name: str, axis: MapAxis, value: Any) -> str:
     if not axis.is_numeric:
         return str(value)
-    return f"{axis.unit.of(value):.4g} {axis.unit.printed}".rstrip() if axis.unit.name else f"{name} = {value:.4g}"
+    return f"{axis.unit.of(value):.4g} {axis.unit.name}".rstrip() if axis.unit.name else f"{name} = {value:.4g}"
 
 
 # --- borders ----------------------------------------------------------------------------------------------------------

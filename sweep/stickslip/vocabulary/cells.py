@@ -205,8 +205,7 @@ def check_names(named: Iterable[str], known: Mapping[str, Parameter] = PARAMETER
         if len(laws := laws_with(str(name))) < len(laws_with("mass")):
             shipped = [law for law in laws if law in LAWS]
             raise TypeError(f"{name!r} is not a parameter of cells of this law, but of {listed(shipped)}")
-        hint = or_meant(str(name), known, otherwise=f"; known are {', '.join(known)}")
-        raise TypeError(f"{name!r} is not a parameter of a cell{hint}")
+        raise TypeError(f"{name!r} is not a parameter of a cell, expected {listed(known)}{or_meant(str(name), known)}")
 
 
 def _checked(parameter: Parameter, value: Any) -> NDArray[np.float64]:

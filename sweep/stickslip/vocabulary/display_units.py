@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 DISPLAY = "display_units"  # attribute of coordinates and variables, which are SI: the unit in which they are shown
-_POWER = re.compile(r"(?:\^|\*\*)?(-?\d+)")
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SYMBOLS = ("mu_", "v_", "D_")  # how names begin that are symbols, not words
 _CUSTOMARY = {  # by unit in SI: from which magnitude on, in SI, another one is used, how large it is, and its name
     "kg": ((1e-6, 1e-6, "mg"), (1e-3, 1e-3, "g"), (1.0, 1.0, ""), (1e3, 1e3, "t")),
@@ -54,11 +52,6 @@ class Unit:
     def to_si(self, values: Any) -> Any:
         """Numbers in this unit as numbers in SI."""
         return values if self.size == 1.0 else values * self.size
-
-    @property
-    def printed(self) -> str:
-        """The name for plots: powers are raised."""
-        return _POWER.sub(lambda power: power[1].translate(_RAISED), self.name.replace("*", " "))
 
     def text(self, value: float, digits: int = 6) -> str:
         """A value in SI as text, with the unit as people type it."""

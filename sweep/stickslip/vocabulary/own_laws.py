@@ -235,20 +235,16 @@ def beyond_points(name: str, slip_speed: ArrayLike, decay: ArrayLike) -> str | N
 def fault_of_points(speed: Floats, friction: Floats) -> tuple[int | None, str] | None:
     """What makes points no curve, and the number of the point that is to blame, if one is; None if nothing does."""
     if speed.ndim != 1 or speed.shape != friction.shape:
-        return (
-            None,
-            f"got speeds of shape {speed.shape} and friction of shape {friction.shape}, expected two lists alike",
-        )
+        return None, f"got shapes {speed.shape} and {friction.shape} of speed and friction, expected two lists alike"
     if not 2 <= speed.size <= MOST_POINTS:
         return None, f"got {speed.size} points, expected 2 to {MOST_POINTS}"
-    for i, (w, mu) in enumerate(zip(speed.tolist(), friction.tolist(), strict=True)):
-        if not (isfinite(w) and w >= 0.0):
-            return i, f"got the slip speed {w:g} m/s, expected a number of at least 0"
-        if not (isfinite(mu) and mu > 0.0):
-            return i, f"got the friction coefficient {mu:g} at {w:g} m/s, expected a number above 0"
-        if i and not w - speed[i - 1] > _CLOSEST * speed.max():
-            return i, f"got the slip speed {w:g} m/s after {speed[i - 1]:g} m/s, expected rising ones, each once"
-    return None
+    wrong = ~(np.isfinite(speed) & np.isfinite(friction) & (speed >= 0.0) & (friction > 0.0))
+    wrong[1:] |= ~(np.diff(speed) > _CLOSEST * speed.max())
+    if not wrong.any():
+        return None
+    i = int(np.argmax(wrong))
+    expected = "rising speeds of at least 0, each once, and friction coefficients above 0"
+    return i, f"got {friction[i]:g} at {speed[i]:g} m/s, expected {expected}"
 
 
 def _of_spline(z: Floats, shape: Floats, monotone: bool) -> Floats:
