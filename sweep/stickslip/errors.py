@@ -60,7 +60,7 @@ class Problem:
         where = source if self.place is None else self.place.text(source)
         message = self.message if len(self.message) <= _LONGEST_MESSAGE else f"{self.message[:_LONGEST_MESSAGE]}..."
         parts = [*([where] if where else []), *([dotted(self.path)] if self.path else []), message]
-        return printable(": ".join(parts)) + (f"\n  hint: {printable(self.hint)}" if self.hint else "")
+        return visible(": ".join(parts)) + (f"\n  hint: {visible(self.hint)}" if self.hint else "")
 
 
 class _InInput:
@@ -111,11 +111,6 @@ def dotted(path: Path) -> str:
 def _word(key: str) -> str:
     short = key if len(key) <= _LONGEST_KEY else f"{key[:_LONGEST_KEY]}..."
     return short if short.isprintable() else repr(short)
-
-
-def printable(text: str) -> str:
-    """The text with characters that a terminal might obey written out."""
-    return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def visible(text: str) -> str:

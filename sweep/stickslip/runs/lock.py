@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 
-from stickslip.errors import StoreError, printable
+from stickslip.errors import StoreError, visible
 from stickslip.files.targets import Folder, host, is_alive, space
 from stickslip.runs.work import Shard
 
@@ -51,7 +51,7 @@ class Holder:
         since = datetime.fromtimestamp(self.since).astimezone().strftime("%Y-%m-%d %H:%M:%S")
         age = max(0.0, time.time() - self.seen)
         who = f"{self.user!s:.{_LONGEST}} on {self.host!s:.{_LONGEST}}"
-        return printable(f"{who}, process {self.pid}, since {since} (last seen {age:.0f} s ago)")
+        return visible(f"{who}, process {self.pid}, since {since} (last seen {age:.0f} s ago)")
 
 
 def name_of(shard: Shard | None) -> str:

@@ -69,11 +69,6 @@ class Scales:
     accelerations.
     """
 
-    cells: Mapping[str, Floats]
-    mass: Floats
-    stiffness: Floats
-    load: Floats
-
     def __init__(self, cells: Mapping[str, Floats]) -> None:
         self.cells = cells
         self.mass, self.stiffness = cells["mass"], cells["stiffness"]
