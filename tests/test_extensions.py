@@ -28,7 +28,7 @@ def greet():
 
 
 EXTENSION = Extension(
-    commands={"Toys": {"greet": "toy", "pace": "stickslip.cli.studies"}},
+    commands={"Toys": {"greet": "toy", "pace": "stickslip.cli.run"}},
     calls={"toy": "toy.study"},
     studies={"pace": StudyEntry("toy.study:PaceStudy", "Find how fast cells move.")},
 )

@@ -46,7 +46,7 @@ class StickslipAccessor:
         """
         import pandas as pd
 
-        from stickslip.dataset.summary import summary
+        from stickslip.dataset.coarse import summary
 
         if "regime" not in self._ds.data_vars:
             raise ValueError(f"no regimes in {', '.join(map(str, self._ds.data_vars))}; expected a map or cells")

@@ -7,7 +7,7 @@ EXTENSION = Extension(
         "From measurements to causes": {
             "explain": "stickslip_explain.command",
             "next": "stickslip_explain.command",
-            "goal": "stickslip.cli.studies",
+            "goal": "stickslip.cli.run",
         }
     },
     calls={name: f"stickslip_explain.api:{name}" for name in ("explain", "goal", "next_measurement")},

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.cells import cell_title
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.screen import JSON, fail, fields, refuses_bad_input, reports_errors
 from stickslip.files.targets import Kind
@@ -65,7 +64,7 @@ def listen(
     loaded, length = grid.config_at(params.recipe_in(config), at), grid.seconds(seconds, "--seconds")
     if length > 600.0:
         fail(f"--seconds: got {seconds!r}, expected at most 600 s")
-    cell, law, title = grid.cell_of(loaded), loaded.friction.law, cell_title(loaded.title, at)
+    cell, law, title = grid.cell_of(loaded), loaded.friction.law, "\n".join((loaded.title, *at))
     with refuses_bad_input(config.name):
         made = sound.of(
             cell, length, rate=rate, slow=slow, full_scale=loudest, law=law, max_steps=loaded.solver.max_steps

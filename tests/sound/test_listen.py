@@ -89,7 +89,7 @@ def test_every_regime_has_a_duration():
 def test_pictures_of_a_cell_name_what_was_set(config, tmp_path):
     call("simulate", config, *STICKS, "--at", "mass=1 kg", "--plot", "trace.svg", "-t", "20")
     shown = (tmp_path / "trace.svg").read_text(encoding="utf-8")
-    assert "stiffness = 1 N/m, belt speed = 0.1 m/s, mass = 1 kg" in shown
+    assert "mass 1 kg, stiffness 1 N/m, normal load 1 N, belt speed 100 mm/s" in shown
     ds = stickslip.simulate(duration=20.0, **cell(belt_speed=0.02, stiffness=5000.0, mass=0.1))
     (title,) = plots.plot_trace(ds)._suptitle.get_text().splitlines()[1:]
     assert title == "mass 100 g, stiffness 5 N/mm, normal load 1 N, belt speed 20 mm/s"

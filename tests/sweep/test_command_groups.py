@@ -90,14 +90,6 @@ def test_a_name_like_that_of_a_configuration_that_ships_is_proposed(here):
     assert "did you mean quickstart?" in call("init", "--from", "quikstart").stderr
 
 
-@pytest.mark.parametrize(("name", "commands"), [("small.yaml", ["run", "validate"]), ("map.nc", ["inspect", "plot"])])
-def test_a_file_in_place_of_a_command_gets_the_commands_that_take_it(here, name, commands):
-    done = call(name)
-    assert done.exit_code == 2
-    for command in commands:
-        assert f"stickslip {command} {name}" in done.stderr.replace("main", "stickslip")
-
-
 # --- validate ---------------------------------------------------------------------------------------------------------
 
 

@@ -97,9 +97,9 @@ def test_units_can_be_chosen_and_wrong_ones_are_refused():
     assert MapAxis(ds, "belt_speed").centres[0] == pytest.approx(0.02 * 3.6)
     assert "display_units" not in plane()["period"].attrs
     for wanted, message in (
-        ({"belt_speed": "N"}, r"cannot show belt_speed in 'N', expected a unit of speed, such as mm/s"),
+        ({"belt_speed": "N"}, r"cannot show belt_speed in 'N', expected a unit like m/s"),
         ({"regime": "mm"}, "pure number"), ({"speed": "mm/s"}, "no 'speed' to show in mm/s; there are"),
-        ({"spring_force_max": "furlong"}, "expected a unit of force"),
+        ({"spring_force_max": "furlong"}, "expected a unit like N"),
     ):  # fmt: skip
         with pytest.raises(PlotError, match=message):
             with_units(plane(), wanted)

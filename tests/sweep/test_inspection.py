@@ -6,8 +6,7 @@ from helpers.commands import call
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import parse_config
 from stickslip.dataset.build import map_dataset, provenance
-from stickslip.dataset.coarse import chunks
-from stickslip.dataset.summary import remark, summary, survey
+from stickslip.dataset.coarse import chunks, remark, summary, survey
 from stickslip.errors import ConfigError
 from stickslip.files import writing
 from stickslip.vocabulary.results import REGIMES, STATUSES
@@ -58,7 +57,7 @@ def test_the_first_cells_are_listed_up_to_a_limit_and_counted_all_the_same():
 
 def test_the_position_of_a_cell_is_that_of_its_number_however_the_map_is_read(tmp_path, monkeypatch):
     ds, _, grid = made_up(MAP, failed=slice(None, None, 11), unresolved=[7])
-    monkeypatch.setattr("stickslip.dataset.summary.chunks", lambda flags: chunks(flags, 100))
+    monkeypatch.setattr("stickslip.dataset.coarse.chunks", lambda flags: chunks(flags, 100))
     with stickslip.open(writing.write(ds, tmp_path / "map.nc")) as ds:
         cells = survey(ds, limit=10**6).cells
     assert [cell.number for cell in cells] == sorted([7, *range(0, grid.size, 11)])

@@ -55,9 +55,9 @@ def test_size_and_resolution_are_those_asked_for(computed):
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--size", "16"], "expected a width and a height"), (["--size", "16 cm x 9 kg"], "expected a width and a height"),
-    (["--size", "16 km x 9 km"], "between 2.54 cm and 2.54 m"), (["--units", "belt_speed=N"], "a unit of speed"),
+    (["--size", "16 km x 9 km"], "between 2.54 cm and 2.54 m"), (["--units", "belt_speed=N"], "a unit like m/s"),
     (["--units", "belt_speed"], "expected NAME=UNIT"), (["--mark", "stiffness=1"], "where along belt_speed?"),
-    (["--limits", "belt_speed=1..2 N"], "cannot show belt_speed in 'N', expected a unit of speed"),
+    (["--limits", "belt_speed=1..2 N"], "cannot show belt_speed in 'N', expected a unit like m/s"),
     (["--log", "speed"], "no 'speed'"), (["-o", "map.htmx"], "map.htmx: plots end in"),
     (["-o", "nowhere/map.html"], "no folder nowhere"),
 ])  # fmt: skip

@@ -9,7 +9,7 @@ import xarray as xr
 
 import stickslip
 from helpers.maps import plane
-from stickslip.dataset.summary import summary
+from stickslip.dataset.coarse import summary
 from stickslip.errors import StoreError
 from stickslip.files import reading, writing
 from stickslip.files.chunks import SEAL
@@ -101,8 +101,8 @@ def test_threads_read_one_file_at_once_and_right(kind, small_chunks, tmp_path):
 MEMORY = """
 import sys
 from stickslip import plots
-from stickslip.dataset.summary import survey
-from stickslip.dataset.summary import summary
+from stickslip.dataset.coarse import survey
+from stickslip.dataset.coarse import summary
 from stickslip.files import reading
 from helpers.maps import plane
 

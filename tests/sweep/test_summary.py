@@ -1,7 +1,7 @@
 import pytest
 
 from helpers.maps import plane
-from stickslip.dataset.summary import summary
+from stickslip.dataset.coarse import summary
 from stickslip.vocabulary.results import REGIMES
 
 

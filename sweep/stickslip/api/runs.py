@@ -15,7 +15,7 @@ from stickslip.config.model import Config
 from stickslip.config.reader import Given, as_config, make_config
 from stickslip.config.sections import HERE
 from stickslip.dataset.build import provenance
-from stickslip.dataset.summary import table_remark
+from stickslip.dataset.coarse import table_remark
 from stickslip.engine import Progress, compute
 from stickslip.errors import ClusterError, ExtrapolationWarning, Interrupted
 from stickslip.files.locations import location

@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import click
@@ -21,10 +20,6 @@ from stickslip.vocabulary.results import STUDIES
 
 Places = Mapping[str, str]  # the modules in which commands are, by name
 Sections = Mapping[str, Places]  # by heading of the help
-_COMMANDS_FOR = {
-    ".yaml": ("run", "validate"), ".yml": ("run", "validate"),
-    ".nc": ("inspect", "plot"), ".zarr": ("inspect", "plot"), ".parts": ("status", "collect"),
-}  # fmt: skip
 
 
 @cache
@@ -89,17 +84,6 @@ class SectionedGroup(click.Group):
             with formatter.section("More, each with --help"):
                 formatter.write_dl([(heading, ", ".join(row)) for heading, row in others])
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named; where a file is named instead, which commands take it."""
-        name = args[0]
-        known = _COMMANDS_FOR.get(Path(name).suffix.lower(), ())
-        if known and known[0] in self.list_commands(ctx) and self.get_command(ctx, name) is None:
-            lines = "\n".join(f"  {ctx.command_path} {command} {name}" for command in known)
-            ctx.fail(f"{name!r} is a file, not a command. What takes it:\n{lines}")
-        return super().resolve_command(ctx, args)
-
 
 _CONFIGS, _RESULTS, _STORES = (f"{__name__}.{file}" for file in ("configs", "results", "stores"))
 _STUDIES = [key for key, entry in STUDIES.items() if entry.command and entry.place.startswith("stickslip.")]
@@ -108,7 +92,7 @@ SECTIONS: Sections = {  # of the help: each command with its module, a new one i
     "before a run": {"validate": _CONFIGS, "plan": _STORES},
     "results": {"inspect": _RESULTS, "export": _RESULTS},
     "one cell": dict.fromkeys(("simulate", "advise"), f"{__name__}.cells"),
-    "studies": dict.fromkeys(_STUDIES, f"{__name__}.studies"),
+    "studies": dict.fromkeys(_STUDIES, f"{__name__}.run"),
     "long runs": dict.fromkeys(("status", "collect", "retry-failed"), _STORES),
 }
 

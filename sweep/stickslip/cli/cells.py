@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from math import isfinite, nan
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,7 +11,6 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import save_plot, save_result, show_result
 from stickslip.cli.screen import JSON, fail, refuses_bad_input, reports_errors
-from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.results import (
     REGIME_MESSAGES,
@@ -30,7 +27,6 @@ if TYPE_CHECKING:
 
     from stickslip.files.locations import Location
 
-_WIDTH = 90  # characters of a title
 _LABELS = {  # by variable, in the order of the rows
     "frequency": "frequency", "period": "period", "stick_fraction": "sticking", "displacement_amplitude": "amplitude",
     "velocity_amplitude": "velocity amplitude", "spring_force_max": "peak spring force",
@@ -76,6 +72,7 @@ def simulate(
     from stickslip.api import cells
     from stickslip.config.grid import cell_of, config_at, seconds
     from stickslip.dataset.display import with_units
+    from stickslip.vocabulary.quantities import QUANTITIES
 
     loaded = config_at(params.recipe_in(config), at)
     given = None if duration is None else seconds(duration)
@@ -94,8 +91,9 @@ def simulate(
     ds = with_units(ds, {name: unit for name, unit in loaded.written_in.items() if name in ds.coords})
     over = ", ".join(filter(None, [quantity(span.duration, "s"), span.why]))
     save_result(ds, output, "trajectory", over)
-    title, note = cell_title(loaded.title, at), over if output is None else ""
-    save_plot(lambda plots: plots.plot_trace(ds, title=title), plot, note)
+    labels = [text for text in at if text.partition("=")[0].strip() not in QUANTITIES]
+    shown = ds.assign_attrs(title=", ".join(filter(None, (loaded.title, *labels))))
+    save_plot(lambda plots: plots.plot_trace(shown), plot, over if output is None else "")
     return answer | {"duration": span.duration, "output": output, "plot": plot}
 
 
@@ -124,21 +122,6 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
     """Every variable of the cell, in SI, flags by their names."""
     values = {name: result[name].values[0].item() for name in VARIABLES if name in result}
     return values | {"regime": REGIMES[values["regime"]], "status": STATUSES[values["status"]]}
-
-
-def cell_title(title: str, at: Iterable[str]) -> str:
-    """The title of a picture of one cell: that of the configuration, and below it what was set."""
-    from stickslip.files.layout import NUMBER
-    from stickslip.vocabulary.display_units import spoken
-    from stickslip.vocabulary.quantities import QUANTITIES
-
-    named = []
-    for name, _, value in (text.partition("=") for text in at):
-        name, value = name.strip(), value.strip()
-        if name in QUANTITIES and NUMBER.fullmatch(value):
-            value = f"{value} {units.spelled(QUANTITIES[name].units)}".rstrip()
-        named.append(f"{spoken(name)} = {value}")
-    return "\n".join([*wrap(title, _WIDTH), *wrap(", ".join(named), _WIDTH)])
 
 
 @click.command(

@@ -64,7 +64,7 @@ def threads_text(options: Options) -> str:
 def _show_map(ds: xr.Dataset, output: Location | None) -> None:
     """Print the regimes of a map, and remarks on cells that have none."""
     from stickslip.config.studies import ReportTable
-    from stickslip.dataset.summary import remark, summary, table_remark
+    from stickslip.dataset.coarse import remark, summary, table_remark
 
     shares = summary(ds)
     rows = [(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction)) for name, share in shares.items()]

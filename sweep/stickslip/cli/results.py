@@ -38,7 +38,7 @@ def inspect(file: Location, regimes: tuple[str, ...], statuses: tuple[str, ...],
     """
     from stickslip.config.grid import quantity_of
     from stickslip.config.studies import ReportTable, result_class
-    from stickslip.dataset import summary as inspection
+    from stickslip.dataset import coarse as inspection
     from stickslip.dataset.display import MapAxis
     from stickslip.files import reading
 

@@ -150,7 +150,7 @@ _OTHERWISE = {"store": "where", "items": "cells", "items_finished": "cells_finis
 
 
 def _finished_answer(config: Config, output: Location) -> dict[str, Any]:
-    from stickslip.dataset.summary import summary
+    from stickslip.dataset.coarse import summary
     from stickslip.files import reading
     from stickslip.runs.work import study_of
 

@@ -2,8 +2,7 @@
 
 build       cells given; maps, trajectories; the global attributes
 display     units, words and axes              selection   parts of a dataset
-polylines   borders as lines                   coarse      maps in chunks, and in pixels
-summary     regimes of a map, cells that need attention
+polylines   borders as lines                   coarse      maps of any size: counted, listed, reduced to pixels
 export      tables for other programs
 """
 

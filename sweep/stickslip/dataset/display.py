@@ -67,17 +67,9 @@ def with_units(ds: xr.Dataset, chosen: Mapping[str, str]) -> xr.Dataset:
             units.factor(unit, si)
         except QuantityError as error:
             hint = f"\nhint: {error.hint}" if error.hint else ""
-            raise PlotError(f"cannot show {name} in {unit!r}, expected {_expected(si)}{hint}") from None
+            raise PlotError(f"cannot show {name} in {unit!r}, expected a unit like {units.spelled(si)}{hint}") from None
         ds[name].attrs[DISPLAY] = unit
     return ds
-
-
-def _expected(si: str) -> str:
-    try:
-        kind, example = units.kind(si).split(" ", 1)[1], units.unit_in(units.example(si))
-    except KeyError:
-        return f"a unit like {units.spelled(si)}"
-    return f"a unit of {kind}, such as {example}"
 
 
 def _unit_of_leader(array: xr.DataArray, si: str) -> str | None:

@@ -2,9 +2,9 @@
 
 Every function returns a matplotlib Figure and touches no global state: no pyplot, no window, safe in threads.
 
-    maps, traces, attractors, uncertainty   the plots          pages     HTML files with plots
-    layout   figure, axes, title, legend, file                 palette   colours
-    options, marks   what may be asked of a map, and drawn over it     fixed_values   what is equal in all cells
+    maps, lines, attractors   the plots                        pages     HTML files with plots
+    layout   figure, axes, title, notes, legend, file          palette   colours, hatching
+    marks    what may be asked of a map, and is drawn over it
 """
 
 from collections.abc import Mapping

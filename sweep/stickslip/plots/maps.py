@@ -18,11 +18,10 @@ from matplotlib.ticker import AsinhLocator
 from numpy.typing import NDArray
 
 from stickslip.dataset import coarse
-from stickslip.dataset.coarse import Pixel, pixel_for, pixel_note
+from stickslip.dataset.coarse import Pixel, pixel_for, pixel_note, summary
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import MAX_PANELS, check_dataset, selected
-from stickslip.dataset.summary import summary
 from stickslip.errors import PlotError
 from stickslip.plots import marks
 from stickslip.plots.layout import (

@@ -21,8 +21,8 @@ from matplotlib.figure import Figure
 
 from stickslip.config.studies import Regime, ReportTable, Study, result_class
 from stickslip.config.yaml import section_in
+from stickslip.dataset.coarse import BAD_REGIMES, Share, summary, survey
 from stickslip.dataset.display import MapAxis
-from stickslip.dataset.summary import BAD_REGIMES, Share, summary, survey
 from stickslip.errors import PlotError
 from stickslip.files.targets import check_target, replaced
 from stickslip.plots import plot_map, plot_result, subject
