@@ -76,8 +76,9 @@ class Figure(PlainFigure):
 
 def wrapped(text: str, width: int) -> str:
     """Text in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
-    joined = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda part: part[0].replace(" ", _FIRM_SPACE), text)
-    return "\n".join(fill(line, width) for line in joined.splitlines()).replace(_FIRM_SPACE, " ")
+    kept = r"\([^)]*\)|[^\s,=][^,=]* = [^,]+"
+    lines = (re.sub(kept, lambda part: part[0].replace(" ", _FIRM_SPACE), line) for line in text.splitlines())
+    return "\n".join(fill(line, width) for line in lines).replace(_FIRM_SPACE, " ")
 
 
 def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:

@@ -101,7 +101,7 @@ def hatch_cells(
 
 
 _MAX_PANEL_COLUMNS = 4
-_PANEL_WIDTH, _PANEL_HEIGHT = 36, 30  # letters along the sides of one of several panels
+_PANEL_WIDTHS, _PANEL_HEIGHTS = 64, 30  # letters along the sides of all panels
 _PANEL_PIXELS = (270, 340)  # rows and columns of one of several panels
 
 
@@ -179,8 +179,8 @@ def _panels(
         if lines is not None:
             over_panel(ax, panel, lines, x, y, small=bool(outer))
         if outer:
-            words = (wrapped(h.heading(i), _PANEL_WIDTH) for h, i in zip(headings, combination, strict=True))
-            ax.set_title("\n".join(words), fontsize="small")
+            words = (heading.heading(i) for heading, i in zip(headings, combination, strict=True))
+            ax.set_title(wrapped("\n".join(words), _PANEL_WIDTHS // columns), fontsize="small")
         apply(x, ax, "x", look)
         apply(y, ax, "y", look)
         marks.draw(ax, ds, dict(zip(outer, combination, strict=True)), look.marks, x, y)
@@ -228,7 +228,7 @@ def _name_outer_axes(grid: NDArray[Any], count: int, x_title: str, y_title: str)
     rows, columns = grid.shape
     size = "medium" if count == 1 else "small"
     if count > 1:
-        x_title, y_title = wrapped(x_title, _PANEL_WIDTH), wrapped(y_title, _PANEL_HEIGHT)
+        x_title, y_title = wrapped(x_title, _PANEL_WIDTHS // columns), wrapped(y_title, _PANEL_HEIGHTS // rows)
     for i, ax in enumerate(grid.flat):
         if i >= count:
             ax.set_axis_off()

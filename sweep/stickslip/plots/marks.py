@@ -320,21 +320,16 @@ def draw_borders(ax: Axes, panel: xr.Dataset, x: MapAxis, y: MapAxis, pixel: Pix
     return inside
 
 
-def law_with_theory(ds: xr.Dataset) -> str | None:
-    """The law of a map, if linear theory of its contact needs no cells, and this process knows it."""
-    try:
-        law = str(shared_by(ds)["law"])
-        return law if law in SHAPES or model_of(law).growth else None
-    except (ConfigError, KeyError):
-        return None
-
-
 def by_formula(panel: xr.Dataset, x: MapAxis, y: MapAxis) -> tuple[Floats, Floats, Floats] | None:
     """Points along x and along y, in the units in which they are shown, and the linear damping ratio (y, x) there; None
     where it is known from cells alone, or the dataset says too little."""
     coords = {name: array for key, array in panel.coords.items() if (name := quantity_of(str(key))) in QUANTITIES}
-    law = law_with_theory(panel)
-    if law is None or any(set(array.dims) - {x.dim, y.dim} for array in coords.values()):
+    try:
+        law = str(shared_by(panel)["law"])
+        is_known = law in SHAPES or model_of(law).growth
+    except (ConfigError, KeyError):
+        return None
+    if not is_known or any(set(array.dims) - {x.dim, y.dim} for array in coords.values()):
         return None
     try:
         values = {}
