@@ -198,9 +198,7 @@ def of_time(time: Floats, gaps: Positions) -> Iterator[Defect]:
 # --- what contradicts itself ------------------------------------------------------------------------------------------
 
 
-def of_scales(
-    samples: xr.Dataset, sticks: Sticks, values: dict[str, float | Floats], tolerance: float
-) -> Iterator[Defect]:
+def of_scales(samples: xr.Dataset, sticks: Sticks, values: dict[str, float], tolerance: float) -> Iterator[Defect]:
     """Units, stiffness and speed that cannot be true together; channels and a zero that are not those of the motion."""
     record, ratio = sticks.record, sticks.loading / sticks.expected
     force, acceleration = force_of(record), acceleration_of(record)
@@ -249,7 +247,7 @@ def _of_counts(force: Floats, sticks: Sticks) -> Iterator[Defect]:
         yield Defect("columns", f"{count}: is each column what its heading says? Else it vibrates without sticking")
 
 
-def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float | Floats], natural: float) -> Iterator[Defect]:
+def _of_sampling(force: Floats, sticks: Sticks, values: dict[str, float], natural: float) -> Iterator[Defect]:
     """Too few samples for vibration at the natural frequency (Hz, 0 if not known), for slips, or for sticks."""
     rate, scatter = float(values["sample_rate"]), noise_of(force)
     if rate < 4.0 * natural or (rate < 10.0 * natural and scatter > _SCATTERS * np.abs(force).max()):
@@ -291,7 +289,7 @@ _SHOWN = ("sticks", "static_friction_first", "static_friction", "dynamic_frictio
 
 
 def of_hum(
-    tones: list[Tone], sticks: Sticks, before: dict[str, float | Floats], after: dict[str, float | Floats],
+    tones: list[Tone], sticks: Sticks, before: dict[str, float], after: dict[str, float],
     tolerance: float,
 ) -> Iterator[Defect]:  # fmt: skip
     """Lines that were subtracted, how features moved by that, and which ones the rest of it may still spoil."""

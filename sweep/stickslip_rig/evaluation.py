@@ -20,7 +20,7 @@ from stickslip.vocabulary.results import STATUS_MESSAGES, STATUSES
 from stickslip_rig import defects
 from stickslip_rig.drive_motion import drive_displacement
 from stickslip_rig.hum import subtract_hum
-from stickslip_rig.quantities import FEATURES, PER_PEAK, RATINGS
+from stickslip_rig.quantities import FEATURES, RATINGS
 from stickslip_rig.records import acceleration_of, condition_of, force_of, has_inertia
 from stickslip_rig.risk import BANDS, INPUTS, Risk, band_of, number_of, rpn_text
 from stickslip_rig.sections import FeatureSettings
@@ -33,18 +33,17 @@ from stickslip_rig.signals import (
     find_drops,
     gaps_of,
     sample_rate,
-    spectrum_peaks,
+    spectrum_peak,
     turning_points,
 )
 from stickslip_rig.sticks import Sticks, find_sticks
 
-PEAKS = 3  # of the spectrum
 _LONGER = 1.3  # times the median: an interval between break-aways in which the drive reverses
 _STROKE = 0.02  # of the range of the drive: the shortest displacement that is a stroke
 
 _MOST_NAMES = 5
 
-Numbers = dict[str, float | Floats]
+Numbers = dict[str, float]
 
 
 def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.Dataset:
@@ -60,8 +59,8 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     Returns
     -------
     Dataset
-        Variables without dimension, those of the spectrum over `peak`. NaN where a feature is not defined: no
-        break-away, no load, no motion of the drive; and where a defect of the record leaves nothing to be said of it.
+        Variables without dimension. NaN where a feature is not defined: no break-away, no load, no motion of the drive;
+        and where a defect of the record leaves nothing to be said of it.
         The coordinate `remarks` says what is wrong with the record: a verdict, and a line for each fact.
 
     Raises
@@ -71,13 +70,10 @@ def features(record: xr.Dataset, settings: FeatureSettings | None = None) -> xr.
     """
     settings = settings or FeatureSettings()
     numbers, _, wrong = _evaluated(record, settings)
-    for name in {name for defect in wrong for name in defect.spoils}:
-        numbers[name] = np.full_like(numbers[name], np.nan)
+    numbers |= dict.fromkeys((name for defect in wrong for name in defect.spoils), np.nan)
     conditions: dict[str, Any] = {str(name): c.variable for name, c in record.coords.items() if not c.dims}
     conditions["remarks"] = xr.Variable((), defects.remarks_of(wrong), {"long_name": "what is wrong with the record"})
-    variables = {
-        name: xr.Variable(declared.dims, numbers[name], attributes_of(declared)) for name, declared in FEATURES.items()
-    }
+    variables = {name: xr.Variable((), numbers[name], attributes_of(row)) for name, row in FEATURES.items()}
     return xr.Dataset(variables, conditions, {"title": record.attrs.get("title", "")})
 
 
@@ -96,7 +92,7 @@ def strokes_of(sticks: Sticks, ends: Floats, settings: FeatureSettings) -> dict[
     places = np.searchsorted(sticks.time, ends).tolist()
     parts = [sticks.between(*place).whole_cycles() for place in itertools.pairwise(places)]
     each = [_numbers(part.record, part, settings) for part in parts]
-    return {name: np.array([numbers[name] for numbers in each]) for name in FEATURES if name not in PER_PEAK}
+    return {name: np.array([numbers[name] for numbers in each]) for name in FEATURES}
 
 
 def _evaluated(record: xr.Dataset, settings: FeatureSettings) -> tuple[Numbers, Sticks, list[defects.Defect]]:
@@ -145,7 +141,7 @@ def _acceleration(record: xr.Dataset, even: xr.Dataset, settings: FeatureSetting
     equidistant samples. No integral bridges a gap."""
     time, rate = record["time"].values, sample_rate(even["time"].values)
     numbers: Numbers = dict.fromkeys(defects.ACCELERATION, np.nan)
-    numbers |= {**dict.fromkeys(PER_PEAK, np.full(PEAKS, np.nan)), "sample_rate": rate}
+    numbers["sample_rate"] = rate
     if "acceleration" not in record:
         return numbers
     plain, spaced = record["acceleration"].values, even["acceleration"].values
@@ -157,7 +153,7 @@ def _acceleration(record: xr.Dataset, even: xr.Dataset, settings: FeatureSetting
         limited = np.abs(band_limited(spaced, rate, settings.bandwidth))
         numbers["acceleration_max_limited"] = float(limited.max())
         numbers["acceleration_integral_limited"] = _integral(limited, even["time"].values)
-    numbers["peak_frequency"], numbers["peak_acceleration"] = spectrum_peaks(spaced, rate, PEAKS)
+    numbers["peak_frequency"], numbers["peak_acceleration"] = spectrum_peak(spaced, rate)
     return numbers
 
 
@@ -177,7 +173,7 @@ def _contact(sticks: Sticks, load: float | None) -> Numbers:
         "stick_slip_period": _usual(np.diff(time[starts])),
     }
     for name in ("static_force", "static_force_first", "dynamic_force"):
-        numbers[name.replace("force", "friction")] = float(numbers[name]) / load if load else np.nan
+        numbers[name.replace("force", "friction")] = numbers[name] / load if load else np.nan
     return numbers
 
 
@@ -280,12 +276,6 @@ def _column(rows: Sequence[xr.Dataset], name: str) -> xr.Variable:
     values = [row[name].values if name in row.variables else gap for row in rows]
     encoding = NO_FILL if known.dtype.kind in "iu" or name in rows[0].coords else {}
     return xr.Variable(("record", *known.dims), np.stack([np.asarray(v) for v in values]), known.attrs, encoding)
-
-
-def as_columns(table: xr.Dataset) -> xr.Dataset:
-    """Features with a variable of its own for each peak of the spectrum: a row of a table for each record."""
-    peaks = {f"{name}_{i + 1}": table[name].isel(peak=i) for name in PER_PEAK for i in range(table.sizes["peak"])}
-    return table.drop_dims("peak").assign(peaks)
 
 
 def rate(table: xr.Dataset, risk: Risk) -> xr.Dataset:

@@ -3,7 +3,7 @@
 from stickslip.extensions import Extension, StudyEntry
 
 EXTENSION = Extension(
-    commands={"Test rigs": {"rig": "stickslip_rig.commands.run"}},
+    commands={"Test rigs": {"rig": "stickslip_rig.commands.rig"}},
     calls={"rig": "stickslip_rig.api"},
     quantities={"drive": "stickslip_rig.drive:DRIVE"},
     studies={

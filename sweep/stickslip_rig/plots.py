@@ -33,7 +33,6 @@ MEANINGS = {  # the article's, page 4
     "red": "6–10: bad noise and stick-slip",
 }
 RPN, BAND = "model_rpn", "model_rpn_band"
-_PIXELS = 3000  # across; more samples than that are plotted as the range of each pixel
 _ROOM = 2.2  # times its range: the right axis, so that the acceleration leaves the force readable
 _CELL = (0.46, 0.29)  # inches: width and height of a cell where there is room
 _LARGEST = (10.0, 10.5)  # inches: of all cells together
@@ -91,16 +90,11 @@ def _part(record: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:
 
 
 def _draw(ax: Axes, record: xr.Dataset, values: Floats, **style: Any) -> None:
-    """A line since the start, broken at gaps; of more samples than pixels, the smallest and largest of each pixel."""
+    """A line since the start, broken at gaps."""
     time = record["time"].values - record.attrs["start"]
     gaps = gaps_of(time)
     for piece in np.split(np.arange(time.size), gaps + 1):
-        x, y, block = time[piece], values[piece], time.size // _PIXELS
-        if block > 2:
-            edges = np.arange(0, x.size, block)
-            x = np.repeat(x[edges], 2)
-            y = np.stack([np.minimum.reduceat(y, edges), np.maximum.reduceat(y, edges)], axis=1).ravel()
-        ax.plot(x, y, **style)
+        ax.plot(time[piece], values[piece], **style)
     for gap in gaps.tolist():
         ax.axvspan(time[gap], time[gap + 1], color=style["color"], alpha=0.12, linewidth=0)
 

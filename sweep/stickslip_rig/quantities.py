@@ -88,7 +88,6 @@ SIGNAL_OF = {  # by kind of column (`fit/headings.py`)
 }  # fmt: skip
 CONDITION_WORDS = {"load": "normal_load", "speed": "drive_speed", "waiting": "waiting_time", "wait": "waiting_time"}
 
-_PEAK = ("peak",)
 FEATURES: dict[str, Variable] = table(
     Variable("sticks", "1", "number of stick phases"),
     Variable("slips", "1", "number of break-aways: stick phases that end in sliding"),
@@ -109,8 +108,8 @@ FEATURES: dict[str, Variable] = table(
     Variable("static_friction", "1", "static friction coefficient as the rig measures it"),
     Variable("static_friction_first", "1", "static friction coefficient at the first break-away"),
     Variable("dynamic_friction", "1", "dynamic friction coefficient as the rig measures it"),
-    Variable("peak_frequency", "s-1", "frequencies of the peaks in the spectrum of the acceleration", dims=_PEAK),
-    Variable("peak_acceleration", "m s-2", "amplitudes of the peaks in the spectrum of the acceleration", dims=_PEAK),
+    Variable("peak_frequency", "s-1", "frequency of the largest peak in the spectrum of the acceleration"),
+    Variable("peak_acceleration", "m s-2", "amplitude of the largest peak in the spectrum of the acceleration"),
     Variable("energy_per_stroke", "J", "work of the drive per stroke"),
     Variable("strokes", "1", "number of strokes of the drive"),
     Variable("travel", "m", "total travel of the drive"),
@@ -137,4 +136,3 @@ RATINGS: dict[str, Variable] = table(
     Variable("model_rpn", "1", RPN_NAME, comment="1 to 10; missing where a feature is not known"),
     Variable("model_rpn_band", "1", f"traffic light of the {RPN_NAME}"),
 )  # fmt: skip
-PER_PEAK = tuple(v.name for v in FEATURES.values() if v.dims)  # one value for each peak, the largest first

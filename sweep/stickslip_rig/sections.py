@@ -169,7 +169,7 @@ class RigStudy(Study):
     @classmethod
     def report(cls, ds: xr.Dataset) -> Iterator[Any]:
         """The features, and what to mind of them."""
-        from stickslip_rig.commands.features import report
+        from stickslip_rig.commands.rig import report
 
         return report(ds)
 
@@ -197,10 +197,3 @@ class RigStudy(Study):
 
         caption = ". ".join([RPN_NAME, *unfinished(ds)])
         return result_page(ds, [Picture(caption, cls.figure(ds, None, {}, None, None, ""))], title)
-
-    @classmethod
-    def tabular(cls, ds: xr.Dataset, whole: bool) -> xr.Dataset:
-        """Peaks of the spectrum in columns of their own."""
-        from stickslip_rig.evaluation import as_columns
-
-        return as_columns(ds) if "peak" in ds.dims else ds

@@ -18,7 +18,7 @@ from typing import Any
 
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.resolve import python_document
-from stickslip.config.yaml import Document, Setting, overridden, read_yaml, write_yaml
+from stickslip.config.yaml import Setting, overridden, read_yaml, write_yaml
 from stickslip.errors import QuantityError
 from stickslip.vocabulary.display_units import column_unit
 from stickslip_materials.fit.headings import Heading, heading
@@ -64,11 +64,7 @@ def load_settings(path: FilePath | None, settings: Iterable[Setting] = ()) -> Se
         With everything that is wrong with the file, by line and column.
     """
     document = python_document({}, "options") if path is None else read_yaml(path)
-    return read_settings(overridden(replace(document, data=document.data or {}), settings))
-
-
-def read_settings(document: Document) -> Settings:
-    """Read the settings in a document. Raises ConfigError."""
+    document = overridden(replace(document, data=document.data or {}), settings)
     problems = ProblemCollector(document)
     data = problems.keys_of(document.data or {}, (), ("record", "conditions", "features", "risk"))
     record = problems.keys_of(data.get("record"), ("record",), ("columns", "units", "ignore"))

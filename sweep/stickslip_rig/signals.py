@@ -116,23 +116,22 @@ def band_limited(values: Floats, rate: float, bandwidth: float) -> Floats:
     return np.asarray(signal.sosfilt(sections, values, zi=start)[0])
 
 
-def spectrum_peaks(values: Floats, rate: float, count: int) -> tuple[Floats, Floats]:
-    """Frequencies (Hz) and amplitudes of the `count` largest peaks of the amplitude spectrum; NaN if there are fewer.
+def spectrum_peak(values: Floats, rate: float) -> tuple[float, float]:
+    """Frequency (Hz) and amplitude of the largest peak of the amplitude spectrum; NaN if there is none.
 
     The whole signal, its mean subtracted, under a Hann window; amplitudes are those of sines (1 for sin). A frequency
     between two bins comes from a parabola through the logarithms around the peak.
     """
-    frequencies, amplitudes = np.full(count, np.nan), np.full(count, np.nan)
     window = signal.get_window("hann", values.size)
     spectrum = np.abs(np.fft.rfft((values - values.mean()) * window)) * 2.0 / window.sum()
     floor = 1e-9 * float(np.abs(values).max())
     peaks, _ = signal.find_peaks(spectrum, height=max(floor, np.finfo(float).tiny), distance=4)
-    for i, peak in enumerate(peaks[np.argsort(-spectrum[peaks], kind="stable")[:count]]):
-        around = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
-        shift = vertex(around)
-        frequencies[i] = (peak + shift) * rate / values.size
-        amplitudes[i] = math.exp(around[1] - 0.25 * (around[0] - around[2]) * shift)
-    return frequencies, amplitudes
+    if not peaks.size:
+        return math.nan, math.nan
+    peak = int(peaks[np.argmax(spectrum[peaks])])
+    around = np.log(np.maximum(spectrum[peak - 1 : peak + 2], floor))
+    shift = vertex(around)
+    return (peak + shift) * rate / values.size, math.exp(around[1] - 0.25 * (around[0] - around[2]) * shift)
 
 
 def vertex(around: Floats) -> float:

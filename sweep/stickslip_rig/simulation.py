@@ -34,8 +34,8 @@ from stickslip.errors import StoppedError
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.results import MODES, STATUSES
-from stickslip_rig.evaluation import PEAKS, features, rate, test_names
-from stickslip_rig.quantities import CONDITIONS, EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
+from stickslip_rig.evaluation import features, rate, test_names
+from stickslip_rig.quantities import CONDITIONS, EXACT, FEATURES, MATERIAL, RATINGS, SIGNALS
 from stickslip_rig.records import make_record
 from stickslip_rig.sections import PIECES, Drive, RigStudy, Sensor, sections_of
 from stickslip_rig.signals import Floats, band_limited
@@ -267,14 +267,13 @@ class RigTests(RigStudy):
 
     def blank(self, items: range) -> engine.Results:
         """Tests that were not run: NaN."""
-        sizes = {name: len(items) * (PEAKS if name in PER_PEAK else 1) for name in self.columns}
-        return {name: np.zeros(size, np.int8) if name == "status" else np.full(size, np.nan)
-                for name, size in sizes.items()}  # fmt: skip
+        return {
+            name: np.full(len(items), 0 if name == "status" else np.nan, kind) for name, kind in self.columns.items()
+        }
 
     def dataset(self, parts: Sequence[engine.Results], attributes: Mapping[str, Any]) -> xr.Dataset:
-        """The matrix over the dimensions of the grid, and `peak`."""
+        """The matrix over the dimensions of the grid."""
         values = joined(parts)
-        values |= {name: values[name].reshape(-1, PEAKS) for name in PER_PEAK}
         coordinates = grid_coordinates(self.grid)
         ds = study_dataset(self.section.key, self.variables, values, self.dims, self.shape, coordinates, attributes)
         return rate(ds, self.risk)

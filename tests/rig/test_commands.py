@@ -331,7 +331,7 @@ def test_features_with_a_column_of_numbers_are_pairs_but_for_a_record_without_th
     told = json.loads(invoke("rig", "features", *records, "-o", features, *bandwidth, "--json").stdout)["records"]
     table = pd.read_csv(features) if suffix == ".csv" else pd.read_excel(features, sheet_name="data")
     assert len(table) == len(told) == 7 and told[0]["file"] == str(records[0])
-    for name, key in (("static_force [N]", "static_force"), ("peak_frequency_3 [Hz]", "peak_frequency_3")):
+    for name, key in (("static_force [N]", "static_force"), ("peak_frequency [Hz]", "peak_frequency")):
         assert table[name][0] == pytest.approx(told[0][key], rel=1e-5)
     assert table["model_rpn_band"][0] == told[0]["model_rpn_band"] == "yellow"
     table["rpn"] = [3, 4, 5, 6, 8, 9, 7]

@@ -11,7 +11,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import save_plot, save_result, show_file
 from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
-from stickslip_rig.commands.features import CONFIG_OPTION, read_files
+from stickslip_rig.commands.rig import CONFIG_OPTION, read_files
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,18 +1,20 @@
-"""`rig features`: records of a test rig. `rig calibrate`: the risk model fitted to such."""
+"""`rig`: a test matrix on a simulated rig, records of measured ones, and the risk number fitted to such."""
 
 from __future__ import annotations
 
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from stickslip.cli import params, screen
-from stickslip.cli.outputs import save_plot, save_result, save_table, show_result
-from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
+from stickslip.cli import SectionedGroup, params, screen
+from stickslip.cli.outputs import Outputs, save_plot, save_result, save_table, show_result
+from stickslip.cli.run import BLOCKS, run_request, shard_of
+from stickslip.cli.screen import JSON, QUIET, Answer, fail, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary import units
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.files.locations import Location
+    from stickslip_rig.api import RigTests
     from stickslip_rig.settings import Settings
 
 CONFIG_OPTION = click.option(
@@ -27,6 +30,7 @@ CONFIG_OPTION = click.option(
 )
 _FASTEST = 1.0  # m/s; a plate moves no faster, and what does so lacks its unit
 _MOST_ROWS = 60  # on screen
+_MOST_TRACES = 6  # drawn over each other
 
 
 def PART(command: params.Command) -> params.Command:  # noqa: N802, a decorator as `CONFIG_OPTION`
@@ -73,7 +77,6 @@ def features(
     from stickslip.dataset.build import provenance
     from stickslip.files.targets import KINDS
     from stickslip_rig import api as rig
-    from stickslip_rig.evaluation import as_columns
     from stickslip_rig.risk import band_of
 
     settings = _settings(config, load, speed, bandwidth)
@@ -99,7 +102,7 @@ def features(
         save_result(ds, output, "features")
 
     def answer() -> dict[str, Any]:
-        rows = as_columns(ds).to_dataframe().reset_index().to_dict("records")
+        rows = ds.to_dataframe().reset_index().to_dict("records")
         for record, row in zip(records.values(), rows, strict=True):
             row |= {"file": record.attrs["record_file"], "model_rpn_band": band_of(row["model_rpn"])}
         return {"rpn": rig.RPN_NAME, "records": rows, "output": output, "plot": plot}
@@ -237,3 +240,109 @@ def calibrate(file: Path, config: Path | None) -> dict[str, Any]:
             "leave_one_out_error": fit.error, "default_error": fit.default_error,
             "is_better_than_default": fit.is_better, "noise": fit.noise, "omitted": fit.omitted,
             "pairs": {name: getattr(fit, name) for name in ("rpn", "level", "left_out")}}  # fmt: skip
+
+
+# --- the simulated rig ------------------------------------------------------------------------------------------------
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  stickslip rig run configs/rig/materials.yaml
+  stickslip rig run configs/rig/materials.yaml --test 0 --test 1 --from 0 --to "0.5 s"
+  stickslip rig run configs/rig/test_matrix.yaml --report matrix.html
+  stickslip rig run my.yaml -o my.nc --shard 1/4    # to 4/4; then: stickslip collect my.yaml
+  stickslip rig run my.yaml --records signals       # CSV files, as a rig would write them"""
+)
+@params.CONFIG
+@params.OUTPUT
+@params.plot_option("Plot: signals of up to six tests, else a heat map.")
+@click.option("--report", type=params.Target("page"), help="Page to write (.html): heat map, table, meanings.")
+@click.option("--records", type=params.Target("folder"), help="Folder for the signals, a CSV file for each test.")
+@click.option("--test", "chosen", type=int, multiple=True, metavar="N", help="Plot this test; repeatable.")
+@PART
+@BLOCKS
+@QUIET
+@JSON
+@reports_errors
+def run(
+    config: Path, output: Location | None, plot: Path | None, report: Path | None, records: Path | None,
+    chosen: tuple[int, ...], begin: str | None, end: str | None, shard: str | None,
+    **blocks: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """Compute a test matrix on a simulated rig.
+
+    A specimen on a flat spring, a reciprocating plate, sensors: CONFIG is that of a map with a drive. Prints
+    features and model RPN (not the rig maker's) of every test. Times count from the first stroke. With an output the
+    same command resumes what was interrupted.
+    """
+    from stickslip.runs.session import Request
+    from stickslip_rig.api import RigTests, load_rig
+
+    loaded = load_rig(config, params.settings())
+    output = output or params.configured_target(loaded.output.file, "result")
+    plot = plot or params.configured_target(loaded.output.plot, "plot")
+    tests, window = RigTests(loaded), time_window(begin, end)
+    for number in chosen:
+        if not 0 <= number < tests.grid.size:
+            fail(f"--test {number}: tests are numbered from 0 to {tests.grid.size - 1}")
+    if chosen and plot is None:
+        fail("--test says what is plotted: name a plot with --plot")
+    request = Request(loaded, output, shard=shard_of(shard, blocks["fresh"], output), **blocks)
+    outputs = _Outputs(plot, report, tests=tests, records=records, chosen=chosen, window=window)
+    return run_request(request, outputs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Outputs(Outputs):
+    """Files to be made of a matrix. chosen : tests to draw, in a `window` of time (s)."""
+
+    tests: RigTests
+    records: Path | None
+    chosen: Sequence[int]
+    window: tuple[float, float] | None
+
+    def is_lacking(self) -> bool:
+        """True if something is to be written though the result is there and was complete already."""
+        return bool(self.records or params.requested_table()) or super().is_lacking()
+
+    def save(self, ds: xr.Dataset) -> Path | None:
+        """Write everything, and give the plot if there is one."""
+        size = self.tests.grid.size
+        drawn = self.chosen or (range(size) if size <= _MOST_TRACES else ())
+        if self.plot is not None:
+            from stickslip_rig.plots import plot_matrix, plot_records
+
+            rpn = ds["model_rpn"].values.ravel()
+            numbers = {self.tests.label(n): float(rpn[n]) for n in drawn}
+            how: Any = {"window": self.window, "heading": self.tests.config.title}
+            records = {test.name: test.record for test in self.tests.tests(drawn) if test.record is not None}
+            save_plot(plot_records(records, numbers=numbers, **how) if records else plot_matrix(ds), self.plot)
+        if self.records is not None:
+            from stickslip_rig.records import write_record
+
+            for test in self.tests.tests(range(size)):
+                if test.record is not None:
+                    write_record(test.record, self.records / f"test{test.number:0{len(str(size - 1))}d}.csv")
+            screen.echo(f"records  {self.records}/test*.csv; stickslip rig features reads them")
+        Outputs(page=self.page).save(ds)
+        return self.plot
+
+
+rig = SectionedGroup(
+    "rig",
+    default="run",
+    sections={
+        "Commands": {
+            "run": "stickslip_rig.commands.rig",
+            "features": "stickslip_rig.commands.rig",
+            "friction": "stickslip_rig.commands.friction",
+            "calibrate": "stickslip_rig.commands.rig",
+        }
+    },
+    help="""Test rigs: simulated ones, records of measured ones, and the risk number.
+
+    `stickslip rig my_rig.yaml` is short for `stickslip rig run my_rig.yaml`.""",
+    short_help="Simulate a test rig, or evaluate records of one.",
+    no_args_is_help=True,
+)
