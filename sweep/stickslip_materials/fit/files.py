@@ -34,6 +34,7 @@ _UNITS = {
     "drive_stiffness": "1/m",
 }  # fmt: skip
 _DRIVE = "drive_stiffness"  # no parameter of a contact
+_FASTEST = 200.0  # m/s, beyond which a speed is doubted that has a unit
 _WILD = 0.2  # share of its mean by which friction varies where it sticks and slips
 
 
@@ -160,7 +161,7 @@ def question_of(material: MaterialFit) -> str | None:
     """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
     points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
     fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
-    if fastest > SPEED and "speed" not in points.units:
+    if fastest > (_FASTEST if "speed" in points.units else SPEED):
         return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
     for what, value in (("measured friction", most), (f"{BREAKAWAY} of the fit", breakaway)):
         if value > FRICTION:
