@@ -162,26 +162,22 @@ class Comparison(Result):
     @classmethod
     def answer(cls, ds: xr.Dataset) -> Mapping[str, Any]:
         """The comparison for programs, in SI."""
-        from stickslip.dataset.export import table_of
         from stickslip_materials.compare.table import RankTable
 
-        ranking = RankTable(ds)
-        several = "belt_speed" in ds.dims
-        shared = ds.drop_dims("belt_speed") if several else ds
-        materials = _rows(shared)
-        if several:
-            own = [str(name) for name in ds.data_vars if name not in shared.data_vars]
-            at_speeds = ds[[*own, "quiet_above", "quiet_state"]]
-            for j, speed in enumerate(ranking.speeds):
-                for material, row in zip(materials, _rows(at_speeds.isel(belt_speed=j)), strict=True):
-                    at = {name: value for name, value in row.items() if name not in material}
-                    material.setdefault("at", []).append(at | {"belt_speed": speed})
-        columns = table_of(ds).columns
+        ranking, shown, materials = RankTable(ds), cls.tabular(ds, False), []
+        at_speeds = [name for name in shown.data_vars if "belt_speed" in shown[name].dims]
+        for i, name in enumerate(ranking.names):
+            one = shown.isel(material=i)
+            row = {"name": name, **_words(one.drop_vars(at_speeds))}
+            if at_speeds:
+                row["at"] = [_words(one[at_speeds].isel(belt_speed=j)) | {"belt_speed": speed}
+                             for j, speed in enumerate(ranking.speeds)]  # fmt: skip
+            materials.append(row)
         settings = ("belt_speed", "speed_range_from", "speed_range_to", "searched_from", "searched_to", "confidence",
                  "draws", "seed")  # fmt: skip
         return {
             "materials": materials,
-            "units": {name: str(array.attrs["units"]) for name, array in columns.items() if "units" in array.attrs},
+            "units": {str(name): v.attrs["units"] for name, v in shown.variables.items() if "units" in v.attrs},
             "system": {name.removeprefix("system_"): ds.attrs[name] for name in ds.attrs if name.startswith("system_")},
             **{name: ds.attrs[name] for name in settings if name in ds.attrs},
             "remarks": ranking.remarks(),
@@ -239,13 +235,7 @@ def speeds_of(ds: xr.Dataset) -> list[float]:
     return [float(ds.attrs[n]) for n in ("belt_speed", "speed_range_from", "speed_range_to") if n in ds.attrs]
 
 
-def _rows(ds: xr.Dataset) -> list[dict[str, Any]]:
-    """The variables of each material by name, flags as words."""
-    from stickslip.dataset.export import table_of
-
-    columns = {"name": ds["material"].values.tolist()}
-    for name, array in table_of(ds).columns.items():
-        if name != "material":
-            values, words = array.values.tolist(), [*FLAGS.get(name, ())]
-            columns[name] = [words[value] for value in values] if words else values
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+def _words(one: xr.Dataset) -> dict[str, Any]:
+    """The numbers of a material by name, flags as words."""
+    values = {str(name): v.item() for name, v in one.data_vars.items()}
+    return {name: [*FLAGS[name]][int(value)] if name in FLAGS else value for name, value in values.items()}
