@@ -1,6 +1,6 @@
 """Measured friction: an extension of `stickslip`.
 
-`stickslip fit` fits curves, ageing and contacts with memory to measured points, `stickslip points` reads points from a
+`stickslip fit` fits curves and ageing to measured points, `stickslip points` reads points from a
 record, `stickslip compare` ranks materials by the belt speed above which each is quiet; `friction: {fit: FILE.csv}` and
 `{table: FILE.csv}` of a configuration are curves of measured points.
 

@@ -12,14 +12,13 @@ import click
 
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import save_page, save_plot, save_result, save_table, show_result
-from stickslip.cli.screen import JSON, Answer, fail, refuses_bad_input, reports_errors
+from stickslip.cli.screen import JSON, Answer, refuses_bad_input, reports_errors
 from stickslip.errors import UnitWarning
 from stickslip.vocabulary.models import CURVE_LAWS
 
 if TYPE_CHECKING:
     from stickslip_materials.fit import MaterialFit
 
-_MEMORY = ("rate_state_ageing", "rate_state_slip")  # laws of `fit/memory.py`
 _AT = "300"  # s
 _SEVERAL = partial(click.option, multiple=True)
 
@@ -64,8 +63,7 @@ Examples:
   stickslip fit configs/measured/dry.csv --law best        # of all laws that one fits best (AICc)
   stickslip fit bare.csv --unit mm/s                       # yours; columns: speed, mu
   stickslip fit odd.csv --speed-column "Motor 1" --friction-column "Signal B"
-  stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu
-  stickslip fit steps.csv --law rate_state_ageing          # columns: time [s], speed, mu"""
+  stickslip fit greaseA.csv greaseB.csv --at "5 min"       # columns: time [s], mu"""
 )
 @params.RECORDS
 @click.option("--at", metavar="TIME", help="Hold time at which lubricants are ranked.  [default: 300]")
@@ -74,39 +72,27 @@ Examples:
 @click.option("--load", help='Normal load that divides friction forces, where a file names none ("10 N").')
 @click.option(
     "--law",
-    type=click.Choice((*CURVE_LAWS, "best", *_MEMORY)),
+    type=click.Choice((*CURVE_LAWS, "best")),
     default="stribeck",
     show_default=True,
-    help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here. rate_state_...: of a record of "
-    "velocity steps and holds.",
+    help="Of the curve; best: that of the lowest AICc. stribeck_delta is Gaussian here.",
 )
-@click.option("--stiffness", metavar="STIFFNESS", help='Of the drive ("20 N/um"); fitted where it is not given.')
 @params.plot_option("Plot of points, curves and their 95 % bands.")
 @JSON
 @reports_errors
-def fit(
-    files: tuple[Path, ...], at: str | None, load: str | None, law: str, stiffness: str | None, plot: Path | None
-) -> Answer:
-    """Fit friction curves, ageing, or contacts with memory.
+def fit(files: tuple[Path, ...], at: str | None, load: str | None, law: str, plot: Path | None) -> Answer:
+    """Fit friction curves, or ageing.
 
     Points of (speed, mu) give the Stribeck curve, as YAML to paste; points of (time, mu) the growth of
-    static friction with the waiting time (hold time), and several of these are ranked. Records of velocity steps give
-    contacts with memory (--law). Files are CSV as instruments and
+    static friction with the waiting time (hold time), and several of these are ranked. Files are CSV as instruments and
     Excel write it: commas, semicolons or tabs, decimal points or commas. The header of each names columns and units; a
     table with several columns of friction, one a material, gives a fit of each.
     """
     from stickslip_materials.fit.columns import newtons
 
-    weight = None if load is None else newtons(load)
-    if law in _MEMORY:
-        if at is not None:
-            fail(f"--at ranks lubricants by their hold times, got --law {law}")
-        spring = stiffness and params.si_quantity("--stiffness", stiffness, "N m-1", "a value above 0")
-        answer = _fit_memory(files, {"law": law, "load": weight, "stiffness": spring or None}, plot)
-    else:
-        if stiffness is not None:
-            fail(f"--stiffness goes with a law of rate-and-state friction, got --law {law}")
-        answer = _fit_points(_fits(files, load, law=law), at, load, plot)
+    if load is not None:
+        newtons(load)  # refused before a file is read
+    answer = _fit_points(_fits(files, load, law=law), at, load, plot)
     return lambda: answer | ({"plot": str(plot)} if plot else {})
 
 
@@ -136,21 +122,6 @@ def _fit_points(fits: list[MaterialFit], at: str | None, load: str | None, plot:
         screen.echo(f"to paste into a configuration\n{answer['yaml']}")
     save_plot(lambda plots: plots.plot_fits(fits), plot)
     return answer
-
-
-def _fit_memory(files: Sequence[Path], given: dict[str, Any], plot: Path | None) -> dict[str, Any]:
-    """Contacts with memory, of each record. given : as for `fit_memory_file`."""
-    from stickslip_materials.fit import fit_memory_file
-    from stickslip_materials.fit.files import describe_memory
-
-    fits = {}
-    for file in files:
-        with refuses_bad_input(file):
-            fits[file.name] = fit_memory_file(params.points_file(file), **given)
-        screen.echo(f"{describe_memory(file.name, fits[file.name])}\n")
-    save_plot(lambda plots: plots.plot_memory_fits(fits), plot)
-    shown = ("law", "values", "interval", "residual_rms", "good", "quality")
-    return {"fits": [{"name": name} | {key: getattr(each, key) for key in shown} for name, each in fits.items()]}
 
 
 @click.command(

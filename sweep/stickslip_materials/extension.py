@@ -15,10 +15,7 @@ EXTENSION = Extension(
     calls={
         "fit": "stickslip_materials.fit",
         "compare": "stickslip_materials.compare.compare:compare",
-        **{
-            f"plots.{name}": f"stickslip_materials.plots:{name}"
-            for name in ("plot_fits", "plot_materials", "plot_memory_fits")
-        },
+        **{f"plots.{name}": f"stickslip_materials.plots:{name}" for name in ("plot_fits", "plot_materials")},
     },
     resolvers={
         "friction.table": "stickslip_materials.resolve:with_points",

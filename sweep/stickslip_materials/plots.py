@@ -26,7 +26,7 @@ from stickslip.vocabulary.models import CURVE
 from stickslip_materials.compare.result import speeds_of
 
 if TYPE_CHECKING:
-    from stickslip_materials.fit import MaterialFit, MemoryFit
+    from stickslip_materials.fit import MaterialFit
 
 Floats = NDArray[np.float64]
 _WIDE = 8.0  # fastest over slowest speed from which the axis is logarithmic
@@ -83,18 +83,6 @@ def plot_fits(fits: Sequence[MaterialFit], *, title: str | None = None) -> Figur
     notes = ["points, fitted curve, 95 % band; dotted: down to mu_stop"] if curves else []
     legend(figure, handles, notes)
     entitle(figure, axes[0], title or ", ".join(fit.name for fit in fits), above_all=True)
-    return figure
-
-
-def plot_memory_fits(fits: Mapping[str, MemoryFit]) -> Figure:
-    """Records of contacts with memory, by name, and what is fitted to them; a panel each."""
-    figure = Figure(figsize=(7.2, 1.2 + 3.0 * len(fits)), layout="constrained")
-    for (name, fit), ax in zip(fits.items(), figure.subplots(len(fits), squeeze=False)[:, 0], strict=True):
-        ax.plot(fit.time, fit.mu, ".", color="0.65", markersize=3, label="record")
-        ax.plot(fit.time, fit.predicted, color="black", linewidth=1.2, label=fit.law)
-        ax.set(xlabel="time (s)", ylabel="friction coefficient")
-        ax.legend(frameon=False)
-        entitle(figure, ax, name)
     return figure
 
 

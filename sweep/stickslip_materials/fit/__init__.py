@@ -1,5 +1,4 @@
-"""Fits to measured points: friction over slip speed (`fit_curve`), static friction over waiting time (`fit_ageing`),
-and to records of velocity steps and holds (`fit_rate_state`).
+"""Fits to measured points: friction over slip speed (`fit_curve`), static friction over waiting time (`fit_ageing`).
 
 Every fit comes with 95 % confidence intervals and with `quality`, a plain sentence on what the points do not determine.
 """
@@ -9,14 +8,12 @@ from stickslip_materials.fit.ageing import AgeingFit, Rank, Ranking, fit_ageing,
 from stickslip_materials.fit.curve import CurveFit, Drawn, draw_curves
 from stickslip_materials.fit.files import MaterialFit, fit_ageing_file, fit_file, fit_materials
 from stickslip_materials.fit.fitting import fit_curve
-from stickslip_materials.fit.memory import MemoryFit, fit_memory_file, fit_rate_state
 from stickslip_materials.fit.points import read_materials, read_points
 from stickslip_materials.fit.roles import Wanted
 from stickslip_materials.fit.steps import StepPoints, read_steps, step_points, write_points
 
 __all__ = [
-    "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Drawn", "MaterialFit", "MemoryFit", "Rank",
-    "Ranking", "StepPoints", "Wanted", "draw_curves", "fit_ageing", "fit_ageing_file", "fit_curve", "fit_file",
-    "fit_materials", "fit_memory_file", "fit_rate_state", "rank", "read_materials", "read_points", "read_steps",
-    "step_points", "write_points",
+    "AGEING_COLUMNS", "AgeingFit", "CURVE_COLUMNS", "CurveFit", "Drawn", "MaterialFit", "Rank", "Ranking", "StepPoints",
+    "Wanted", "draw_curves", "fit_ageing", "fit_ageing_file", "fit_curve", "fit_file", "fit_materials", "rank",
+    "read_materials", "read_points", "read_steps", "step_points", "write_points",
 ]  # fmt: skip

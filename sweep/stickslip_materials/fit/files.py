@@ -25,15 +25,10 @@ from stickslip_materials.fit.points import Columns, only, read_materials
 from stickslip_materials.fit.roles import Wanted
 
 if TYPE_CHECKING:
-    from stickslip_materials.fit.memory import MemoryFit
     from stickslip_materials.fit.steps import StepPoints
 
 NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
-_UNITS = {
-    CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade", "v_0": "m/s", "D_c": "m",
-    "drive_stiffness": "1/m",
-}  # fmt: skip
-_DRIVE = "drive_stiffness"  # no parameter of a contact
+_UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
 _WILD = 0.2  # share of its mean by which friction varies where it sticks and slips
 
 
@@ -196,14 +191,6 @@ def describe(material: MaterialFit) -> str:
     rows = [_row(name, value, fit.interval[name]) + marks.get(name, "") for name, value in _values(material).items()]
     worth = f"  {fit.points} points, residual {fit.residual_rms:.2g}, R2 {fit.r_squared:.4f}"
     return "\n".join([*head, *rows, worth, f"  {fit.quality}"])
-
-
-def describe_memory(name: str, fit: MemoryFit) -> str:
-    """Parameters with their 95 % intervals, the quality of the fit, and what to paste."""
-    rows = [_row(key, value, fit.interval.get(key, (value, value))) for key, value in fit.values.items()]
-    pasted = {"law": fit.law, **{name: _rounded(value) for name, value in fit.values.items() if name != _DRIVE}}
-    heading = [f"{name}: {fit.law}", *([f"  {fit.columns}"] if fit.columns else [])]
-    return "\n".join([*heading, *rows, f"  {fit.quality}", f"  {write_yaml({'friction': pasted})}"])
 
 
 def _row(name: str, value: float, interval: tuple[float, float]) -> str:
