@@ -51,7 +51,7 @@ nightly:  ## test-all with 10,000 random cells and 5,000 fits
 	$(MAKE) test-all CELLS=10000 FITS=5000
 
 objects: $(VENV)/.installed  ## kernels for all processors of this kind, for a wheel to bring (five minutes); then build it
-	$(BIN)/python -c "from stickslip.engine.dispatch import ship_all; ship_all()"
+	$(BIN)/python benchmarks/objects.py
 
 bench: $(VENV)/.installed-bench  ## measure speed beside other solvers into benchmarks/results/ (five minutes)
 	$(BIN)/python benchmarks/run.py $(ARGS)

@@ -190,15 +190,15 @@ def where_the_time_goes(accepted_sample: int = 100) -> list[dict]:
 
 def accepted_share(cells: problem.Cells, rtol: float) -> float:
     """Accepted over tried steps: the observer of signals looks at each good one."""
-    from stickslip.engine.compiled import kernels
-    from stickslip_kernels import allocate, layout
+    from stickslip.engine.compiling import kernels
+    from stickslip_kernels import layout
 
     n = len(cells)
     full = as_cells(problem.CURVE | {"stiffness": cells.k, "belt_speed": cells.belt})
     columns = engine.to_kernel(full, HORIZON, engine.Options())
     table = np.column_stack([columns[layout.HORIZON], columns[layout.BELT], np.zeros(n)])
     belts = table, np.column_stack([np.arange(n), np.arange(n) + 1.0])
-    rows, nothing = allocate.new_signals(n), np.empty((layout.SIGNAL_ROWS, 0))
+    rows, nothing = layout.new_signals(n), np.empty((layout.SIGNAL_ROWS, 0))
     runs, run = np.zeros((n, layout.RUN_COLUMNS)), kernels("stribeck", signals=True).run_signals
     run(columns, rtol, 1_000_000, np.zeros(1, np.int64), belts, rows, runs, nothing)
     return float(rows[layout.RIG_STEPS_TAKEN].sum() / rows[layout.RIG_STEPS].sum())

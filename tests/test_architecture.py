@@ -17,7 +17,7 @@ EXTENSIONS = sorted(path for path in (ROOT / "sweep").glob("stickslip_*") if pat
 CEILINGS = {  # lines of Python; to raise one is a decision that the message of the commit defends
     "sweep/stickslip": 25_862, "sweep/stickslip_materials": 5_885, "sweep/stickslip_rig": 4_900,
     "sweep/stickslip_explain": 2_610, "sweep/stickslip_explore": 2_000, "sweep/stickslip_sound": 920,
-    "kernels": 10_962, "tests": 34_265,
+    "kernels": 10_161, "tests": 34_265,
 }  # fmt: skip
 
 # From the ground up. A room imports rooms of lower floors: none of its own floor, none above.

@@ -60,7 +60,7 @@ def test_a_toy_brings_commands_a_section_a_figure_and_a_python_name(installed):
 import stickslip
 from click.testing import CliRunner
 from stickslip.cli import main
-from stickslip.config.schema import json_schema
+from stickslip.config.describe import json_schema
 def output(*words):
     done = CliRunner().invoke(main, words)
     assert done.exit_code == 0, (words, done.output, done.exception)

@@ -78,7 +78,7 @@ def test_a_unit_a_metric_and_a_law_are_a_row_each(copy):
 import numpy as np
 import stickslip
 from stickslip.config.reader import make_config
-from stickslip.config.schema import json_schema
+from stickslip.config.describe import json_schema
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 assert units.si_value("2 bar", "Pa") == 2e5 and units.expected("Pa") == "a pressure such as '2 bar' or a number in Pa"
@@ -100,13 +100,13 @@ def test_a_new_parameter_is_one_row_and_its_conversion(copy):
     """The share of the load that the contact carries: half of it is half the load."""
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
-    copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
+    copy.insert("sweep/stickslip/vocabulary/models/model.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
     copy.run(f"""
 import numpy as np
 import stickslip
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import make_config
-from stickslip.config.schema import json_schema
+from stickslip.config.describe import json_schema
 from stickslip.errors import ConfigError
 data = {CONFIG}
 assert build_grid(make_config(data)).fixed["share"] == 1.0
@@ -166,7 +166,7 @@ def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", PACE)
-    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/results.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"
@@ -179,7 +179,7 @@ import stickslip
 from stickslip import plots
 from stickslip.cli import main
 from stickslip.config.reader import load_config, make_config
-from stickslip.config.schema import json_schema
+from stickslip.config.describe import json_schema
 from stickslip.errors import ConfigError
 from stickslip.plots.pages import pictures_of, result_page
 from stickslip.runs import work
@@ -216,10 +216,10 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
     """A study and a parameter, in a copy with its tests: those that look at all rows and files."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
     copy.write("sweep/stickslip/studies/pace.py", PACE)
-    copy.insert("sweep/stickslip/vocabulary/studies.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/results.py", *STUDY_ROW)
     row = '\n    Parameter("share", "1", "share of the load", "system", default=1.0, above=0, at_most=1),'
     copy.insert("sweep/stickslip/vocabulary/quantities.py", "_BODY = table(", row)
-    copy.insert("sweep/stickslip/vocabulary/scales.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
+    copy.insert("sweep/stickslip/vocabulary/models/model.py", 'self.load = cells["normal_load"]', ' * cells["share"]')
     copy.tests("tests/test_architecture.py", "tests/sweep/config")
 
 
@@ -227,9 +227,9 @@ def test_no_other_test_fails_where_recipes_are_followed(tmp_path):
 def test_a_law_with_a_shape_of_its_own_is_a_file_and_its_row(tmp_path):
     """The Lorentzian of tests/data/lorentzian.py; its slip is held against SciPy."""
     copy = Copy(tmp_path, ["sweep", "kernels"])
-    laws = tmp_path / "kernels/stickslip_kernels/contacts/stribeck/laws"
-    shutil.copy(ROOT / "tests/data/lorentzian.py", laws)
-    copy.insert("kernels/stickslip_kernels/contacts/stribeck/laws/__init__.py", '"gaussian"', ', "lorentzian"')
+    contact = "kernels/stickslip_kernels/contacts/stribeck"
+    shutil.copy(ROOT / "tests/data/lorentzian.py", tmp_path / contact)
+    copy.insert(f"{contact}/__init__.py", 'law of a table\n"""\n', "\nfrom . import lorentzian\n")
     row = '\n    "lorentzian": "1/(1 + (w/a4)^2), the law of Hess and Soom (1990)",'
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', row)
     copy.run("""

@@ -4,10 +4,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from making.markdown import code, codes, sentence, table
-from stickslip.config.schema import json_schema
-from stickslip.vocabulary.flags import DECIDED
+from stickslip.config.describe import json_schema
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip.vocabulary.results import DECIDED, MAP_VARIABLES
 
 Schema = dict[str, Any]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from making.markdown import code, sentence, table
 from stickslip.config.studies import study_class
 from stickslip.studies.draws import STATISTICS
-from stickslip.vocabulary import flags, results, units
+from stickslip.vocabulary import results, units
 from stickslip.vocabulary.results import Variable
 from stickslip_rig.quantities import EXACT, FEATURES
 from stickslip_sound.loudness import LEVEL_VARIABLES
@@ -68,7 +68,7 @@ def page() -> str:
     parts += [_variables(FEATURES.values()), "And of a simulated one:\n", _variables(EXACT.values())]
     parts += ["## Flags\n", "Integers in the file; these are their names, in the order of the numbers from 0 on.\n"]
     for name, heading in _FLAGS.items():
-        rows = ((str(number), code(flag), words) for number, (flag, words) in enumerate(flags.FLAGS[name].items()))
+        rows = ((str(number), code(flag), words) for number, (flag, words) in enumerate(results.FLAGS[name].items()))
         parts += [f"### {heading}\n", table(("", "name", "meaning"), rows)]
     return "\n".join(parts)
 

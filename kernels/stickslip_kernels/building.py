@@ -11,8 +11,8 @@ What this relies on in Numba is not public, and all of it is here; tried with 0.
 from __future__ import annotations
 
 import gc
-import inspect
 import os
+import sys
 from functools import cache, partial
 
 # Intel's vector functions are not in every process that may load the object.
@@ -20,7 +20,7 @@ os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import base, codegen, fastmathpass, postproc, transforms, types
+from numba.core import base, codegen, fastmathpass, postproc, transforms, types, utils
 from numba.core import ir as numba_ir
 from numba.core.compiler import DefaultPassBuilder
 from numba.core.cpu_options import FastMathOptions
@@ -80,6 +80,7 @@ def main(name: str, file: str) -> None:
 def build(name: str) -> objects.Object:
     """The object of this name (`objects.py`). From now on nothing else compiles here."""
     jit.compile_parts()
+    sys.modules["scipy.linalg.cython_blas"] = None  # type: ignore[assignment]  # Numba loads it; no kernel calls it
     context = cpu_target.target_context
     context.refresh()
     context._internal_codegen = maker = Parts()
@@ -162,7 +163,7 @@ def _remember() -> None:
     types.BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
     types.Dispatcher.get_call_type = call_without_values  # type: ignore[method-assign]
     base.BaseContext.get_abi_sizeof = cache(base.BaseContext.get_abi_sizeof)  # type: ignore[method-assign]
-    inspect.signature = cache(inspect.signature)
+    utils.pysignature = cache(utils.pysignature)  # type: ignore[attr-defined]
 
 
 def _leave_out_passes() -> None:

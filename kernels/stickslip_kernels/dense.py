@@ -4,10 +4,18 @@ Rows SERIES hold the coefficients of w over the step: the Taylor series, exact a
 polynomial between its ends (`interpolate`). y and the friction work follow by integration.
 """
 
+from numpy.polynomial.legendre import leggauss
+
 from . import layout as at
-from .intrinsics import widest_vectors
+from .arithmetic import widest_vectors
 from .jit import compiled
-from .quadrature import gauss
+
+
+def gauss(points):
+    """Nodes and weights of the Gauss-Legendre rule on [0, 1], exact for polynomials of degree 2 points - 1."""
+    nodes, weights = leggauss(points)
+    return tuple((0.5 + 0.5 * nodes).tolist()), tuple((0.5 * weights).tolist())
+
 
 NODES, WEIGHTS = gauss(5)
 

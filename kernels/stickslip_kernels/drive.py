@@ -54,12 +54,6 @@ def next_segment(m, i):
 
 
 @by_drive
-def acceleration(m, i):
-    """Acceleration of the belt in lane i."""
-    return 0.0
-
-
-@by_drive
 def steady_load(m, i):
     """Displacement of steady sliding at the present speed of the belt, in the frame."""
     return m.s[at.SIGMA + i] * m.s[at.XI_STAR + i]
@@ -101,11 +95,6 @@ def _next_of_segments(m, i):
     return True
 
 
-@acceleration.of(Segments)
-def _acceleration_of_segment(m, i):
-    return m.s[at.ALPHA + i]
-
-
 @steady_load.of(Segments)
 def _steady_load_of_moment(m, i):
     b = belt_in_lane(m, i, 0.0)
@@ -136,14 +125,14 @@ def segment_is_over(s, i):
 @compiled(inline=True)
 def pass_time(m, i, t):
     """Let a time t of the segment of lane i pass."""
-    m.s[at.B + i] += acceleration(m, i) * t
+    m.s[at.B + i] += m.s[at.ALPHA + i] * t
     m.s[at.TAU + i] += t
 
 
 @compiled(inline=True)
 def belt_in_lane(m, i, t):
     """Speed of the belt at t after the present state of lane i, in the frame."""
-    return m.s[at.B + i] + (t - m.s[at.G + i]) * acceleration(m, i)
+    return m.s[at.B + i] + (t - m.s[at.G + i]) * m.s[at.ALPHA + i]
 
 
 @compiled(inline=True)

@@ -10,11 +10,11 @@ from numba import types
 
 from . import contacts, runtime
 from . import layout as at
-from .block import run
 from .drive import STEADY_BELT, Segments
 from .jit import FASTMATH
+from .lanes import run
+from .layout import Machine
 from .linking import FLOATS, PREFIX, Linked, columns_at, door, signature_of, with_stations
-from .machine import Machine
 from .observers.signals import Signals
 
 _TYPES = {"f": types.float64, "i": types.int64, "F": FLOATS, "I": types.CPointer(types.int64)}

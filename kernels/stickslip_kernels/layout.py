@@ -18,6 +18,13 @@ B = b + gamma a in place of b:
     y' = B - w,      w' = y - (gamma + slope) w - drop shape(rate w),      B' = a,      u'' = a - w'
 """
 
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 SMALLEST_STEP = 1e-13  # what needs a smaller one cannot be integrated
 
 # --- inputs of a cell: rows of `cells` (CELL_ROWS, n) ---------------------------------------------------------------
@@ -39,7 +46,7 @@ CELL_ROWS = 19
 # rows of the contact, as one that has no friction curve calls them
 OWN_0, OWN_1, OWN_2, OWN_3, OWN_4, OWN_5, OWN_6 = A1, A2, A3, A4, DELTA, CONTACT_STIFFNESS, CONTACT_DAMPING
 
-# --- the law of a table: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/table.py` ------------------------
+# --- the law of a table: `stations` (STATION_ROWS, STATIONS), see `contacts/stribeck/friction.py` ---------------------
 # Polynomials from KNOT on, in powers of z - KNOT, are rows from POWERS on. Buckets of z are equally long in the bits of
 # z + BUCKET_START, from number FIRST_BUCKET on, and tell the last station, or knot, that is not above them.
 STATION, KNOT, STATION_BUCKETS, KNOT_BUCKETS, POWERS = range(5)
@@ -58,7 +65,7 @@ FIRST_BUCKET = (1023 - 10) << 4
     CYCLE_XI_MAX, CYCLE_XI_MIN,  # of the attractor itself, without the transient
     CYCLE_SPEED_RANGE,  # largest minus least velocity on the attractor
     RESTICK_MARGIN,  # by how much the slip after break-away misses standstill; below 0 where it sticks again
-    CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/margin.py`)
+    CLOSENESS,  # smallest margin that the verdict hangs on, over the amplitude (`observers/verdict.py`)
     # of errors, more than the tolerance says: up to the first re-stick of a motion that began in slip; in the friction
     # work of a cycle, the energy that the spring exchanges over it
     ERROR_GROWTH,
@@ -120,11 +127,11 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     W_TOP,  # largest w recorded so far; peaks that stay below are not looked for (-inf: look at all)
     DW_TOP,  # largest |w'| recorded so far
     Y_HIGH, Y_LOW,  # y at the largest and the least u recorded so far; extrema of u between them need no look
-    W_LEAST,  # margin of the slip under way, see `observers/margin.py`; troughs of w above it are not looked at
-    GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/margin.py`), and its largest so far
+    W_LEAST,  # margin of the slip under way, see `observers/verdict.py`; troughs of w above it are not looked at
+    GAIN, GAIN_TOP,  # log of what errors have grown by in this slip (`observers/verdict.py`), and its largest so far
     # what steps must know
     FLOOR,  # slip speed below which errors are absolute
-    FAR, HIDES,  # slip speed from which friction no longer weakens, and how deep w may dip in a step (`resolvable.py`)
+    FAR, HIDES,  # slip speed from which friction no longer weakens, and how deep w may dip in a step (`may_hide`)
     TAU_END,  # end of the segment of the drive
     # the step being tried
     TAKEN,  # its size
@@ -141,17 +148,18 @@ AFTER = STATE_NUMBERS  # first of as many rows: the state after the decision to 
     GUESS, GUESS_W, GUESS_DW, GUESS_A, GUESS_B,  # a time close to what is sought, and the series about it
     ALLOWED,  # error of w that a Taylor step may make
     BY_SERIES,  # 1 in lanes whose steps are those of series (`contacts/explicit.py`)
-    # inside a Runge-Kutta step: stages and errors
-    W_2, W_3, W_4, W_5, W_6, K_2, K_3, K_4, K_5, K_6, ERROR_Y, ERROR_W,
-    SERIES,  # first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
-) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 73 * WIDTH, WIDTH)  # fmt: skip
+    CONTACT,  # first of CONTACT_ROWS rows of what a contact must know beside (`Rows`)
+) = range(2 * STATE_NUMBERS, 2 * STATE_NUMBERS + 61 * WIDTH, WIDTH)  # fmt: skip
+CONTACT_ROWS = 25
+# first of ORDER + 1 rows: coefficients of w over the step, in powers of the time since its start
+SERIES = CONTACT + CONTACT_ROWS * WIDTH
 NOTHING_MET, LOOK_FIRST, HALTED = 0.0, 1.0, 2.0  # committed or rejected; good, but to be looked at; no step possible
 OF_SPEED, OF_SLOPE = 1.0, 2.0  # codes of SOUGHT
 ORDER = 14  # of the Taylor step
 SERIES_DW = SERIES + (ORDER + 1) * WIDTH  # first of ORDER rows: the coefficients of w'
 SERIES_WEAK = SERIES_DW + ORDER * WIDTH  # the same of the weakening part of friction
 SERIES_FACTOR = SERIES_WEAK + ORDER * WIDTH  # the same of what some recurrences keep beside (`recurrences.py`)
-SERIES_STATE = SERIES_FACTOR + ORDER * WIDTH  # first of ORDER + 1 rows, of an inner state: `contacts/bristle_series.py`
+SERIES_STATE = SERIES_FACTOR + ORDER * WIDTH  # first of ORDER + 1 rows, of an inner state: `contacts/bristles.py`
 SERIES_SHARE = SERIES_STATE + (ORDER + 1) * WIDTH  # first of ORDER rows: the same over what it may be
 
 # --- slow state: further rows of `lanes`, which only the scalar code uses -------------------------------------------
@@ -164,29 +172,39 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     AGE,  # time in contact
     SEGMENT,  # number of the segment of the drive under way
     SAMPLE,  # the next one to be taken (`observers/signals.py`)
-    # records of the observer of regimes
-    STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
+    # records of the observers of regimes
     XI_STAR,  # steady sliding on the curve, true frame
-    AMPLITUDE, BAND,  # distance from steady sliding in the plane (u, u') where the slip began; settling band there
+    AMPLITUDE,  # distance from steady sliding in the plane (u, u') where the slip began
     ENTERED,  # time at which the motion last came into the settling band
     SLIP_START,  # time of the first slip, NaN before
     CYCLE_START,  # time of the break-away that starts the cycle, NaN before
-    STICK_COUNT, STICK_SUM,
-    HEAT_START,  # friction work up to the start of the cycle
     XI_HIGH, XI_LOW,
     V_HIGH, V_LOW,  # largest and least relative speed, true frame
     FASTEST, SLOWEST,  # slip speeds of the whole motion, up to the last reset of these
     CLOSEST,  # see CLOSENESS; inf before
-    PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
-    TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     STORED,  # 1 once extremes before these were put into the results
     MU_TURN,  # friction coefficient at the first reversal
+    LOOP_TAU, LOOP_HEAT, LOOP_STEPS,  # at the reference maximum of u (`observers/cycles.py`): time, work, steps
+    LOOP_STILL,  # looks in a row that showed nothing above the noise
+    DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
+    DECIDED_BY,  # the status then
+    SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
+    # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
+    ATTRACTS,  # 1 where it attracts small motions
+    FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
+    LONGEST,  # step; of implicit ones near steady sliding, so that they do not damp motions that grow
+    # from here on of `observers/regime.py` and its parts; that of recurrence takes its own from there, too (RECURRENCE)
+    STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
+    BAND,  # settling band where the slip began
+    STICK_COUNT, STICK_SUM,
+    HEAT_START,  # friction work up to the start of the cycle
+    PEAK, PEAK_BEFORE,  # height above b of the last peak of w, and of the one before
+    TROUGH_TIME,  # time of the last trough of w on the line of a hysteretic curve
     TURN_LAST, TURN_BEFORE,  # xi at the last extremum looked at, and at the one before
     # the return map of slip, from one maximum of u to the next (`observers/cycles.py`)
-    LOOP_XI, LOOP_TAU, LOOP_HEAT, LOOP_STEPS, LOOP_GAIN,  # at the reference maximum of u: xi, time, work, steps, GAIN
+    LOOP_XI, LOOP_GAIN,  # at the reference maximum of u: xi, GAIN
     LOOP_CHANGE,  # relative change of xi a loop at the last look; inf before
     LOOP_MOVED,  # 1 once a change above the noise was seen
-    LOOP_STILL,  # looks in a row that showed nothing above the noise
     CONFIRMING,  # 1 while a suspected cycle is gone through once more, every extremum being looked at
     PUSH_STATE,  # whether the motion was pushed off a cycle that shows no change (`observers/cycles.py`)
     RETURNED,  # loops after which the state first was that of the reference again; 0 not yet
@@ -195,13 +213,6 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     RELEASE, RELEASE_CHANGE,  # load at the last break-away, and its change from the one before
     PERIOD_BEFORE, SPEED_BEFORE, HEAT_BEFORE,  # of the last cycle: period, largest slip speed, friction work
     LEAPT,  # how the motion was put where it is known to come (`observers/weak.py`); 0: it was not
-    DECIDED,  # 1 once the regime is known (a run to the horizon goes on)
-    DECIDED_BY,  # the status then
-    SLIP_LEAST,  # W_LEAST of this slip before its last maximum of u; inf where W_LEAST has it all
-    # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
-    ATTRACTS,  # 1 where it attracts small motions
-    FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
-    LONGEST,  # step; of implicit ones near steady sliding, so that they do not damp motions that grow
     # the amplitude map (`observers/amplitudes.py`)
     INWARD,  # 1: the last loop ended further in than it began, without rest
     MAP_STATE,
@@ -220,9 +231,31 @@ MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: ampl
 MAP_R = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the ratio of amplitudes
 MAP_T = MAP_R + MAP_MOST_NODES * WIDTH  # the same of the duration
 
-# --- lanes brought together: the same rows once more (`compaction.py`) -----------------------------------------------
+# --- lanes brought together: the same rows once more (`roots.gather`) -----------------------------------------------
 GATHERED = MAP_T + MAP_MOST_NODES * WIDTH  # lane GATHERED + k: a copy of what the k-th of them has
 LANE_NUMBERS = 2 * GATHERED
+
+
+class Rows:
+    """Rows of `lanes` for files that work together: each takes its own, which no other of them gets."""
+
+    def __init__(self, first: int, end: int):
+        self._free, self._end = first, end
+
+    def take(self, number: int) -> tuple[int, ...]:
+        """Return so many rows, one after the other. Raises ValueError where so many are not left."""
+        rows = range(self._free, self._free + number * WIDTH, WIDTH)
+        if rows.stop > self._end:
+            raise ValueError(f"{number} rows of lanes, of {(self._end - self._free) // WIDTH} that are left")
+        self._free = rows.stop
+        return tuple(rows)
+
+    def beside(self) -> Rows:
+        """What is left, once more: for each of several files that are never at work together."""
+        return Rows(self._free, self._end)
+
+
+RECURRENCE = Rows(STABLE_FROM, GATHERED)  # of `observers/recurrence.py` and its parts
 
 # --- belts that follow segments (`drive.py`): columns of their table; true frame ------------------------------------
 SEGMENT_TIME, SEGMENT_BELT, SEGMENT_ALPHA = range(3)  # duration > 0, belt speed at the start, its acceleration
@@ -258,3 +291,50 @@ SIGNAL_ROWS = 4
 # rows it is switched off.
 STOP_START, STOP_END, STOP_LOAD = range(3)  # of a stick phase; the load at its end
 STOP_COLUMNS = 3
+
+
+# --- the bundle that every function of the kernels gets ---------------------------------------------------------------
+
+
+RUNNING, DONE = False, True  # what functions of a machine return: the lane goes on, or its cell is finished
+
+
+class Machine(NamedTuple):
+    """A contact under a law, on a drive, seen by an observer. The types of these four are the specialisation.
+
+    contact : tag of a contact, see `contacts`. law : tag of its law of friction.
+    drive : `drive.SteadyBelt` or `drive.Segments`.
+    observer : of the files in `observers`, with what it fills.
+    s : the lanes, rows of `layout.py`. cells : float64 (CELL_ROWS, n), kernel units, C-contiguous.
+    rtol : tolerance of a step. max_steps : trial steps a cell may take.
+    """
+
+    contact: Any
+    law: Any
+    drive: Any
+    observer: Any
+    s: Any
+    cells: Any
+    rtol: float
+    max_steps: float
+
+
+# --- results of cells nobody has computed yet -------------------------------------------------------------------------
+
+
+NO_STATIONS = np.zeros((STATION_ROWS, STATIONS))  # of a law that is no table
+NO_STOPS = np.zeros((0, STOP_COLUMNS))  # for `run_signals`: no table of stick phases
+
+
+def new_regimes(n: int) -> NDArray[np.float64]:
+    """Results (RESULT_ROWS, n) for the observer of regimes: NaN, no steps, and the codes for "not computed"."""
+    results = np.full((RESULT_ROWS, n), np.nan)
+    results[REGIME], results[STATUS], results[STEPS] = NOT_COMPUTED, NOT_RUN, 0.0
+    return results
+
+
+def new_signals(n: int) -> NDArray[np.float64]:
+    """Results (RIG_ROWS, n) for the observer of signals: NaN, and the code for "not computed"."""
+    results = np.full((RIG_ROWS, n), np.nan)
+    results[RIG_STATUS] = NOT_RUN
+    return results

@@ -96,7 +96,7 @@ def _set_number(context, builder, signature, values):
 
 # --- functions of laws ----------------------------------------------------------------------------------------------
 
-# Kinds of arguments, and of results after a colon: numbers, truth, the lanes, cells, ends of a step (`events.py`).
+# Kinds of arguments, and of results after a colon: numbers, truth, the lanes, cells, ends of a step (`roots.py`).
 _KINDS = {"f": types.float64, "i": types.int64, "b": types.boolean, "s": FLOATS, "c": COLUMNS,
           "e": types.UniTuple(types.float64, 4), "p": types.UniTuple(types.float64, 2), "": types.none}  # fmt: skip
 

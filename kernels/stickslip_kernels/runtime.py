@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import layout as at
-from .allocate import NO_STATIONS, NO_STOPS
+from .layout import NO_STATIONS, NO_STOPS
 from .objects import Object
 
 # The functions of an object (`exports.py`) by the kinds of their arguments, all of 64 bits: f, i a number, F, I the
@@ -93,7 +93,7 @@ class Kernels:
         cells : float64 (CELL_ROWS, n), kernel units. rtol, max_steps : tolerance of a step, trial steps a cell may
             take. stop : int64 (1,); when another thread sets it, the block is abandoned, and unfinished cells stay
             "not computed".
-        results : float64 (RESULT_ROWS, n or more) from `allocate.new_regimes`. until : how far a cell is followed, a
+        results : float64 (RESULT_ROWS, n or more) from `layout.new_regimes`. until : how far a cell is followed, a
             code of `layout.py`; UNTIL_REGIME leaves the other metrics NaN, but for the margins.
         """
         n, room, lanes = cells.shape[1], results.shape[1], _lanes()
@@ -112,7 +112,7 @@ class Kernels:
 
         cells, rtol, max_steps, stop : as for `run_regimes`; BELT and HORIZON are not used.
         drive : segments, float64 (any, SEGMENT_COLUMNS), and by cell the first of its own and the one past its last,
-            float64 (n, 2). results : float64 (RIG_ROWS, n) from `allocate.new_signals`.
+            float64 (n, 2). results : float64 (RIG_ROWS, n) from `layout.new_signals`.
         runs : float64 (n, RUN_COLUMNS), where each cell puts its samples. signals : float64 (SIGNAL_ROWS, any); what is
             not reached stays as it was. stops : a table of stick phases (any, STOP_COLUMNS), for n = 1, or NO_STOPS.
         """

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from stickslip import extensions
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import listed, or_meant
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config

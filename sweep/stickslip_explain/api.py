@@ -17,8 +17,7 @@ from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs.threads import CellsOrConfig, Subject
 from stickslip.vocabulary.display_units import units_shown, written_units
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, listed
 from stickslip_explain.goal import Goal
 from stickslip_explain.proposals import DRAWS, POINTS, axis_of, checked_scatter, conditions_of, proposals, scatter_of
 

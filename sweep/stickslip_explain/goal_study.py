@@ -22,18 +22,17 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.changes import Reach, reach_of
 from stickslip.studies.contours import VARIABLES, ContourStudy, lines_dataset
 from stickslip.studies.draws import Design
-from stickslip.studies.lines import CellsOrConfig, Lines, fine_enough
+from stickslip.studies.lines import CellsOrConfig, Lines, Side, fine_enough
 from stickslip.studies.margin_search import ChangeSpace, nearest, turned_in
 from stickslip.studies.plane import OPEN, PlaneSearch
-from stickslip.studies.search import Floats, Labels
+from stickslip.studies.search import Floats, Integers, Labels
 from stickslip.studies.study import axis_names, joined, parts_over
-from stickslip.studies.tracing import scanned
 from stickslip.vocabulary.cells import taken
 from stickslip.vocabulary.display_units import customary, spoken
-from stickslip.vocabulary.flags import VERDICTS
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
+from stickslip.vocabulary.results import VERDICTS
 from stickslip_explain.goal import IMPOSSIBLE, PROBABILITY, QUIET, VIBRATES, Demand, Goal, goal_plane
 
 _PER_POINT = 8  # places judged per grid point along one side of the plane, about
@@ -81,11 +80,11 @@ class _Plane(PlaneSearch):
 
     def columns(self) -> Results:
         """The map at the points that are looked at first, and the lines."""
-        places = (scanned(side.points, self.scan) for side in (self.y, self.x))
+        places = (_scanned(side, self.scan) for side in (self.y, self.x))
         row, column = (axis.ravel() for axis in np.meshgrid(*places, indexing="ij"))
         at = {self.x.name: self.x.places[column], self.y.name: self.y.places[row]}
         judged = self.demand.judged(np.zeros(row.size, np.int64), at, shares=True)
-        self.points.known[row, column] = judged.verdict
+        self.boxes.learn(np.ravel_multi_index((row, column), self.boxes.shape), judged.verdict)
         maps = dict(zip(_MAPS, (judged.quiet, judged.error, judged.undecided), strict=True))
         maps = {name: np.where(judged.verdict == IMPOSSIBLE, np.nan, values) for name, values in maps.items()}
         return maps | {_NAMES.get(name, name): values for name, values in super().columns().items()}
@@ -122,6 +121,11 @@ class _Plane(PlaneSearch):
         best = int(np.argmin(costs))
         within = 1.0 if far == [QUIET] else 1.0 - 2.0 * self.tolerance
         return directions[best] * costs[best] * within if np.isfinite(costs[best]) else None
+
+
+def _scanned(side: Side, scan: int) -> Integers:
+    """Which of the points along a side are on the map."""
+    return np.unique(np.linspace(0, side.points - 1, min(side.points, scan)).round().astype(np.int64))
 
 
 def _nearest_node(lines: Results, reaches: Sequence[Reach]) -> list[Floats]:
@@ -167,7 +171,7 @@ class GoalStudy(ContourStudy):
             self._scramblings, self._probability = uncertain.scramblings, section.probability or PROBABILITY
         nodes = section.scan**2 + _PER_POINT * (goal.x.points + goal.y.points)
         self.cells_each = nodes * max(self._draws, 1) * section.samples ** len(goal.ranges)
-        self._maps = [scanned(side.points, section.scan) for side in (goal.y, goal.x)]
+        self._maps = [_scanned(side, section.scan) for side in (goal.y, goal.x)]
         self._of_plane = {f"{what}_{side.name}": (row, side) for what, row in _PLACES.items()
                           for side in (goal.y, goal.x)}  # fmt: skip
         self._each = dict.fromkeys(_MAPS, self._maps[0].size * self._maps[1].size)  # values of a panel

@@ -25,7 +25,7 @@ from stickslip.config.model import Config
 from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
 from stickslip.studies.draws import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import DECIDED, REGIMES, UNDECIDED
+from stickslip.vocabulary.results import DECIDED, REGIMES, UNDECIDED
 from stickslip_explain.section import POINT, Measured, Observation
 
 Floats = NDArray[np.float64]

@@ -18,10 +18,10 @@ from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure, annotate, apply, entitle, legend
 from stickslip.plots.maps import plot_map
-from stickslip.plots.options import PLAIN, Look
+from stickslip.plots.marks import PLAIN, Look
 from stickslip.plots.palette import BLACK, GREY, SKY, WHITE, regime_label
 from stickslip.vocabulary.display_units import spoken
-from stickslip.vocabulary.flags import VERDICTS, VIBRATING
+from stickslip.vocabulary.results import VERDICTS, VIBRATING
 
 _COLUMNS = 3  # of quantities side by side
 _BINS = 30

@@ -24,10 +24,9 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, te
 from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import PARAMETERS, listed, or_meant
+from stickslip.vocabulary.results import DECIDED, REGIMES
 from stickslip_explain.likelihood import grid_of_predictions, log_shares, results_over
 from stickslip_explain.section import METRICS, POINT, Explain, law_of
 from stickslip_explain.summary import table_over

@@ -18,12 +18,10 @@ from stickslip.config.sections import Read, Section, StudySection, each_with_uni
 from stickslip.config.yaml import Document, parse_yaml
 from stickslip.errors import Path, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.models import WRITTEN_LAWS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, listed
+from stickslip.vocabulary.results import DECIDED, TRACE_VARIABLES, VARIABLES
 
 EXPLAIN: dict[str, Parameter] = table(
     Parameter("mislabelled", "1", "probability that the regime of an observation was noted wrongly", "explain",

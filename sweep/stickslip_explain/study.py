@@ -34,9 +34,9 @@ from stickslip.engine import Options, Results, StopFlag
 from stickslip.errors import Path
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, taken
-from stickslip.vocabulary.flags import DECIDED, REGIMES
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF, QUANTITIES
+from stickslip.vocabulary.results import DECIDED, REGIMES
 from stickslip_explain import proposals, summary
 from stickslip_explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
 from stickslip_explain.section import Explain, law_of

@@ -23,9 +23,9 @@ from stickslip.dataset.display import unit_of
 from stickslip.engine import Results
 from stickslip.studies.reduction import ratio
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import DECIDED
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
+from stickslip.vocabulary.results import DECIDED
 from stickslip_explain.section import Explain
 
 Floats = NDArray[np.float64]

@@ -16,8 +16,7 @@ from stickslip.config.yaml import Document
 from stickslip.errors import ConfigError, FitWarning, Place, UnitWarning
 from stickslip.vocabulary.models import CURVE
 from stickslip.vocabulary.own_laws import fault_of_points
-from stickslip.vocabulary.quantities import CURVE_COLUMNS, MEASURED, QUANTITIES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import CURVE_COLUMNS, MEASURED, QUANTITIES, listed
 
 if TYPE_CHECKING:
     from stickslip_materials.fit import MaterialFit

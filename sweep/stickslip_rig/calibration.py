@@ -20,7 +20,7 @@ from scipy.optimize import lsq_linear  # type: ignore[import-untyped]
 
 from stickslip.errors import ConfigError, Problem
 from stickslip.files.tables import cells, read_table
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import listed
 from stickslip_materials.fit.columns import HeadedTable, factor
 from stickslip_materials.fit.headings import Heading
 from stickslip_materials.fit.uncertainty import Flags, Floats, Interval, rms, student

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import cumulative_trapezoid  # type: ignore[import-untyped]
 
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import listed
 from stickslip_rig.drive_motion import DRIVE, drive_displacement, drive_velocity, unusable_drive
 from stickslip_rig.dropouts import SHORT, bridged, dropouts
 from stickslip_rig.hum import Tone

@@ -4,7 +4,7 @@ from stickslip.vocabulary.parameter import Parameter, table
 
 # What moves the belt of a test rig, whose top speed is the belt speed.
 DRIVE: dict[str, Parameter] = table(
-    Parameter("stroke", "m", "stroke of the drive", "drive", above=0, plausible=(1.0, 10.0)),
+    Parameter("stroke", "m", "stroke of the drive", "drive", above=0, plausible=1.0),
     Parameter("ramp", "s", "time in which the drive reaches its speed, and stops", "drive", default=0.02, above=0),
     Parameter("dwell", "s", "standstill of the drive after each stroke", "drive", default=0.0, at_least=0),
     Parameter(

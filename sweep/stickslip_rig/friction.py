@@ -18,7 +18,7 @@ from scipy import ndimage, stats  # type: ignore[import-untyped]
 from stickslip.dataset.build import attributes_of
 from stickslip.vocabulary.display_units import quantity
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import listed
 from stickslip_rig import defects
 from stickslip_rig.evaluation import along_record
 from stickslip_rig.quantities import CONDITIONS

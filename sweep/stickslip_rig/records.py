@@ -27,7 +27,7 @@ from stickslip.files.tables import TextTable, line_of
 from stickslip.files.targets import replaced
 from stickslip.vocabulary import units
 from stickslip.vocabulary.parameter import Parameter, Variable
-from stickslip.vocabulary.suggest import listed, nearest
+from stickslip.vocabulary.quantities import listed, nearest
 from stickslip_materials.fit.columns import HeadedTable, factor, stated
 from stickslip_materials.fit.headings import Heading, words_for
 from stickslip_materials.fit.words import RECORD

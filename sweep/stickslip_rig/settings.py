@@ -17,7 +17,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.python import python_document
+from stickslip.config.resolve import python_document
 from stickslip.config.yaml import Document, Setting, overridden, read_yaml, write_yaml
 from stickslip.errors import QuantityError
 from stickslip.vocabulary.display_units import column_unit

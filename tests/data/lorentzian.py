@@ -7,7 +7,7 @@ Tribology 112 (1990) 147-152.
 from math import inf
 from typing import NamedTuple
 
-from ....jit import compiled
+from .laws import LAWS, hidden_depth, inflection, shape, speed_of_shape_slope, weakening_slope
 
 
 class Lorentzian(NamedTuple):
@@ -16,26 +16,19 @@ class Lorentzian(NamedTuple):
     code: int
 
 
-TAG = Lorentzian(5)
+LAWS["lorentzian"] = Lorentzian(5)
 BEND = 3.0**-0.5  # the inflection
 STEEPEST = -1.125 * BEND  # the slope there
 MOST_TRIES = 60
 
-
-@compiled(inline=True)
-def shape(z, delta):
-    """1/(1 + z^2)."""
-    return 1.0 / (1.0 + z * z)
-
-
-@compiled(inline=True)
-def weakening_slope(z, x, drop, delta):
-    """-2 z x/(1 + z^2)."""
-    return -2.0 * z * x / (1.0 + z * z)
+shape.of(Lorentzian)(lambda law, z, delta: 1.0 / (1.0 + z * z))
+weakening_slope.of(Lorentzian)(lambda law, z, x, drop, delta: -2.0 * z * x / (1.0 + z * z))
+inflection.of(Lorentzian)(lambda law, delta: BEND)
+hidden_depth.of(Lorentzian)(lambda law, delta: 0.5)  # half the speed over which friction falls
 
 
-@compiled
-def speed_of_shape_slope(slope, delta):
+@speed_of_shape_slope.of(Lorentzian)
+def _speed_of_slope(law, slope, delta):
     """The root of -2 z/(1 + z^2)^2 = slope beyond the inflection, where the slope only grows: by halving a bracket."""
     if slope >= 0.0:
         return inf
@@ -49,15 +42,3 @@ def speed_of_shape_slope(slope, delta):
         else:
             high = middle
     return high
-
-
-@compiled
-def inflection(delta):
-    """3^(-1/2)."""
-    return BEND
-
-
-@compiled
-def hidden_depth(delta):
-    """Half the speed over which friction falls."""
-    return 0.5

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.engine.compiled import kernels
+from stickslip.engine.compiling import kernels
 from stickslip_kernels import layout as at
-from stickslip_kernels.allocate import new_regimes
+from stickslip_kernels.layout import new_regimes
 
 ARTICLE = (1.0, 0.1, 0.3, 0.1)  # a1..a4 of the article
 NAN, INF = float("nan"), float("inf")

@@ -8,9 +8,9 @@ import numpy as np
 
 from helpers.kernel_runs import cell
 from helpers.scipy_rig import trapezoidal
-from stickslip.engine.compiled import kernels
+from stickslip.engine.compiling import kernels
 from stickslip_kernels import layout as at
-from stickslip_kernels.allocate import NO_STOPS, new_signals
+from stickslip_kernels.layout import NO_STOPS, new_signals
 
 MOST_STOPS = 20_000
 

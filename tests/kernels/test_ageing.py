@@ -11,18 +11,18 @@ from numba import njit
 
 from helpers.kernel_runs import block_of, cell, outcome
 from stickslip_kernels import layout as at
-from stickslip_kernels.contacts.stribeck import ageing, first_passage
+from stickslip_kernels.contacts.stribeck import stick
 
 
 @njit
 def dwell(cells, load, rate, age):
-    static, growth, scale = ageing.static_friction(cells, 0, age), cells[at.AGEING, 0], cells[at.AGEING_TIME, 0]
-    return first_passage.steady_passage(load, rate, static, growth, scale + age)
+    static, growth, scale = stick.static_friction(cells, 0, age), cells[at.AGEING, 0], cells[at.AGEING_TIME, 0]
+    return stick.steady_passage(load, rate, static, growth, scale + age)
 
 
 @njit
 def limit(cells, age):
-    return ageing.static_friction(cells, 0, age)
+    return stick.static_friction(cells, 0, age)
 
 
 def exact_dwell(load, rate, static, growth, scale, age):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_kernels.exponential import exp, log, rough_exp2, rough_log2
+from stickslip_kernels.arithmetic import exp, log, rough_exp2, rough_log2
 
 
 @given(st.floats(-708.0, 700.0), st.floats(-2.0, 2.0), st.floats(-1e300, 1e300))

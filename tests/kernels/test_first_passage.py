@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip_kernels.contacts.stribeck.first_passage import first_passage
+from stickslip_kernels.contacts.stribeck.stick import first_passage
 
 RATES = st.one_of(st.just(0.0), st.floats(1e-3, 2.0).flatmap(lambda x: st.sampled_from([x, -x])))
 GROWTHS = st.one_of(st.just(0.0), st.floats(1e-3, 0.5))

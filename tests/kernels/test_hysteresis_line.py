@@ -9,9 +9,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from stickslip_kernels.contacts.stribeck import hysteresis_line
-from stickslip_kernels.contacts.stribeck.hysteresis_line import LONGEST, end_within, motion, response
-from stickslip_kernels.events import LEVEL_REACHED, NO_EVENT, TURNED
+from stickslip_kernels.contacts.stribeck import hysteresis
+from stickslip_kernels.contacts.stribeck.hysteresis import LONGEST, end_within, motion, response
+from stickslip_kernels.roots import LEVEL_REACHED, NO_EVENT, TURNED
 
 states = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, -1e-3))
 peaks = st.tuples(st.floats(0.01, 3.0), st.sampled_from([0.0, -1e-12, -1e-6]))  # no slope to go by, as a fall begins
@@ -51,40 +51,40 @@ def test_motion_on_a_steady_belt_is_the_linear_oscillator(state, drag, t):
         grow, fall = (q - second) * mpmath.exp(slow * t), second * mpmath.exp(fast * t)
         expected = float((grow + fall).real), float((slow * grow + fast * fall).real)
     size = (abs(q) + abs(v)) * math.exp(max(-drag, 0.0) * t)
-    found = hysteresis_line.oscillation(q, v, drag, t)
+    found = hysteresis.oscillation(q, v, drag, t)
     assert found == pytest.approx(expected, rel=1e-10, abs=1e-12 * size * (1 + abs(drag)))
 
 
 @given(states, drags)
 def test_turn_time_is_the_first_zero_of_the_acceleration(state, drag):
     q, v = state
-    t = hysteresis_line.turn_time(q, v, drag)
+    t = hysteresis.turn_time(q, v, drag)
     until = t if t < math.inf else 50.0
     assume(max(-drag, 0.0) * until < 500.0)  # else the motion has left the range of doubles by then
     scale = 1e-9 * (abs(q) + abs(v)) * math.exp(max(-drag, 0.0) * until)
-    assert all(hysteresis_line.oscillation(q, v, drag, s)[1] <= scale for s in np.linspace(0.0, until, 400)[1:-1])
+    assert all(hysteresis.oscillation(q, v, drag, s)[1] <= scale for s in np.linspace(0.0, until, 400)[1:-1])
     if t < math.inf:
-        assert abs(hysteresis_line.oscillation(q, v, drag, t)[1]) <= max(scale, 1e-9 * abs(v))
+        assert abs(hysteresis.oscillation(q, v, drag, t)[1]) <= max(scale, 1e-9 * abs(v))
 
 
 @given(states | peaks, drags, st.floats(0.05, 0.95))
 def test_level_time_is_where_the_level_is(state, drag, share):
     q, v = state
-    turn = hysteresis_line.turn_time(q, v, drag)
+    turn = hysteresis.turn_time(q, v, drag)
     assume(max(-drag, 0.0) * turn < 500.0 and (turn < math.inf or v < -1e-3))
-    lowest = hysteresis_line.oscillation(q, v, drag, turn)[0]
+    lowest = hysteresis.oscillation(q, v, drag, turn)[0]
     assume(q - lowest > 1e-6 * (abs(q) + 1e-3))
     level = lowest + share * (q - lowest)
-    t = hysteresis_line.level_time(q, v, drag, level, turn)
+    t = hysteresis.level_time(q, v, drag, level, turn)
     assert 0.0 < t < turn
-    assert hysteresis_line.oscillation(q, v, drag, t)[0] == pytest.approx(level, abs=1e-12 * (abs(q) + abs(lowest)))
+    assert hysteresis.oscillation(q, v, drag, t)[0] == pytest.approx(level, abs=1e-12 * (abs(q) + abs(lowest)))
 
 
 @given(states, st.floats(-1.9, 5.0), st.floats(0.01, 3.0))
 def test_square_integral_is_the_integral(state, drag, t):
     q, v = state
-    expected = quad(lambda s: hysteresis_line.oscillation(q, v, drag, s)[0] ** 2, 0.0, t, epsabs=1e-13, epsrel=1e-12)[0]
-    assert hysteresis_line.square_integral(q, v, drag, t) == pytest.approx(expected, rel=1e-7, abs=1e-9)
+    expected = quad(lambda s: hysteresis.oscillation(q, v, drag, s)[0] ** 2, 0.0, t, epsabs=1e-13, epsrel=1e-12)[0]
+    assert hysteresis.square_integral(q, v, drag, t) == pytest.approx(expected, rel=1e-7, abs=1e-9)
 
 
 # --- on a belt that accelerates ---------------------------------------------------------------------------------------

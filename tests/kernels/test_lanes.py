@@ -19,7 +19,7 @@ WIDEST = {
 SCALAR = r"v?(?:fn?m(?:add|sub)\d+|mul|add|sub)sd |(?:fmadd|fmsub|fmul|fadd|fsub) d\d+"
 STEPS, LANES = (
     r"law\.(try_step|step|step_regularised|confirm_slopes|expand_regularised)",
-    r".*5block\d(run|run_lanes)B.*",
+    r".*5lanes\d(run|run_lanes)B.*",
 )
 
 

@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from helpers.kernel_runs import columns_of, run
 from helpers.nightly import few
 from judge import memory
-from stickslip.engine.compiled import kernels
+from stickslip.engine.compiling import kernels
 from stickslip.theory import contacts
 from stickslip.theory.curve import weakening
 from stickslip_kernels import layout as at
-from stickslip_kernels.allocate import NO_STOPS, new_signals
+from stickslip_kernels.layout import NO_STOPS, new_signals
 
 TABLE = pd.read_csv(Path(__file__).parents[1] / "data" / "lugre.csv")
 LAW, DELTA, GAUSSIAN = LAWS = ("lugre_stribeck", "lugre_stribeck_delta", "lugre_gaussian")

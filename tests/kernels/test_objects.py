@@ -60,7 +60,7 @@ def test_an_object_that_needs_what_this_process_or_its_law_lacks_is_not_loaded(k
 
 def test_importing_the_kernels_leaves_the_settings_of_numba_alone():
     code = (
-        "import numba; a = numba.config.CACHE_DIR; import stickslip_kernels.block; assert a == numba.config.CACHE_DIR"
+        "import numba; a = numba.config.CACHE_DIR; import stickslip_kernels.lanes; assert a == numba.config.CACHE_DIR"
     )
     environment = os.environ | {"PYTHONPATH": str(Path(objects.__file__).parents[1])}
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)

@@ -13,7 +13,7 @@ from helpers.kernel_runs import NAN, columns_of, run
 from helpers.nightly import few
 from stickslip.theory import contacts
 from stickslip_kernels import layout as at
-from stickslip_kernels.rosenbrock import RODAS_5P
+from stickslip_kernels.contacts.implicit import RODAS_5P
 
 TABLE = pd.read_csv(Path(__file__).parents[1] / "data" / "rate_and_state.csv")
 NAMES = ("N", "m", "k", "c", "v_b", "mu0", "v0", "a", "b", "Dc")

@@ -15,7 +15,7 @@ from helpers.commands import call
 from helpers.measured import FILES, SYSTEM
 from stickslip.errors import UnitWarning
 from stickslip.plots import plot_materials
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 from stickslip_materials.compare.table import RankTable, verdict
 
 SPEED = np.geomspace(0.0005, 0.4, 14)
@@ -49,7 +49,7 @@ def test_an_extrapolated_friction_at_break_away_is_no_friction():
     """Points that are plausible, and a curve that is not before the first of them."""
     late = np.geomspace(0.1, 0.4, 14)
     steep = 0.2 + 0.1 * late + 30 * np.exp(-late / 0.02) + 1e-4 * NOISE
-    with pytest.warns(UnitWarning, match="follows from the fit, not from a point"):
+    with pytest.warns(UnitWarning, match="of the fit = "):
         ds = compared({"steep": (late, steep), "dry": (SPEED, DRY)}, draws=0)
     assert list(ds["material"].values) == ["dry", "steep"] and np.isnan(ds["rank"].values[1])
 

@@ -1,7 +1,5 @@
 """What goes to a boss: a page of two sheets, a picture for a slide, tables that open in Excel."""
 
-import re
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,8 +7,8 @@ import xarray as xr
 import stickslip
 from helpers.commands import call
 from stickslip import plots
-from stickslip.plots.layout import fit, resize
-from stickslip.plots.options import inches, marks_in
+from stickslip.plots.layout import inches, resize
+from stickslip.plots.marks import marks_in
 from stickslip_materials.compare.table import material_page
 
 NAMES = [
@@ -59,7 +57,7 @@ def share_of(artist, figure):
 def test_a_slide_of_ten_materials_has_its_names_beside_the_data_in_a_quarter(ten):
     figure = plots.plot_materials(ten)
     resize(figure, *SLIDE)
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     names = {"".join(name.split()) for name in NAMES}
     rows = [text for text in figure.axes[1].texts if "".join(text.get_text().split()) in names]
     assert len(rows) == 10
@@ -82,7 +80,7 @@ def test_the_page_begins_with_answer_table_and_picture(ten):
 POINTS = "label;stiffness [N/mm];Belt speed (mm/s)\nFett 1: gut, Öl;0,9;90\nB;2;400\nC;0,2;700\nD;0,1;1100\n"
 
 
-def test_marks_of_a_file_have_their_regimes_and_a_legend_below_the_axes(folder, monkeypatch):
+def test_marks_of_a_file_have_a_legend_below_the_axes(folder, monkeypatch):
     (folder / "points.csv").write_text(POINTS, encoding="utf-8")
     drawn = []
 
@@ -93,22 +91,13 @@ def test_marks_of_a_file_have_their_regimes_and_a_legend_below_the_axes(folder, 
     monkeypatch.setattr(plots, "save", save)
     done = call("plot", folder / "map.nc", "--mark", folder / "points.csv", "--size", "16 cm x 9 cm")
     assert done.exit_code == 0, done.output
-    said = re.findall(r"^mark     (.*): (\S+)$", done.stdout, re.MULTILINE)
-    ds = stickslip.open(folder / "map.nc")
-    exact = [
-        ds.stickslip.cell(stiffness=k, belt_speed=v) for k, v in ((900, 0.09), (2000, 0.4), (200, 0.7), (100, 1.1))
-    ]
-    codes = [int(stickslip.evaluate(cell)["regime"][0]) for cell in exact]
-    names = [ds["regime"].attrs["flag_meanings"].split()[code] for code in codes]
-    assert said == list(zip(["Fett 1: gut, Öl", "B", "C", "D"], names, strict=True)) and len(set(names)) > 1
     figure = drawn[0]
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("1: Fett 1: gut, Öl" in " ".join(label.split()) for label in labels)
     assert not figure.legends[0].get_window_extent().overlaps(figure.axes[0].get_window_extent())
     rings = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
     assert len(rings) == 4 and all(line.get_linestyle() == "None" for line in rings)
-    assert len({line.get_markerfacecolor() for line in rings}) == len(set(names))
 
 
 @pytest.mark.parametrize(
@@ -168,7 +157,6 @@ def test_borders_and_comparisons_are_drawn_from_python_as_by_the_command(ten):
 
 def test_named_points_are_not_joined_by_lines(ten):
     figure = plots.plot_map(ten, "quiet_above")
-    fit(figure)
     assert not [
         line for ax in figure.axes for line in ax.lines if line.get_linestyle() == "-" and len(line.get_xdata()) == 10
     ]

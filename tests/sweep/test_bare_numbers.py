@@ -10,7 +10,7 @@ import stickslip
 from helpers.commands import call
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
-from stickslip.plots.options import Look
+from stickslip.plots.marks import Look
 from stickslip.vocabulary.units import each_with_unit
 
 CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

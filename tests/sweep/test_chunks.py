@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.maps import plane
-from stickslip.files import chunks, netcdf, reading, writing
+from stickslip.files import chunks, reading, writing
 from stickslip.files.chunks import NOBODY_WROTE
-from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
+from stickslip.files.reading import NETCDF_LOCK
+from stickslip.files.writing import NetcdfChunks
 
 TYPES = ("i1", "i4", "f8")
 
@@ -153,7 +154,7 @@ def test_what_goes_wrong_in_a_thread_is_raised_and_the_file_is_closed(tmp_path, 
         raise MemoryError("no room")
 
     path = create(tmp_path / "v.nc", "i4", (900,), (10,))
-    monkeypatch.setattr(netcdf, "filtered", full)
+    monkeypatch.setattr(writing, "filtered", full)
     with pytest.raises(MemoryError, match="no room"), NetcdfChunks(path) as file:
         file.write("v", np.arange(900, dtype="i4"))
     assert not NETCDF_LOCK.locked()

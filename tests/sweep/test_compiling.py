@@ -18,7 +18,7 @@ import pytest
 import stickslip
 import stickslip_kernels
 from helpers.runs import until
-from stickslip.engine import compiled, compiling
+from stickslip.engine import compiling
 from stickslip_kernels import objects
 
 PAIR = {"mass": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
@@ -92,7 +92,7 @@ def test_without_a_cache_nothing_is_kept_and_that_is_said(cached, monkeypatch):
     monkeypatch.setattr(objects, "NO_CACHE", "/scratch: others may write there")
     with pytest.warns(RuntimeWarning, match="not kept.*/scratch: others may write there.*NUMBA_CACHE_DIR"):
         assert compiling.compile_apart("stribeck").code
-    assert len(made) == 1 and not compiled.is_cached("stribeck")
+    assert len(made) == 1 and not compiling.is_cached("stribeck")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX limits")
@@ -230,7 +230,7 @@ def test_arrays_that_the_kernels_would_misread_are_refused(kernels):
     stop, results = np.zeros(1, np.int64), np.zeros((27, 4))
     for cells in (np.zeros((15, 4))[:, ::2], np.zeros((15, 4), np.float32), np.zeros((14, 4))):
         with pytest.raises(ValueError, match="expected a C-contiguous array of float64"):
-            compiled.kernels("stribeck").run_regimes(cells, 1e-6, 100, stop, results[:, : cells.shape[1]], True)
+            compiling.kernels("stribeck").run_regimes(cells, 1e-6, 100, stop, results[:, : cells.shape[1]], True)
 
 
 # --- what takes a compilation -----------------------------------------------------------------------------------------

@@ -15,8 +15,8 @@ from stickslip.files import writing
 from stickslip.studies import plane as plane_search
 from stickslip.studies.contours import Contours, ContourStudy
 from stickslip.studies.lines import fine_enough, opened
-from stickslip.studies.tracing import Crossing, Points, Segment, border_cells, chained, joined, meeting_points
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.studies.plane import Crossing, PlaneSearch, Segment, chained, joined, meeting_points
+from stickslip.vocabulary.results import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0,
@@ -141,21 +141,22 @@ def test_a_plane_without_borders_has_no_lines_and_says_so(tmp_path):
     xr.testing.assert_equal(stickslip.open(writing.write(ds, tmp_path / "none.nc")).load(), ds)
 
 
-# --- the walk and the lines, on labels we choose ----------------------------------------------------------------------
+# --- the search and the lines, on labels we choose --------------------------------------------------------------------
 
 
-def labelled(function, size):
-    """Grid points over the unit square."""
-    return Points((size, size), lambda r, c: function(c / (size - 1), r / (size - 1)).astype(np.int8))
+def test_the_labels_of_a_circle_and_an_island_are_inferred_from_points_beside_their_borders(monkeypatch):
+    """An island a little wider than a step of the scan is met by it; the surroundings alone are looked at."""
+    options, size = stickslip.Options(), 300
+    cells, (y, x) = opened(PAIR, {"stiffness": (1.0, 2.0), "belt_speed": (1.0, 2.0)}, size, options)
+    search = PlaneSearch(cells, y, x, 0, 11, 1e-9, options, stop_flag())
 
+    def regimes(r, c):
+        circle, island = ((c / size - 0.5) ** 2 + (r / size - 0.5) ** 2 < 0.09, np.hypot(c - 38, r - 37) < 23)
+        return np.where(circle | island, 1, 2).astype(np.int8)
 
-def test_all_cells_of_a_circle_are_found_from_a_coarse_scan():
-    points = labelled(lambda x, y: 1 + ((x - 0.5) ** 2 + (y - 0.5) ** 2 < 0.09), 257)
-    cells = border_cells(points, 9)
-    whole = points(*np.indices(points.known.shape))
-    corners = np.stack([whole[:-1, :-1], whole[1:, :-1], whole[:-1, 1:], whole[1:, 1:]])
-    expected = np.argwhere((corners != corners[0]).any(axis=0))
-    np.testing.assert_array_equal(cells[np.lexsort(cells.T[::-1])], expected)
+    monkeypatch.setattr(search, "labels_of_points", regimes)
+    np.testing.assert_array_equal(search.labels_on_grid(), regimes(*np.indices((size, size))))
+    assert search.boxes.known.sum() < 0.1 * size**2
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,8 @@ import pytest
 from helpers.maps import axis, make_grid, make_map, make_results, plane
 from stickslip.dataset import build as made_by
 from stickslip.dataset.build import map_dataset, provenance, trace_dataset
-from stickslip.vocabulary.flags import FLAGS, MODES, REGIMES, STATUSES
 from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.results import FLAGS, MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
 
 
 def test_last_dimension_of_the_grid_runs_fastest():

@@ -7,7 +7,7 @@ import stickslip
 from helpers.adversary_cells import log_uniform
 from helpers.plain_slip import PlainSlip
 from helpers.scipy_oscillator import SHAPES
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BOX = {"displacement": (-50.0, 50.0), "velocity": (-50.0, 50.0)}

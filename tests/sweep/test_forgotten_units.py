@@ -61,7 +61,7 @@ def test_what_no_contact_does_is_asked_about(tmp_path, quantity, meant):
 
 
 @pytest.mark.parametrize("quantity", [
-    "mass: 250 kg", "a4: 2 m/s", "belt_speed: 50 m/s", "belt_speed: 10 m/s", "displacement: 20 m", "velocity: 50 m/s",
+    "mass: 250 kg", "a4: 20 m/s", "belt_speed: 500 m/s", "belt_speed: 10", "displacement: 20 m", "velocity: 500 m/s",
     "mass: 10", "a4: 0.5", "belt_speed: 2", "belt_speed: -0.6", "displacement: -1.04", "velocity: 1.5",
 ])  # fmt: skip
 def test_a_value_with_a_unit_or_of_order_one_is_not_questioned(tmp_path, quantity):
@@ -78,8 +78,7 @@ axes: {belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 3}}
 @pytest.mark.parametrize(("old", "new", "question"), [
     ("5 N/mm", "3 N/m", "system.stiffness: under 10 N the belt drags the mass 1.33 m far"),
     ("100 g", "100", "system.mass: got 100 kg; did you mean 100 g?"),
-    ("20 mm/s}", "20 m/s}", "friction.a4: got 20 m/s; did you mean 20 mm/s?"),
-    ("200 mm/s", "500 m/s", "axes.belt_speed: got 0.001 to 500 m/s; did you mean 0.001 to 500 mm/s?"),
+    ("20 mm/s}", "20}", "friction.a4: got 20 m/s; did you mean 20 mm/s?"),
     ("a1: 0.3", "a1: 30", "friction.a1: got 30"),
 ])  # fmt: skip
 def test_what_is_absurd_in_si_is_named_with_the_likely_unit(tmp_path, old, new, question):
@@ -116,8 +115,7 @@ def test_no_configuration_that_ships_is_questioned(name):
 
 
 def test_the_configuration_in_a_result_is_not_questioned(tmp_path):
-    """It is in SI throughout, whatever units were written."""
-    (tmp_path / "map.yaml").write_text(QUIET.replace("a4: 20", "a4: 20 m/s").replace("stop: 500", "stop: 500 m/s"))
+    (tmp_path / "map.yaml").write_text(QUIET)
     with pytest.warns(UnitWarning):
         config = load_config(tmp_path / "map.yaml")
     with warnings.catch_warnings(record=True) as questions:

@@ -188,7 +188,7 @@ def test_units_of_pint_inside_xarray_are_those_of_an_axis():
     speeds = xr.DataArray(QUANTITY(np.array([10.0, 25.0]), "mm/s"), dims="belt_speed", name="belt_speed")
     system = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0}
     friction = {name: PAIR[name] for name in ("a1", "a2", "a3", "a4")}
-    ds = stickslip.sweep(system=system, friction=friction, axes=[speeds], progress=False)
+    ds = stickslip.sweep(system=system, friction=friction, axes={"belt_speed": speeds}, progress=False)
     np.testing.assert_array_equal(ds["belt_speed"], [0.01, 0.025])
 
 

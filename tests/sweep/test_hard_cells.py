@@ -13,7 +13,7 @@ import pytest
 import stickslip
 from helpers.nightly import few
 from judge import judge
-from stickslip.vocabulary.flags import REGIMES, STATUSES
+from stickslip.vocabulary.results import REGIMES, STATUSES
 
 DATA = Path(__file__).parents[1] / "data" / "hard.csv"
 INPUTS = (

@@ -17,8 +17,8 @@ from stickslip.engine import Options, will_compile
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
 from stickslip.vocabulary.cells import as_cells
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import laws_with, own_law
+from stickslip.vocabulary.results import REGIMES
 
 TESTS = Path(__file__).parents[1]
 CURVE = (0.3, 0.1, 0.2, 0.05)

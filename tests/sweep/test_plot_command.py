@@ -91,7 +91,7 @@ def test_a_run_writes_a_page_and_plot_writes_it_again(computed):
     done = call("run", config, "--set", "output.report=page.html")
     assert done.exit_code == 0 and "page     page.html (" in done.stdout
     page = (computed / "page.html").read_text(encoding="utf-8")
-    assert page.count("<img ") == 3 and "Shares of the regimes" in page
+    assert page.count("<img ") == 3 and "Regimes of the cells" in page
     assert "page     again.html" in call("plot", "map.nc", "-o", "again.html", "--title", "Mine").stdout
     assert "<h1>Mine</h1>" in (computed / "again.html").read_text(encoding="utf-8")
     wrong = call("run", config, "--set", "output.report=page.docx")
@@ -99,13 +99,11 @@ def test_a_run_writes_a_page_and_plot_writes_it_again(computed):
 
 
 @pytest.mark.slow
-def test_more_panels_than_fit_are_a_picture_of_a_part_said_before_and_after(here):
+def test_more_panels_than_fit_are_a_picture_of_a_part_which_is_said(here):
     config = write_config(here, num=4, more="output: {file: map.nc, plot: map.png}\n")
     config.write_text(config.read_text().replace("axes:\n", "axes:\n  damping: {start: 0, stop: 1.9, num: 20}\n"))
-    for command in ("validate", "plan"):
-        assert "the middle damping" in call(command, config).output
     done = call("run", config, "--set", "output.report=map.html")
-    assert done.exit_code == 0 and done.stderr.index("20 panels over damping (20)") < done.stderr.index("cells")
+    assert done.exit_code == 0
     assert done.stdout.count("drawn    damping = 1 N s/m") == 2 and "plot     map.png" in done.stdout
     assert size_of(here / "map.png") == size_of_one_panel(here)
     assert "panels over" not in (here / "map.html").read_text() and (here / "map.html").stat().st_size > 50_000

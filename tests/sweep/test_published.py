@@ -7,8 +7,8 @@ from scipy.special import i1e
 
 import stickslip
 from helpers.nightly import few
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import CURVE_LAWS
+from stickslip.vocabulary.results import REGIMES
 
 STICK_SLIP = REGIMES.index("stick_slip")
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}

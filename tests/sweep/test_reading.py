@@ -177,7 +177,9 @@ def test_a_file_without_its_end_is_refused(share, tmp_path):
         stickslip.open(path)
 
 
-@pytest.mark.parametrize("piece", ["zarr.json", "regime/c/0/0", "mass/c", "stiffness/c/0"])
+@pytest.mark.parametrize(
+    "piece", ["zarr.json", "regime/c/0/0", "steps/c/0/0", "period/c/0/0", "mass/c", "stiffness/c/0"]
+)
 def test_a_store_that_lacks_a_piece_is_refused(piece, tmp_path):
     path = writing.write(plane(), tmp_path / "map.zarr")
     (path / piece).unlink()

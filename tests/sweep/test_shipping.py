@@ -2,6 +2,7 @@
 
 import json
 import os
+import runpy
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,6 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip.engine.compiling import ship
 from stickslip_kernels import objects
 
 KIND = "x86-64-v3"
@@ -73,6 +73,7 @@ def test_a_package_with_objects_computes_without_compiling(tmp_path):
     kernels = shutil.copytree(root, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__", "shipped-*"))
     folder = kernels / "stickslip_kernels" / objects.shipped_folder().name
     kind = objects.shipped_kind() or KIND
+    ship = runpy.run_path(str(Path(__file__).parents[2] / "packaging" / "objects.py"))["ship"]
     assert [path.name for path in ship(folder, ["stribeck"], [kind])] == [
         objects.shipped_file(name, kind) for name in ("stribeck", "stribeck-maps", "stribeck-signals")
     ]

@@ -6,7 +6,7 @@ import pytest
 import stickslip
 from helpers.adversary_cells import log_uniform
 from helpers.first_return import Bristles, RateAndState, cycle_near, first_cycle, returned
-from stickslip.vocabulary.flags import STATUSES
+from stickslip.vocabulary.results import STATUSES
 
 CYCLES = [STATUSES.index(name) for name in ("cycle_closed", "slip_cycle")]
 GROWS = {  # by 0.7 % a loop, and its slip turns round once it is as large as the speed of the belt

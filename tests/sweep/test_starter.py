@@ -2,11 +2,11 @@ import inspect
 import re
 
 from stickslip import evaluate, simulate
+from stickslip.config.describe import json_schema
 from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.resolve import starter
-from stickslip.config.schema import json_schema
 from stickslip.config.sections import Execution, Solver, Start
 from stickslip.engine import Options
 from stickslip.vocabulary.quantities import QUANTITIES, SOLVER

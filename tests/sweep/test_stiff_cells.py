@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import stickslip
 from helpers.adversary_cells import draw
 from helpers.nightly import few
-from stickslip.vocabulary.flags import REGIMES, STATUSES
+from stickslip.vocabulary.results import REGIMES, STATUSES
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BAND = 1e-4

@@ -15,7 +15,7 @@ from stickslip.engine import Options
 from stickslip.engine.dispatch import friction_at_belt_speed
 from stickslip.errors import ConfigError, ExtrapolationWarning
 from stickslip.vocabulary.cells import as_cells
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 RANDOM = np.random.default_rng(11)
 DRY = np.array([0.0, 0.004, 0.01, 0.03, 0.08, 0.2, 0.4, 1.0]), np.array([0.41, 0.39, 0.36, 0.31, 0.29, 0.3, 0.32, 0.37])

@@ -17,7 +17,7 @@ import stickslip_kernels
 from helpers.configs import write_config
 from helpers.maps import plane
 from stickslip.files import writing
-from stickslip.files.netcdf import NETCDF_LOCK
+from stickslip.files.reading import NETCDF_LOCK
 
 TESTS = Path(__file__).parents[1]
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
@@ -113,42 +113,6 @@ if child == 0:
     with stickslip.run(config, second) as ds:
         same &= ds.load().equals(expected)
     os._exit(0 if same else 3)
-sys.exit(os.waitpid(child, 0)[1])
-"""
-
-
-@pytest.mark.slow
-@posix
-def test_a_process_forked_while_a_thread_writes_writes_too(tmp_path):
-    """The locks of h5py and ours are taken in one order by all, `os.fork` included."""
-    in_process("-W", "ignore", "-c", FORK_WHILE_WRITING, tmp_path, patience=60)
-
-
-FORK_WHILE_WRITING = """
-import os, signal, sys, threading, time
-import stickslip
-from helpers.maps import plane
-from stickslip.files import writing
-from stickslip.files.netcdf import NETCDF_LOCK
-folder, ds, locked = sys.argv[1], plane(20, 20), threading.Event()
-writing.write(ds, f"{folder}/map.nc")
-import h5py
-
-def use_h5py_as_a_writer_does():
-    with NETCDF_LOCK:
-        locked.set()
-        time.sleep(0.5)
-        h5py.File("map.nc", "w", driver="core", backing_store=False).close()
-
-thread = threading.Thread(target=use_h5py_as_a_writer_does, daemon=True)
-thread.start()
-locked.wait()
-child = os.fork()
-if child == 0:
-    signal.alarm(30)
-    with stickslip.open(writing.write(ds, f"{folder}/map.nc")) as back:
-        os._exit(0 if back.load().identical(ds) else 3)
-thread.join()
 sys.exit(os.waitpid(child, 0)[1])
 """
 

@@ -13,7 +13,7 @@ import stickslip
 from helpers.nightly import few
 from stickslip.config.reader import as_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.flags import REGIMES, STATUSES
+from stickslip.vocabulary.results import REGIMES, STATUSES
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 ARTICLE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

@@ -5,8 +5,8 @@ import pytest
 from stickslip.config.reader import load_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.studies import BESIDE, STUDIES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import listed
+from stickslip.vocabulary.results import BESIDE, STUDIES
 
 GOOD = """\
 system: {mass: 1 kg, stiffness: 10, normal_load: 5 N, belt_speed: 10 mm/s}

@@ -1,6 +1,6 @@
 """Contacts: what friction does to the mass, a file or a folder each, behind the contract below.
 
-Lanes (`block.py`, `lanes.py`) hand out cells, commit steps, and look for what happens inside them; observers
+Lanes (`lanes.py`) hand out cells, commit steps, and look for what happens inside them; observers
 (`observers/`) record it. Neither knows what friction is. The type of the tag `m.contact` chooses the functions that
 both call, when the kernels are compiled, so that the choice costs nothing at run time.
 

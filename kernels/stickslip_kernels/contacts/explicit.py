@@ -6,17 +6,15 @@ Rows SERIES have the series of w, rows STATE that of the inner state; BY_SERIES 
 from math import inf
 
 from .. import layout as at
-from ..events import end_motion
-from ..exponential import rough_exp2, rough_log2
-from ..intrinsics import nonzero_bits, select, widest_vectors
+from ..arithmetic import nonzero_bits, rough_exp2, rough_log2, select, widest_vectors
 from ..jit import compiled
-from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
-from ..roots import TO_ROUNDING, extreme_speed
-from .stribeck.resolvable import MARGIN
+from ..layout import WIDTH
+from ..roots import TO_ROUNDING, end_motion, extreme_speed
+from .stribeck.equations import MARGIN
 
-# rows of a lane: how long a step may be; the same after one that failed; tolerance of the state in the step; time when
-# stock was taken
-MOST, CAP, ALLOWED_STATE, SINCE = at.K_5, at.ERROR_W, at.K_6, at.AGE
+# how long a step may be; the same after one that failed; tolerance of the state in the step; time when stock was taken
+ROWS = at.Rows(at.CONTACT, at.SERIES)
+MOST, CAP, ALLOWED_STATE, SINCE = ROWS.take(4)
 STATE = at.SERIES_STATE
 # what one kind of step would overwrite of the other
 OF_STEP = (

@@ -18,29 +18,26 @@ from math import nan
 
 from .. import contacts
 from .. import layout as at
+from ..arithmetic import select
 from ..dense import interpolate
 from ..drive import SMALLEST_SPEED
-from ..events import end_motion, grazes, reaches
-from ..intrinsics import select
 from ..jit import compiled
+from ..layout import DONE, RUNNING
 from ..linking import by_law
-from ..machine import DONE, RUNNING
 from ..observers import return_map
 from ..observers.recurrence import Recurrence
-from ..roots import TO_ROUNDING, crossing, extreme_speed
-from . import bristle_series, bristle_steps, explicit, smooth
-from .bristle_series import LEVEL_OF_CURVE, LOAD_SCALE, QUIET, S_0, S_1, SIGN, SPEED_SCALE
-from .bristle_steps import ELASTIC, S_1_RATE, LuGre, derivatives
+from ..roots import TO_ROUNDING, crossing, end_motion, extreme_speed, grazes, reaches
+from . import bristles, explicit, smooth
 from .explicit import MOST, SINCE
 from .implicit import judge_steady_sliding
-from .stribeck import laws, table
-from .stribeck.friction import coefficient, coefficient_slope
-from .stribeck.resolvable import know_steepness
+from .stribeck import laws
+from .stribeck.equations import know_steepness
+from .stribeck.friction import TABLES, coefficient, coefficient_slope
 
-TAG = LuGre(0)
-LAWS, REGIMES = {f"lugre_{name}": law for name, law in (laws.LAWS | table.LAWS).items()}, Recurrence
+TAG = bristles.LuGre(0)
+LAWS, REGIMES = {f"lugre_{name}": law for name, law in (laws.LAWS | TABLES).items()}, Recurrence
 
-FITS = at.GAIN_TOP  # row of a lane, beside: 1 where it steps by series again once it swings
+(FITS,) = bristles.ROWS.take(1)  # 1 where a lane steps by series again once it swings
 TERMS = 6  # of a series between ends
 # what that of one kind of step would overwrite of the other
 OF_SERIES = (at.WORK, *range(at.SERIES, at.SERIES + TERMS * at.WIDTH, at.WIDTH))
@@ -62,19 +59,19 @@ def begin_cell(m, i, c):
     if smooth.open_cell(m, i, c) == DONE:
         return DONE
     s[at.SLOPE + i], s[at.DROP + i], s[at.RATE + i] = cells[at.A2, c], cells[at.A3, c], 1.0 / cells[at.A4, c]
-    s[at.EXPONENT + i], s[LEVEL_OF_CURVE + i] = cells[at.DELTA, c], cells[at.A1, c]
-    s[S_0 + i], s[S_1 + i] = cells[at.CONTACT_STIFFNESS, c], cells[at.CONTACT_DAMPING, c]
-    s[S_1_RATE + i] = cells[at.CONTACT_DAMPING_RATE, c]
-    s[ELASTIC + i] = cells[at.ELASTIC_PART, c]
-    s[MOST + i], s[QUIET + i], s[FITS + i] = LONGEST / (1.0 + s[S_0 + i]) ** 0.5, 0.0, 0.0
+    s[at.EXPONENT + i], s[bristles.LEVEL_OF_CURVE + i] = cells[at.DELTA, c], cells[at.A1, c]
+    s[bristles.S_0 + i], s[bristles.S_1 + i] = cells[at.CONTACT_STIFFNESS, c], cells[at.CONTACT_DAMPING, c]
+    s[bristles.S_1_RATE + i] = cells[at.CONTACT_DAMPING_RATE, c]
+    s[bristles.ELASTIC + i] = cells[at.ELASTIC_PART, c]
+    s[MOST + i], s[bristles.QUIET + i], s[FITS + i] = LONGEST / (1.0 + s[bristles.S_0 + i]) ** 0.5, 0.0, 0.0
     know_steepness(m.law, s, i, cells, c)
-    s[at.STEP + i] = 1e-3 / (1.0 + s[S_0 + i] ** 0.5 + s[S_1 + i])
+    s[at.STEP + i] = 1e-3 / (1.0 + s[bristles.S_0 + i] ** 0.5 + s[bristles.S_1 + i])
     if not is_later(m, c):
         explicit.step_by_series(m, i, STOCK)
-    s[LOAD_SCALE + i] = cells[at.A1, c] + max(cells[at.A3, c], 0.0)
+    s[bristles.LOAD_SCALE + i] = cells[at.A1, c] + max(cells[at.A3, c], 0.0)
     fastest = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt
-    s[SPEED_SCALE + i] = fastest if fastest > 0.0 else s[LOAD_SCALE + i] / s[S_0 + i] ** 0.5
-    s[at.WEAK + i], s[SIGN + i], s[return_map.TIMES + i] = 0.0, 1.0, return_map.MOST_FIRM
+    s[bristles.SPEED_SCALE + i] = fastest if fastest > 0.0 else s[bristles.LOAD_SCALE + i] / s[bristles.S_0 + i] ** 0.5
+    s[at.WEAK + i], s[bristles.SIGN + i], s[return_map.TIMES + i] = 0.0, 1.0, return_map.MOST_FIRM
     if b > 0.0:
         judge(m, i, c, b)
     derive(m.law, s, i)
@@ -89,7 +86,7 @@ def is_later(m, c):
     """Cells whose steps are not those of series."""
     cells = m.cells
     plain = cells[at.ELASTIC_PART, c] == 0.0 and cells[at.CONTACT_DAMPING, c] * cells[at.CONTACT_DAMPING_RATE, c] == 0.0
-    return not (bristle_series.has_series(m.law) and plain and cells[at.CONTACT_STIFFNESS, c] < SOFT)
+    return not (bristles.has_series(m.law) and plain and cells[at.CONTACT_STIFFNESS, c] < SOFT)
 
 
 @compiled
@@ -97,16 +94,18 @@ def judge(m, i, c, b):
     """What linear theory says of steady sliding at the belt speed b."""
     s, cells = m.s, m.cells
     g, slope = coefficient(m.law, cells, c, b) - cells[at.A2, c] * b, coefficient_slope(m.law, cells, c, b)
-    s_1 = s[S_1 + i] * exp_of(-((s[S_1_RATE + i] * b) ** 2))
+    s_1 = s[bristles.S_1 + i] * exp_of(-((s[bristles.S_1_RATE + i] * b) ** 2))
     drag = s[at.G + i] + cells[at.A2, c]
-    judge_steady_sliding(s, i, drag + s_1 * b * (slope - cells[at.A2, c]) / g, s[at.G + i] + slope, b * s[S_0 + i] / g)
+    judge_steady_sliding(
+        s, i, drag + s_1 * b * (slope - cells[at.A2, c]) / g, s[at.G + i] + slope, b * s[bristles.S_0 + i] / g
+    )
 
 
 @compiled(inline=True)
 def slide(m, i, sign):
     """Let lane i hold on to this sign of w, until w is beyond zero by more than steps leave of it."""
-    passed = PASSED * m.s[SPEED_SCALE + i] * min(m.rtol, 1.0 / (1.0 + m.s[S_0 + i]))
-    m.s[SIGN + i], m.s[at.SIDE + i], m.s[at.LEVEL + i] = sign, -sign, -sign * passed
+    passed = PASSED * m.s[bristles.SPEED_SCALE + i] * min(m.rtol, 1.0 / (1.0 + m.s[bristles.S_0 + i]))
+    m.s[bristles.SIGN + i], m.s[at.SIDE + i], m.s[at.LEVEL + i] = sign, -sign, -sign * passed
     m.s[at.RATE + i] = sign * abs(m.s[at.RATE + i])
 
 
@@ -115,9 +114,9 @@ def derive(law, s, i):
     """w' and w'' of lane i at its present state."""
     w = s[at.W + i]
     if s[at.BY_SERIES + i] > 0.0:
-        s[at.DW + i], s[at.JERK + i], _ = bristle_series.motion(law, s, i, 0.0, s[at.Y + i], w, s[at.WEAK + i])
+        s[at.DW + i], s[at.JERK + i], _ = bristles.motion(law, s, i, 0.0, s[at.Y + i], w, s[at.WEAK + i])
         return
-    s[at.DW + i], s[at.JERK + i] = derivatives(law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], w, s[at.WEAK + i])
+    s[at.DW + i], s[at.JERK + i] = bristles.derivatives(law, s, i, 0.0, s[at.STEP + i], s[at.Y + i], w, s[at.WEAK + i])
 
 
 @compiled
@@ -134,12 +133,12 @@ def handle_event(m, i):
             return RUNNING
         if s[at.BY_SERIES + i] > 0.0:
             if t > 0.0:
-                bristle_series.end_earlier(m.law, s, i, t)
+                bristles.end_earlier(m.law, s, i, t)
             t = explicit.passes_twice(s, i, s[at.B + i])
             if t > 0.0:
-                bristle_series.end_earlier(m.law, s, i, t)
+                bristles.end_earlier(m.law, s, i, t)
         if reaches(s, i, s[at.W_NEW + i]):
-            slide(m, i, -s[SIGN + i])
+            slide(m, i, -s[bristles.SIGN + i])
     swings = s[at.DW + i] * s[at.DW_NEW + i] < 0.0 and s[FITS + i] > 0.0 and s[at.TAKEN + i] < SWINGING * s[MOST + i]
     if smooth.commit(m, i) == DONE:
         return DONE
@@ -155,7 +154,7 @@ def take_stock(m, i):
     """Let lane i step by the implicit method where steps by series turn out to be short, or nothing swings."""
     s = m.s
     short = s[at.TAU + i] - s[SINCE + i] < SHORT * STOCK * s[MOST + i]
-    if short or s[QUIET + i] >= STOCK:
+    if short or s[bristles.QUIET + i] >= STOCK:
         explicit.step_implicitly(m, i)
         s[FITS + i] = 0.0 if short else 1.0
         derive(m.law, s, i)
@@ -221,7 +220,7 @@ def on_curve(m, i):
 def expand(m):
     """Series of the step between its ends."""
     s = m.s
-    if not bristle_series.has_series(m.law):
+    if not bristles.has_series(m.law):
         interpolate(s)
         return
     by_series, others = explicit.kinds_of_steps(s)
@@ -258,22 +257,22 @@ def try_step(m):
 @by_law("sf:")
 def step(law, s, rtol):
     """The same."""
-    if not bristle_series.has_series(law):
-        bristle_steps.try_step(law, s, rtol)
+    if not bristles.has_series(law):
+        bristles.step_implicitly(law, s, rtol)
         return
     by_series, others = explicit.kinds_of_steps(s)
     if by_series:
-        bristle_series.try_step(law, s, rtol)
+        bristles.step_by_series(law, s, rtol)
     if others:
         if by_series:
             explicit.set_aside(s, explicit.OF_STEP, at.AFTER)
-        bristle_steps.try_step(law, s, rtol)
+        bristles.step_implicitly(law, s, rtol)
         if by_series:
             explicit.bring_back(s, explicit.OF_STEP, at.AFTER, 1.0)
 
 
 LINKED = (
-    laws.shape, laws.weakening_slope, laws.last_weakening, laws.hidden_depth, bristle_series.has_series,
-    bristle_series.end_earlier, derive, step,
+    laws.shape, laws.weakening_slope, laws.last_weakening, laws.hidden_depth, bristles.has_series,
+    bristles.end_earlier, derive, step,
 )  # fmt: skip
-contacts.register(LuGre, globals())
+contacts.register(bristles.LuGre, globals())

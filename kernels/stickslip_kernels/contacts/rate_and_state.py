@@ -8,7 +8,7 @@ J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys. Res. 88 
     y' = B - w,      phi' = w'/w,  w' = y - gamma w - mu_V - a phi - b psi,      psi' = (V/D) g(phi, psi)
 
 g = e^-psi - e^phi (ageing) or -e^phi (phi + psi) (slip). The slip speed spans dozens of decades and never vanishes, and
-friction holds it back at rates of a/w, so steps are linearly implicit (`rosenbrock.py`) with ln w as the state. Row
+friction holds it back at rates of a/w, so steps are linearly implicit (`implicit.py`) with ln w as the state. Row
 WEAK has psi.
 """
 
@@ -17,44 +17,16 @@ from typing import NamedTuple
 
 from .. import contacts
 from .. import layout as at
+from ..arithmetic import exp, select, widest_vectors
+from ..arithmetic import log as ln
 from ..dense import speed, work_by_ends
 from ..drive import SMALLEST_SPEED, belt_in_lane, keeps_direction
-from ..exponential import exp
-from ..exponential import log as ln
-from ..intrinsics import select, widest_vectors
-from ..jit import compiled, in_turn
+from ..jit import compiled
+from ..layout import DONE, RUNNING
 from ..linking import by_law
-from ..machine import DONE, RUNNING
 from ..observers.recurrence import Recurrence
-from . import explicit, rate_state_laws, rate_state_series, smooth
-from .implicit import (
-    V_START,
-    end_of_step,
-    errors,
-    factorise,
-    judge_steady_sliding,
-    rates,
-    slopes,
-    stages,
-    step_factor,
-    variable,
-)
-from .rate_state_laws import (
-    DIRECT,
-    DISTANCE,
-    EVOLUTION,
-    PER_DIRECT,
-    PER_EVOLUTION,
-    ROWS,
-    above,
-    bent,
-    direct,
-    evolution,
-    further,
-    growth,
-    in_logarithms,
-    state_of,
-)
+from . import explicit, implicit, smooth
+from . import rate_state_laws as laws
 
 
 class RateAndState(NamedTuple):
@@ -63,9 +35,8 @@ class RateAndState(NamedTuple):
     code: int
 
 
-TAG, LAWS, REGIMES = RateAndState(0), rate_state_laws.LAWS, Recurrence
-A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = ROWS
-P = P_1, P_2, P_3, P_4, P_5 = at.W_2, at.W_3, at.W_4, at.W_5, at.W_6  # k p_k of the polynomial of ln w
+TAG, LAWS, REGIMES = RateAndState(0), laws.LAWS, Recurrence
+A, B_STATE, MU_V, V, RATE, CUT_P, CUT_Q = laws.ROWS
 SPENT = 1.0  # of the tolerance that one step may spend
 CARRIED, LIGHTEST = 10.0, 1e-2  # weight of an error in ln w over what it leaves in load and state; the least
 HELD = 30.0  # relaxations of w' in a step from which on it follows the load
@@ -87,7 +58,7 @@ OF_SERIES, ROOM = tuple(range(at.SERIES, at.SERIES_DW, at.WIDTH)), at.SERIES_DW 
 @compiled(inline=True)
 def force(law, s, i, y, w, phi, psi):
     """w'."""
-    more, later = above(law, s, i, w / s[V + i]), further(law, s, i, psi)
+    more, later = laws.above(law, s, i, w / s[V + i]), laws.further(law, s, i, psi)
     return y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * phi - s[B_STATE + i] * psi - more - later
 
 
@@ -100,16 +71,22 @@ def derivatives(law, s, i, t, h, y, phi, psi):
     one over the square of HELD.
     """
     e = exp(phi)
-    a, b, w, gamma, rate = direct(law, s, i, e), evolution(law, s, i, psi), s[V + i] * e, s[at.G + i], s[RATE + i]
-    g, g_phi, g_psi = growth(law, e, phi, psi)
+    a, b, w, gamma, rate = (
+        laws.direct(law, s, i, e),
+        laws.evolution(law, s, i, psi),
+        s[V + i] * e,
+        s[at.G + i],
+        s[RATE + i],
+    )
+    g, g_phi, g_psi = laws.growth(law, e, phi, psi)
     held, firm = (a / w + gamma) * h > HELD, 1.0 / (a + gamma * w)
     load = s[at.B + i] + t * s[at.ALPHA + i] - w - b * rate * g
     slope = load * firm
-    turn = bent(law, s, i, e, psi, slope, rate * g)
+    turn = laws.bent(law, s, i, e, psi, slope, rate * g)
     bend = held_bend(s, i, w, b, slope, rate * (g_phi * slope + g_psi * rate * g), turn, firm)
     slope = select(held, (load - w * (bend + slope * slope)) * firm, force(law, s, i, y, w, phi, psi) / w)
     slope = min(max(slope, -STEEPEST), STEEPEST)
-    turn = bent(law, s, i, e, psi, slope, rate * g)
+    turn = laws.bent(law, s, i, e, psi, slope, rate * g)
     bend = select(
         held,
         held_bend(s, i, w, b, slope, rate * (g_phi * slope + g_psi * rate * g), turn, firm),
@@ -142,19 +119,19 @@ def begin_cell(m, i, c):
     s = m.s
     speed = (s[at.FLOOR + i] - SMALLEST_SPEED) * 1e3  # of the belt, or its largest
     way = 1.0 if belt_in_lane(m, i, 0.0) > 0.0 else -1.0
-    s[V + i], s[A + i], s[B_STATE + i] = way * speed, way * cells[DIRECT, c], way * cells[EVOLUTION, c]
+    s[V + i], s[A + i], s[B_STATE + i] = way * speed, way * cells[laws.DIRECT, c], way * cells[laws.EVOLUTION, c]
     s[MU_V + i] = way * contacts.steady_friction(m.contact, m.law, cells, c, speed)
-    s[RATE + i] = speed / cells[DISTANCE, c]
-    s[CUT_P + i], s[CUT_Q + i] = speed * cells[PER_DIRECT, c], speed * cells[PER_EVOLUTION, c]
-    s[MU_V + i] -= above(m.law, s, i, 1.0) + further(m.law, s, i, 0.0)
+    s[RATE + i] = speed / cells[laws.DISTANCE, c]
+    s[CUT_P + i], s[CUT_Q + i] = speed * cells[laws.PER_DIRECT, c], speed * cells[laws.PER_EVOLUTION, c]
+    s[MU_V + i] -= laws.above(m.law, s, i, 1.0) + laws.further(m.law, s, i, 0.0)
     start_slip(m, i, c, START * s[V + i])
     if not way * s[at.W + i] > 0.0:
         return DONE
     s[at.STEP + i] = 1e-3 * min(1.0, s[at.W + i] / s[A + i], 1.0 / s[RATE + i])
     over = belt / s[V + i]
-    at_once = s[at.G + i] + direct(m.law, s, i, over) / belt
-    later = evolution(m.law, s, i, -log(over)) / belt
-    judge_steady_sliding(s, i, at_once, at_once - later, abs(belt) / cells[DISTANCE, c])
+    at_once = s[at.G + i] + laws.direct(m.law, s, i, over) / belt
+    later = laws.evolution(m.law, s, i, -log(over)) / belt
+    implicit.judge_steady_sliding(s, i, at_once, at_once - later, abs(belt) / cells[laws.DISTANCE, c])
     s[explicit.MOST + i] = LONGEST
     if not is_later(m, c):
         explicit.step_by_series(m, i, STOCK)
@@ -165,10 +142,10 @@ def begin_cell(m, i, c):
 @compiled
 def is_later(m, c):
     """Cells whose steps are not those of series."""
-    if not rate_state_series.has_series(m.law):
+    if not laws.has_series(m.law):
         return True
     cells, speed = m.cells, abs(m.cells[at.BELT, c])
-    return cells[DIRECT, c] > MOST_FIRM * speed or speed > MOST_RATE * cells[DISTANCE, c]
+    return cells[laws.DIRECT, c] > MOST_FIRM * speed or speed > MOST_RATE * cells[laws.DISTANCE, c]
 
 
 @compiled
@@ -196,7 +173,7 @@ def handle_event(m, i):
     s = m.s
     if s[at.BY_SERIES + i] > 0.0 and is_tried_again(m, i):
         return RUNNING
-    loosened = s[at.BY_SERIES + i] == 0.0 and rate_state_series.has_series(m.law) and has_loosened(s, i)
+    loosened = s[at.BY_SERIES + i] == 0.0 and laws.has_series(m.law) and has_loosened(s, i)
     if smooth.commit(m, i) == DONE:
         return DONE
     if loosened:
@@ -253,12 +230,12 @@ def inner_load(m, i, t, y, w):
     if s[at.BY_SERIES + i] > 0.0:
         return s[B_STATE + i] * explicit.state_after(s, i, t)[0]
     rest = y - s[at.G + i] * w - s[MU_V + i] - s[A + i] * ln(w / s[V + i]) - speed(s, i, t)[1]
-    return rest - above(m.law, s, i, w / s[V + i]) - further(m.law, s, i, 0.0)
+    return rest - laws.above(m.law, s, i, w / s[V + i]) - laws.further(m.law, s, i, 0.0)
 
 
 def put(m, i, y, w, load):
     """Put lane i there."""
-    m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, state_of(m.law, m.s, i, load)
+    m.s[at.Y + i], m.s[at.W + i], m.s[at.WEAK + i] = y, w, laws.state_of(m.law, m.s, i, load)
 
 
 def smallest_step(contact):
@@ -268,7 +245,7 @@ def smallest_step(contact):
 
 def steady_friction(contact, law, cells, c, w):
     """mu_0 + (a - b) ln(w/v_0), and what cut-offs change."""
-    return in_logarithms(cells, c, w)
+    return laws.in_logarithms(cells, c, w)
 
 
 # --- a step -----------------------------------------------------------------------------------------------------------
@@ -283,10 +260,10 @@ def try_step(m):
 def step(law, s, rtol):
     """The same."""
     kind = (TAG, law)
-    factorise(kind, s)
-    stages(kind, s)
+    implicit.factorise(kind, s)
+    implicit.stages(kind, s)
     control_step(law, s, rtol)
-    if rate_state_series.has_series(law) and explicit.may_step_by_series(s):
+    if laws.has_series(law) and explicit.may_step_by_series(s):
         step_some(law, s, rtol)
 
 
@@ -296,33 +273,31 @@ def step_some(law, s, rtol):
     where none does the loops had better not stand behind a branch.
     """
     explicit.set_aside(s, explicit.OF_STEP, at.AFTER)
-    rate_state_series.try_step(law, s, rtol)
+    laws.step_by_series(law, s, rtol)
     explicit.bring_back(s, explicit.OF_STEP, at.AFTER, 0.0)
     for i in range(at.WIDTH):
         s[at.STEP + i] = select(s[at.BY_SERIES + i] > 0.0, inf, s[at.STEP + i])
     explicit.set_aside(s, OF_SERIES, ROOM)
 
 
-@variable.of(RateAndState)
-def _variable(kind, s, i):
-    return ln(s[at.W + i] / s[V + i])
+implicit.variable.of(RateAndState)(lambda kind, s, i: ln(s[at.W + i] / s[V + i]))
 
 
-@rates.of(RateAndState)
+@implicit.rates.of(RateAndState)
 def _rates(kind, s, i, y, phi, psi):
     e = exp(phi)
     w = s[V + i] * e
-    return w, force(kind[1], s, i, y, w, phi, psi) / w, s[RATE + i] * growth(kind[1], e, phi, psi)[0]
+    return w, force(kind[1], s, i, y, w, phi, psi) / w, s[RATE + i] * laws.growth(kind[1], e, phi, psi)[0]
 
 
-@slopes.of(RateAndState)
+@implicit.slopes.of(RateAndState)
 def _slopes(kind, s, i, y, phi, psi):
     law, w = kind[1], s[at.W + i]
     per_w, e = 1.0 / w, w / s[V + i]
-    _, g_phi, g_psi = growth(law, e, phi, psi)
+    _, g_phi, g_psi = laws.growth(law, e, phi, psi)
     slope = force(law, s, i, y, w, phi, psi) * per_w
-    at_once = -s[at.G + i] - direct(law, s, i, e) * per_w - slope
-    return w, per_w, at_once, -evolution(law, s, i, psi) * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
+    at_once = -s[at.G + i] - laws.direct(law, s, i, e) * per_w - slope
+    return w, per_w, at_once, -laws.evolution(law, s, i, psi) * per_w, s[RATE + i] * g_phi, s[RATE + i] * g_psi
 
 
 @compiled(inline=True)
@@ -331,7 +306,7 @@ def weight(law, s, i, w):
 
     Friction takes it back within w/a. Till then load over a and ln theta change by w/a and w/D times as much as it is.
     """
-    carried = (w / direct(law, s, i, w / abs(s[V + i]))) * w * (1.0 / s[A + i] + s[RATE + i] / s[V + i])
+    carried = (w / laws.direct(law, s, i, w / abs(s[V + i]))) * w * (1.0 / s[A + i] + s[RATE + i] / s[V + i])
     return max(min(CARRIED * carried, 1.0), LIGHTEST)
 
 
@@ -344,17 +319,19 @@ def control_step(law, s, rtol):
     widest_vectors()
     tolerance2 = 1.0 / (SPENT * rtol) ** 2
     for i in range(at.WIDTH):
-        (y, phi, psi), (e_0, e_1, e_2) = end_of_step(s, i), errors(s, i)
+        (y, phi, psi), (e_0, e_1, e_2) = implicit.end_of_step(s, i), implicit.errors(s, i)
         e_0 /= s[A + i]
         w_new = s[V + i] * exp(phi)
         e_1 *= weight(law, s, i, max(abs(s[at.W + i]), abs(w_new)))
         error2 = (e_0 * e_0 + e_1 * e_1 + e_2 * e_2) * tolerance2
-        good, factor = error2 <= 1.0, step_factor(error2)
+        good, factor = error2 <= 1.0, implicit.step_factor(error2)
         h = s[at.TAKEN + i]
         slope, bend = derivatives(law, s, i, h, h, y, phi, psi)
         s[at.Y_NEW + i], s[at.WEAK_NEW + i] = y, psi
         put_motion(s, i, at.Y_NEW - at.Y, w_new, slope, bend)
-        short = h * max(abs(slope), abs(s[at.DW + i] / s[at.W + i]), abs(phi - s[V_START + i]) / h) < LONGEST_RISE
+        short = (
+            h * max(abs(slope), abs(s[at.DW + i] / s[at.W + i]), abs(phi - s[implicit.V_START + i]) / h) < LONGEST_RISE
+        )
         s[at.GOOD + i] = select(good & short, 1.0, 0.0)
         s[at.STEP + i] = select(short, factor, min(factor, 0.5)) * s[at.STEP + i]
         s[at.WORK + i] = work_by_ends(s, i, h)
@@ -369,16 +346,16 @@ def expand(m):
         h, w, w_new = s[at.TAKEN + i], s[at.W + i], s[at.W_NEW + i]
         slope, slope_new = s[at.DW + i] / w, s[at.DW_NEW + i] / w_new
         bend, bend_new = s[at.JERK + i] / w - slope * slope, s[at.JERK_NEW + i] / w_new - slope_new * slope_new
-        put_powers(s, i, 0, h, ln(w_new / w), slope, slope_new, bend, bend_new)
+        laws.put_powers(s, i, 0, h, ln(w_new / w), slope, slope_new, bend, bend_new)
         s[at.SERIES + i] = w
-    terms(m.law, s)
+    laws.terms(m.law, s)
     for i in range(at.WIDTH):
         per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
         for n in range(1, at.ORDER + 1):
             scale *= per_h
             row = at.SERIES + n * at.WIDTH + i
             s[row] = select(scale < LARGEST, s[row] * scale, 0.0)
-    if rate_state_series.has_series(m.law) and explicit.may_step_by_series(s):
+    if laws.has_series(m.law) and explicit.may_step_by_series(s):
         bring_back_series(s)
 
 
@@ -388,45 +365,7 @@ def bring_back_series(s):
     explicit.bring_back(s, OF_SERIES, ROOM, 1.0)
 
 
-@compiled(inline=True)
-def put_powers(s, i, off, h, rise, slope, slope_new, bend, bend_new):
-    """The quintic Hermite polynomial of ln w into rows P, or those `off` beyond them.
-
-    rise : of ln w over the step. slope, bend : its first and second derivatives, at both ends.
-    """
-    rise -= h * (slope + 0.5 * h * bend)
-    change, turn = h * (slope_new - slope - h * bend), h * h * (bend_new - bend)
-    s[P_1 + off + i], s[P_2 + off + i] = h * slope, h * h * bend
-    s[P_3 + off + i] = 3.0 * (10.0 * rise - 4.0 * change + 0.5 * turn)
-    s[P_4 + off + i] = 4.0 * (-15.0 * rise + 7.0 * change - turn)
-    s[P_5 + off + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
-
-
-def terms_of(off, series):
-    """What fills rows `series` from the polynomial in rows P + off, one coefficient after the other."""
-
-    def term_loop(n):
-        """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
-        count = min(n, len(P))
-
-        @compiled
-        def loop(law, s):
-            widest_vectors()
-            for i in range(at.WIDTH):
-                total = 0.0
-                for k in range(count):
-                    total += s[P[k] + off + i] * s[series + (n - 1 - k) * at.WIDTH + i]
-                s[series + n * at.WIDTH + i] = total * (1.0 / n)
-
-        return loop
-
-    return in_turn(term_loop, 1, at.ORDER + 1)
-
-
-terms = terms_of(0, at.SERIES)
-
-
 LINKED = (
-    above, direct, evolution, further, rate_state_laws.state_of, rate_state_series.has_series, derive, step,
+    laws.above, laws.direct, laws.evolution, laws.further, laws.state_of, laws.has_series, derive, step,
 )  # fmt: skip
 contacts.register(RateAndState, globals())

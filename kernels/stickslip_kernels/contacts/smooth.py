@@ -8,9 +8,10 @@ from math import inf, isfinite, isnan, nan
 
 from .. import contacts, observers
 from .. import layout as at
-from ..drive import acceleration, belt_in_lane, next_segment, open_drive, segment_is_over, steady_load
+from ..drive import belt_in_lane, next_segment, open_drive, segment_is_over, steady_load
 from ..jit import compiled
-from ..machine import DONE, RUNNING
+from ..layout import DONE, RUNNING
+from .stribeck.slip import displacement_in_lane
 
 
 @compiled
@@ -41,14 +42,8 @@ def open_cell(m, i, c):
 @compiled(inline=True)
 def place(m, i, u):
     """Put lane i at u under its belt."""
-    rise = acceleration(m, i) + m.s[at.G + i] * belt_in_lane(m, i, 0.0)
+    rise = m.s[at.ALPHA + i] + m.s[at.G + i] * belt_in_lane(m, i, 0.0)
     m.s[at.Y + i], m.s[at.Y_STAR + i] = u + rise, steady_load(m, i) + rise
-
-
-@compiled(inline=True)
-def displacement(m, i):
-    """u of lane i."""
-    return m.s[at.Y + i] - acceleration(m, i) - m.s[at.G + i] * belt_in_lane(m, i, 0.0)
 
 
 @compiled
@@ -68,7 +63,7 @@ def commit(m, i):
     if observers.is_over(m, i):
         return close(m, i, s[at.DECIDED_BY + i])
     while segment_is_over(s, i):
-        u = displacement(m, i)
+        u = displacement_in_lane(m, i, s[at.Y + i], 0.0)
         if not next_segment(m, i):
             return close(m, i, at.HORIZON_REACHED)
         place(m, i, u)
@@ -77,8 +72,9 @@ def commit(m, i):
 
 @compiled
 def close(m, i, status):
-    """Finish the cell of lane i."""
-    return observers.finish(m, i, status, displacement(m, i), belt_in_lane(m, i, 0.0) - m.s[at.W + i])
+    """Finish the cell of lane i, which is slipping."""
+    u = displacement_in_lane(m, i, m.s[at.Y + i], 0.0)
+    return observers.finish(m, i, status, u, belt_in_lane(m, i, 0.0) - m.s[at.W + i])
 
 
 @compiled

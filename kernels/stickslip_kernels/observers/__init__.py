@@ -6,7 +6,7 @@ observer does not have does nothing. In the frame of `layout.py`; `m` is the `Ma
 
 from .. import layout as at
 from ..jit import by_type
-from ..machine import DONE
+from ..layout import DONE
 
 hook = by_type(lambda m, *_: m.types[m.fields.index("observer")])
 inline_hook = by_type(lambda m, *_: m.types[m.fields.index("observer")], inline=True)

@@ -9,7 +9,7 @@ with R and T analytic through a = 0, where they are those of the linear oscillat
 turns to come lie between the last two, a_0 and a_1. So R and T are interpolated there (Newton's form), from half loops
 that begin at points of a Leja sequence, in which each new one shows by how much those before were wrong. Once that is
 within the tolerance the map is iterated to the turn before the settling band (`ring_down.py`), and the motion goes on
-from there. Where the map has a fixed point on the way that attracts, the motion goes on from that (`slip_cycle.py`).
+from there. Where the map has a fixed point on the way that attracts, the motion goes on from that (`ring_down.py`).
 Where it does not come within the tolerance, the motion goes on from where it was.
 
 L. Reichel, Newton interpolation at Leja points, BIT 30 (1990) 332-346.
@@ -18,15 +18,13 @@ L. Reichel, Newton interpolation at Leja points, BIT 30 (1990) 332-346.
 from math import e, inf, isnan, log, nan, pi
 
 from .. import layout as at
-from ..exponential import exp
+from ..arithmetic import exp
 from ..jit import compiled
 from ..roots import arrival
 from .cycles import begin_confirming, forget_loops, set_reference
-from .margin import note_closest_trough
-from .ring_down import ring_down, to_powers
+from .ring_down import cycle_inside, ring_down, to_powers
 from .settling import drag_at
-from .slip_cycle import cycle_inside
-from .verdict import decide_settled, ends_with_regime
+from .verdict import decide_settled, ends_with_regime, note_closest_trough
 from .weak import put
 
 AFTER = 1.0  # loops: the first ones lose most, and reach where the curve is steepest
@@ -162,7 +160,7 @@ def note_half_loop(m, i, h, w, dw, jerk):
     s, b = m.s, m.s[at.B + i]
     if (s[at.W + i] > b) == (w > b) or s[at.TAU + i] == 0.0:
         return
-    t, rise, _ = arrival(s, i, b, 1.0 if w > b else -1.0, h, (w, dw, jerk, 0.0))
+    t, rise, _ = arrival(s, i, b, h, (w, dw, jerk, 0.0))
     s[at.MAP_TO + i], s[at.MAP_TIME + i] = s[at.Y + i] + rise - s[at.Y_STAR + i], s[at.TAU + i] + t
 
 

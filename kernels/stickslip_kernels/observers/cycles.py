@@ -19,10 +19,9 @@ from math import inf, isnan, log, nan
 
 from .. import layout as at
 from ..jit import compiled
-from .margin import note_closeness, note_closest_trough
+from . import verdict
 from .settling import is_neutral, settles_for_certain
 from .spirals import is_damped
-from .verdict import decide, decide_cycle, decide_settled, reset_extrema, store_extrema
 from .weak import FROM_OUTSIDE, decays_on_average, feeds_all_loops, is_caught
 
 LOOPS = 12  # between two looks: a multiple of most lengths a cycle can have in loops
@@ -51,20 +50,20 @@ def close_cycle(m, i, stick_time, load):
     if isnan(s[at.CYCLE_START + i]):
         m.observer.results[at.BREAKAWAY_TIME, c] = tau if s[at.LEAPT + i] == 0.0 else nan
         if not isnan(s[at.SLIP_START + i]):  # what slipped before belongs to the whole motion
-            store_extrema(m, i)
+            verdict.store_extrema(m, i)
     elif m.cells[at.AGEING, c] == 0.0 or has_converged(s, i, tau, load, m.rtol):
         if s[at.LEAPT + i] == FROM_OUTSIDE and m.cells[at.AGEING, c] > 0.0 and not feeds_all_loops(m.law, s, i):
-            decide(m, i, at.UNRESOLVED, at.STEP_LIMIT)
+            verdict.decide(m, i, at.UNRESOLVED, at.STEP_LIMIT)
             return
         s[at.RELEASE + i] = load
         heat = s[at.HEAT + i] - s[at.HEAT_START + i]
-        decide_cycle(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, tau - s[at.CYCLE_START + i], stick_time, heat)
+        verdict.decide_cycle(m, i, at.STICK_SLIP, at.CYCLE_CLOSED, tau - s[at.CYCLE_START + i], stick_time, heat)
         return
     else:
-        store_extrema(m, i)
+        verdict.store_extrema(m, i)
     s[at.CYCLE_START + i], s[at.HEAT_START + i], s[at.RELEASE + i] = tau, s[at.HEAT + i], load
     s[at.MU_TURN + i], s[at.CROSSED + i], s[at.SIDE_LAST + i] = nan, 0.0, 0.0
-    reset_extrema(s, i)
+    verdict.reset_extrema(s, i)
 
 
 @compiled
@@ -137,8 +136,8 @@ def compare_loops(m, i, tau, heat, xi):
     elif (given_up(m, i, amplitude, change, steps, 1.0) and settles_for_certain(m.law, s, i)) or (
         given_up(m, i, amplitude, change, steps, FAR_OUT_OF_REACH) and decays_on_average(m.law, s, i)
     ):
-        note_closest_trough(s, i)
-        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        verdict.note_closest_trough(s, i)
+        verdict.decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
     elif s[at.LOOP_STILL + i] >= MOST_STILL:
         begin_confirming(m, i)
 
@@ -146,8 +145,8 @@ def compare_loops(m, i, tau, heat, xi):
 @compiled(inline=True)
 def begin_confirming(m, i):
     """Follow the next loops, looking at every extremum."""
-    store_extrema(m, i)
-    reset_extrema(m.s, i)
+    verdict.store_extrema(m, i)
+    verdict.reset_extrema(m.s, i)
     m.s[at.CONFIRMING + i] = 1.0
 
 
@@ -206,21 +205,21 @@ def confirm_cycle(m, i, tau, heat, xi):
             return
     if amplitude <= ROUNDING or (kind == at.SLIP_CYCLE and s[at.LOOP_MOVED + i] == 0.0):
         if is_damped(m, i):
-            decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+            verdict.decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         else:
-            decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
+            verdict.decide(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
         return
     if s[at.GAIN + i] > s[at.LOOP_GAIN + i] + UNSTABLE:  # errors grow from loop to loop: no cycle that attracts
-        note_closeness(s, i, 0.0)
+        verdict.note_closeness(s, i, 0.0)
     period, work = (tau - s[at.LOOP_TAU + i]) * share, (heat - s[at.LOOP_HEAT + i]) * share
-    decide_cycle(m, i, regime, kind, period, 0.0, work)
+    verdict.decide_cycle(m, i, regime, kind, period, 0.0, work)
 
 
 @compiled(inline=True)
 def confirm_again(s, i, tau, heat):
     """Follow the next loops to the same reference; extrema of those before do not count."""
     set_reference(s, i, tau, heat, s[at.LOOP_XI + i])
-    reset_extrema(s, i)
+    verdict.reset_extrema(s, i)
 
 
 @compiled

@@ -6,47 +6,16 @@ What the lanes test on whole steps is tested again on the part of a step that is
 from math import inf
 
 from .. import layout as at
-from ..contacts.stribeck.stepping import extreme_slope
+from ..contacts.stribeck.equations import extreme_slope
 from ..jit import compiled
 from ..roots import FOR_A_VALUE, arrival, extreme_speed
 from .amplitudes import AFTER, UNTRIED, consider_map
 from .cycles import LOOPS, note_loop
-from .margin import note_closeness, note_trough
 from .spirals import end_in_spiral
-from .tops import is_found
-from .verdict import ends_with_regime, note_force, note_speed
+from .tops import has_low_speed, has_top_slope, has_top_speed, is_found
+from .verdict import ends_with_regime, note_closeness, note_force, note_speed, note_trough
 
 # --- what a step holds, from its start to a state after h ------------------------------------------------------------
-
-
-@compiled(inline=True)
-def reach(a, b, h):
-    """Return how far beyond the nearer end an extremum within h may lie, its slopes at the ends being a and b.
-
-    A bound where the slope only falls, or only rises, on the way.
-    """
-    return h * min(abs(a), abs(b))
-
-
-@compiled(inline=True)
-def has_top_speed(s, i, h, w, dw):
-    """Return whether an extremum of w may be the largest so far."""
-    w0, dw0 = s[at.W + i], s[at.DW + i]
-    return (dw0 * dw < 0.0) & (max(w0, w) + reach(dw0, dw, h) >= s[at.W_TOP + i])
-
-
-@compiled(inline=True)
-def has_low_speed(s, i, h, w, dw):
-    """Return whether a trough of w may be the least of this slip so far."""
-    w0, dw0 = s[at.W + i], s[at.DW + i]
-    return (dw0 < 0.0) & (dw > 0.0) & (min(w0, w) - reach(dw0, dw, h) <= s[at.W_LEAST + i])
-
-
-@compiled(inline=True)
-def has_top_slope(s, i, h, dw, jerk):
-    """Return whether an extremum of w' may be the largest so far."""
-    dw0, jerk0 = s[at.DW + i], s[at.JERK + i]
-    return (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + reach(jerk0, jerk, h) >= s[at.DW_TOP + i])
 
 
 @compiled(inline=True)
@@ -90,7 +59,7 @@ def record_extrema(m, i, h, w, dw, jerk):
         steepest = s[at.TOP + i] if is_found(s, i, h, at.OF_SLOPE) else extreme_slope(m.law, s, i, h, at_end)
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(steepest))
     if turns(s, i, w):
-        t, rise, work = arrival(s, i, b, 1.0 if w > b else -1.0, h, at_end)
+        t, rise, work = arrival(s, i, b, h, at_end)
         xi = s[at.SIGMA + i] * (s[at.Y + i] + rise - s[at.G + i] * b + s[at.OFFSET + i])
         note_turn(s, i, xi)
         if w > b:

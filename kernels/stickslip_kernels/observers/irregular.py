@@ -8,7 +8,6 @@ from math import inf
 from .. import layout as at
 from ..jit import compiled
 from . import loops
-from .long_cycles import AFTER_LONG
 from .loops import MOST_LOOPS, RANGE
 
 MANY = 80.0  # loops that are compared with as many before
@@ -21,8 +20,7 @@ GO_ON, CHANGES, STAYS_SO = range(3)
 # steady. Row LOOP_STEPS counts loops that stick.
 (
     TOP, BOTTOM, FAST, SLOW, HARD, WIDEST, NARROWEST, WIDEST_THEN, NARROWEST_THEN, UNSTEADY,
-) = range(AFTER_LONG, AFTER_LONG + 10 * at.WIDTH, at.WIDTH)  # fmt: skip
-AFTER = AFTER_LONG + 10 * at.WIDTH  # first row that is free
+) = at.RECURRENCE.take(10)  # fmt: skip
 
 
 @compiled

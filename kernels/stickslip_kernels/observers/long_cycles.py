@@ -9,7 +9,7 @@ from math import inf, nan
 
 from .. import layout as at
 from ..jit import compiled
-from .loops import AFTER, FAST, HARD, HIGH, LOW, MOST_LOOPS, RANGE, SLOW, SPIRAL
+from .loops import FAST, HARD, HIGH, LOW, MOST_LOOPS, RANGE, SLOW, SPIRAL
 from .return_map import ALIKE, GENERIC
 
 FIRST_LOOPS, MOST = 8.0, 256.0  # loops after which the maximum that others are compared with moves on
@@ -22,8 +22,7 @@ TIMES = 2.0  # in a row, that a cycle must have come back once it has been seen
 (
     LAST_Y, LAST_DW, LAST_CHANGE, FROM_Y, FROM_DW, FROM_TAU, FROM_HEAT, LOOPS, LIMIT, LENGTH, OFF, CLOSED, ALL_HIGH,
     ALL_LOW, ALL_FAST, ALL_SLOW, ALL_HARD,
-) = range(AFTER, AFTER + 17 * at.WIDTH, at.WIDTH)  # fmt: skip
-AFTER_LONG = AFTER + 17 * at.WIDTH  # first row that is free
+) = at.RECURRENCE.take(17)  # fmt: skip
 
 
 @compiled

@@ -14,14 +14,12 @@ SPIRAL = 100.0  # tolerances, of the range: as much for a cycle, to which the ra
 DISTINCT = 100.0  # tolerances, of the range, by which loops of one cycle differ, unless by AS_LONG
 TIMES = 2.0  # in a row, that loops must be alike
 
-# The last loops of a lane, the newest first, in room that the amplitude map has: by how much u ranged in 2 MOST_LOOPS
-# + 1 of them; the extremes in each, w' among them, its friction work and its duration. How often in a row u has ranged
-# as so many loops before; how often it has changed little, and from what on.
-RANGE = at.INWARD
-_FIRST = RANGE + (2 * MOST_LOOPS + 1) * at.WIDTH
-_ROWS = (MOST_LOOPS + 1) * at.WIDTH
-HIGH, LOW, FAST, SLOW, HARD, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = range(_FIRST, _FIRST + 10 * _ROWS, _ROWS)
-AFTER = _FIRST + 10 * _ROWS  # first row that is free
+# The last loops of a lane, the newest first: by how much u ranged in 2 MOST_LOOPS + 1 of them; the extremes in each, w'
+# among them, its friction work and its duration. How often in a row u has ranged as so many loops before; how often it
+# has changed little, and from what on.
+_ROWS = MOST_LOOPS + 1
+RANGE, *_OTHERS = at.RECURRENCE.take(2 * MOST_LOOPS + 1 + 10 * _ROWS)
+HIGH, LOW, FAST, SLOW, HARD, HEAT, TIME, ALIKE_BEFORE, WITHIN, WITHIN_FROM = _OTHERS[2 * MOST_LOOPS :: _ROWS]
 
 
 @compiled

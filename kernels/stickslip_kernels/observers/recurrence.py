@@ -12,30 +12,13 @@ from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
+from ..arithmetic import nonzero_bits, select, widest_vectors
 from ..dense import friction_work, load_and_speed, speed
-from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
-from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
-from ..machine import DONE
+from ..layout import DONE, WIDTH
 from ..roots import FOR_A_VALUE, extreme_speed, passage
-from . import irregular, long_cycles, peaks, return_map
+from . import irregular, long_cycles, loops, return_map, tops, verdict
 from .long_cycles import ALL_FAST, ALL_HARD, ALL_HIGH, ALL_LOW, ALL_SLOW, FROM_HEAT, FROM_TAU
-from .loops import (
-    FAST,
-    HARD,
-    HEAT,
-    HIGH,
-    LOW,
-    MOST_LOOPS,
-    RANGE,
-    SLOW,
-    TIME,
-    forget_loops,
-    is_repeated,
-    keep_loop,
-    least_slip,
-    recurs,
-)  # fmt: skip
 from .return_map import BAND, STICK_BELOW
 
 CLOSE = 1e-2  # deviation from steady sliding up to which linear theory holds
@@ -45,9 +28,7 @@ SMALL, MOST_SMALL = 0.05, 30  # over the largest of the last ranges of u: loops 
 
 # Extremes before the loop under way; in the settling band, the deviation
 # at which it came there, and how often w has passed b since; FASTEST when the lane was first put ahead, NaN before.
-(
-    WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST,
-) = range(irregular.AFTER, irregular.AFTER + 6 * at.WIDTH, at.WIDTH)  # fmt: skip
+WHOLE_HIGH, WHOLE_LOW, WHOLE_HARD, AWAY, TURNED, REAL_FASTEST = at.RECURRENCE.take(6)
 
 
 class Recurrence(NamedTuple):
@@ -60,7 +41,7 @@ class Recurrence(NamedTuple):
 def begin_cell(m, i, c):
     s = m.s
     s[at.DECIDED + i], s[at.AMPLITUDE + i] = 0.0, 0.0
-    forget_loops(s, i)
+    loops.forget_loops(s, i)
     long_cycles.forget_cycle(s, i)
     s[at.FASTEST + i], s[at.LOOP_STEPS + i] = 0.0, 0.0
     return_map.begin(s, i)
@@ -92,21 +73,8 @@ def is_left(m, c):
     return True
 
 
-def reject_cell(m, c, status):
-    m.observer.results[at.REGIME, c], m.observer.results[at.STATUS, c] = at.FAILED, status
-
-
-def is_over(m, i):
-    return m.s[at.DECIDED + i] > 0.0 and m.observer.until != at.UNTIL_HORIZON
-
-
 def finish(m, i, status, u, velocity):
-    s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
-    if s[at.DECIDED + i] == 0.0:
-        unknown = status == at.HORIZON_REACHED or status == at.STEP_LIMIT
-        results[at.REGIME, c] = at.UNRESOLVED if unknown else at.FAILED
-    results[at.STATUS, c], results[at.STEPS, c] = status, s[at.TRIED + i]
-    results[at.XI_END, c], results[at.ETA_END, c] = u, velocity
+    verdict.write_end(m, i, status, u, velocity)
     return DONE
 
 
@@ -127,17 +95,21 @@ def before_commit(m):
         turns = (way * s[at.W + i] > way * b) != (way * w > way * b)
         turning = (way * s[at.DW + i] > 0.0) != (way * dw > 0.0)
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(s[at.DW + i]))
-        steepest = peaks.may_be_steepest(s, i, s[at.TAKEN + i], dw, s[at.JERK_NEW + i])
+        steepest = tops.has_top_slope(s, i, s[at.TAKEN + i], dw, s[at.JERK_NEW + i])
         by_series = s[at.BY_SERIES + i] > 0.0
-        s[peaks.SEEK_SPEED + i] = select(by_series & turning, 1.0, 0.0)
-        s[peaks.SEEK_SLOPE + i] = select(by_series & steepest, 1.0, 0.0)
+        look = tops.seek(s, i, by_series & turning, by_series & steepest, True)
         s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance_from_steady(s, i, s[at.Y + i], s[at.W + i]))
         settled = distance_from_steady(s, i, s[at.Y_NEW + i], w) <= BAND * s[at.AMPLITUDE + i]
         s[at.SIDE_LAST_NEW + i], s[at.CROSSED_NEW + i] = s[at.SIDE_LAST + i], s[at.CROSSED + i]
-        look = turns | settled | ((turning | steepest) & (not by_series))
+        look = look | turns | settled | ((turning | steepest) & (not by_series))
         s[at.LOOK + i], s[at.TURNING + i] = select(look, 1.0, 0.0), select(turns, 1.0, 0.0)
-    if nonzero_bits(s, at.BY_SERIES, WIDTH) != 0:
-        peaks.find(s)
+    if nonzero_bits(s, at.SOUGHT, WIDTH) == 0:
+        return
+    tops.search(s)
+    for i in range(at.WIDTH):  # w passed the speed of the belt, and back
+        sought, b, w = s[at.SOUGHT + i] == at.OF_SPEED, s[at.B + i], s[at.W + i]
+        passed = ((s[at.TOP + i] > b) != (w > b)) & ((s[at.W_NEW + i] > b) == (w > b))
+        s[at.LOOK + i] = max(s[at.LOOK + i], select(sought & passed, 1.0, 0.0))
 
 
 @compiled(inline=True)
@@ -152,34 +124,34 @@ def after_commit(m):
     widest_vectors()
     s = m.s
     for i in range(at.WIDTH):
-        w = s[at.W + i]
-        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance_from_steady(s, i, s[at.Y + i], w))
-        s[at.FASTEST + i] = max(s[at.FASTEST + i], abs(w))
-    if nonzero_bits(s, at.BY_SERIES, WIDTH) != 0:
-        peaks.keep(s)
+        w, top = s[at.W + i], s[at.TOP + i]
+        committed = (s[at.FLAG + i] == at.NOTHING_MET) & (s[at.GOOD + i] > 0.0)
+        found = committed & (s[at.SOUGHT + i] == at.OF_SPEED)
+        distance = max(distance_from_steady(s, i, s[at.Y + i], w), select(found, abs(top - s[at.B + i]), 0.0))
+        s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], distance)
+        s[at.FASTEST + i] = max(s[at.FASTEST + i], max(abs(w), select(found, abs(top), 0.0)))
+    tops.record_tops(s)
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
     s, b, at_end = m.s, m.s[at.B + i], (w, dw, jerk, 0.0)
     note(s, i, y - s[at.G + i] * b, w, dw)
     if s[at.DW + i] * dw < 0.0:
-        peak = s[peaks.SPEED + i]
-        if s[at.BY_SERIES + i] == 0.0 or isnan(peak):
-            peak = extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
+        found = tops.is_found(s, i, h, at.OF_SPEED)
+        peak = s[at.TOP + i] if found else extreme_speed(s, i, h, at_end, FOR_A_VALUE)[1]
         note(s, i, y - s[at.G + i] * b, peak, 0.0)
         s[at.AMPLITUDE + i] = max(s[at.AMPLITUDE + i], abs(peak - b))
         grazes = is_beyond(b, s[at.W + i]) == is_beyond(b, w) != is_beyond(b, peak)
         if grazes and abs(y - s[at.Y_STAR + i]) > BAND * s[at.AMPLITUDE + i]:
             s[at.CROSSED + i] += 2.0
-    if s[at.JERK + i] * jerk < 0.0 and (s[at.BY_SERIES + i] == 0.0 or peaks.may_be_steepest(s, i, h, dw, jerk)):
-        steepest = s[peaks.SLOPE + i]
-        if s[at.BY_SERIES + i] == 0.0 or isnan(steepest):
-            steepest = contacts.extreme_slope(m, i, h, at_end)
+    if s[at.JERK + i] * jerk < 0.0 and (s[at.BY_SERIES + i] == 0.0 or tops.has_top_slope(s, i, h, dw, jerk)):
+        found = tops.is_found(s, i, h, at.OF_SLOPE)
+        steepest = s[at.TOP + i] if found else contacts.extreme_slope(m, i, h, at_end)
         s[at.DW_TOP + i] = max(s[at.DW_TOP + i], abs(steepest))
     start, outside = 0.0, is_outside(s, i, s[at.Y + i], s[at.W + i])
     if is_beyond(b, s[at.W + i]) != is_beyond(b, w):
         s[TURNED + i] += 1.0
-        t, rise, there, fallen = passage(s, i, b, 1.0 if w > b else -1.0, h, at_end)
+        t, rise, there, fallen = passage(s, i, b, h, at_end)
         u = s[at.Y + i] + rise - s[at.G + i] * b
         note(s, i, u, b, 0.0)
         off = abs(s[at.Y + i] + rise - s[at.Y_STAR + i])
@@ -221,9 +193,8 @@ def note_entry(s, i, low, high):
 @compiled(inline=True)
 def note(s, i, u, w, dw):
     """Extend the extremes by a state."""
-    s[at.XI_HIGH + i], s[at.XI_LOW + i] = max(s[at.XI_HIGH + i], u), min(s[at.XI_LOW + i], u)
-    s[at.V_HIGH + i], s[at.V_LOW + i] = max(s[at.V_HIGH + i], w), min(s[at.V_LOW + i], w)
-    s[at.DW_TOP + i], s[at.FASTEST + i] = max(s[at.DW_TOP + i], abs(dw)), max(s[at.FASTEST + i], abs(w))
+    verdict.note_ends(s, i, u, w, dw)
+    s[at.FASTEST + i] = max(s[at.FASTEST + i], abs(w))
 
 
 @compiled
@@ -233,24 +204,28 @@ def look_back(m, i, t, u, heat):
     What rings after a slip, in the contact itself, belongs to the loop under way.
     """
     s, tau, span, largest = m.s, m.s[at.TAU + i] + t, m.s[at.XI_HIGH + i] - m.s[at.XI_LOW + i], 0.0
-    for row in range(RANGE, RANGE + MOST_LOOPS * at.WIDTH, at.WIDTH):
+    for row in range(loops.RANGE, loops.RANGE + loops.MOST_LOOPS * at.WIDTH, at.WIDTH):
         largest = max(largest, s[row + i]) if s[row + i] > 0.0 else largest
     s[at.LOOP_STILL + i] = s[at.LOOP_STILL + i] + 1.0 if span < SMALL * largest else 0.0
     if 0.0 < s[at.LOOP_STILL + i] < MOST_SMALL:
         return
     if s[at.LOOP_STILL + i] > 0.0:
-        forget_loops(s, i)
-    keep_loop(s, i, tau, span, heat)
-    for loops in range(1, MOST_LOOPS + 1):
-        if recurs(s, i, m.rtol, loops) and s[at.DECIDED + i] == 0.0 and not is_repeated(s, i, m.rtol, loops):
-            tell_cycle(m, i, loops * at.WIDTH)
+        loops.forget_loops(s, i)
+    loops.keep_loop(s, i, tau, span, heat)
+    for number in range(1, loops.MOST_LOOPS + 1):
+        if (
+            loops.recurs(s, i, m.rtol, number)
+            and s[at.DECIDED + i] == 0.0
+            and not loops.is_repeated(s, i, m.rtol, number)
+        ):
+            tell_cycle(m, i, number * at.WIDTH)
     y = u + s[at.G + i] * s[at.B + i]
     if s[at.DECIDED + i] == 0.0 and m.observer.until != at.UNTIL_HORIZON:
-        least, least_before = least_slip(s, i, 0), least_slip(s, i, at.WIDTH)
-        verdict = return_map.look_ahead(m, i, t, y, span, s[TIME + i], least, least_before)
-        if verdict == return_map.CLOSED:
+        least, least_before = loops.least_slip(s, i, 0), loops.least_slip(s, i, at.WIDTH)
+        outcome = return_map.look_ahead(m, i, t, y, span, s[loops.TIME + i], least, least_before)
+        if outcome == return_map.CLOSED:
             tell_cycle(m, i, at.WIDTH)
-        elif verdict == return_map.TOO_SLOW:
+        elif outcome == return_map.TOO_SLOW:
             decide_by_whole(m, i, at.UNRESOLVED, at.TOO_SLOW_TO_TELL)
     if s[at.DECIDED + i] == 0.0:
         tell_cycle_by_state(m, i, y, speed(s, i, t)[1], tau, heat)
@@ -260,14 +235,18 @@ def look_back(m, i, t, u, heat):
 
 
 @compiled
-def tell_cycle(m, i, loops):
+def tell_cycle(m, i, rows):
     """Write what the last loops, as many as these rows, are as a cycle."""
     s, high, low, fast, slow = m.s, -inf, inf, -inf, inf
     hard, time, heat = 0.0, 0.0, 0.0
-    for row in range(0, loops, at.WIDTH):
-        high, low = max(high, s[HIGH + row + i]), min(low, s[LOW + row + i])
-        fast, slow = max(fast, s[FAST + row + i]), min(slow, s[SLOW + row + i])
-        hard, time, heat = max(hard, s[HARD + row + i]), time + s[TIME + row + i], heat + s[HEAT + row + i]
+    for row in range(0, rows, at.WIDTH):
+        high, low = max(high, s[loops.HIGH + row + i]), min(low, s[loops.LOW + row + i])
+        fast, slow = max(fast, s[loops.FAST + row + i]), min(slow, s[loops.SLOW + row + i])
+        hard, time, heat = (
+            max(hard, s[loops.HARD + row + i]),
+            time + s[loops.TIME + row + i],
+            heat + s[loops.HEAT + row + i],
+        )
     write_cycle(m, i, time, heat, high, low, fast, slow, hard)
 
 
@@ -278,7 +257,7 @@ def tell_cycle_by_state(m, i, y, dw, tau, heat):
     is_open = (
         s[return_map.TIMES + i] == return_map.MOST_FIRM and s[at.FIRMNESS + i] * return_map.ALIKE >= return_map.NOISE
     )
-    if long_cycles.forgets(s, i, m.rtol, y, dw) and is_open and least_slip(s, i, 0) < 0.5 * limit:
+    if long_cycles.forgets(s, i, m.rtol, y, dw) and is_open and loops.least_slip(s, i, 0) < 0.5 * limit:
         tell_cycle(m, i, at.WIDTH)
     elif long_cycles.comes_back(s, i, m.rtol, y, dw, tau, heat):
         high, low, fast, slow = s[ALL_HIGH + i], s[ALL_LOW + i], s[ALL_FAST + i], s[ALL_SLOW + i]
@@ -310,16 +289,16 @@ def tell_attractor(m, i, high, low, fast, slow):
 def count_sticking(m, i):
     """Stick-slip that nothing will end is irregular; motions that may yet settle, or change for good, are given up."""
     s = m.s
-    verdict = irregular.count(s, i, m.rtol, STICK_BELOW * abs(s[at.B + i]))
+    outcome = irregular.count(s, i, m.rtol, STICK_BELOW * abs(s[at.B + i]))
     if s[at.DECIDED + i] > 0.0:
         return
     attracts, many = s[at.ATTRACTS + i] > 0.0, s[at.LOOP_STEPS + i]
-    if verdict == irregular.STAYS_SO and not attracts:
+    if outcome == irregular.STAYS_SO and not attracts:
         high, low = s[irregular.TOP + i], s[irregular.BOTTOM + i]
         fast, slow = s[irregular.FAST + i], s[irregular.SLOW + i]
         tell_attractor(m, i, high, low, fast, slow)
         decide(m, i, at.STICK_SLIP, at.IRREGULAR, high, low, max(fast, -slow), s[irregular.HARD + i])
-    elif verdict != irregular.GO_ON and m.observer.until != at.UNTIL_HORIZON:
+    elif outcome != irregular.GO_ON and m.observer.until != at.UNTIL_HORIZON:
         if many >= (irregular.MOST if attracts else irregular.MOST_CHANGING):
             decide_by_whole(m, i, at.UNRESOLVED, at.IRREGULAR if attracts else at.TOO_SLOW_TO_TELL)
 
@@ -345,7 +324,7 @@ def decide_by_whole(m, i, regime, status):
 def observe_no_event(m, i):
     if return_map.is_ahead(m.s, i):
         return_map.go_ahead(m, i)
-        forget_loops(m.s, i)
+        loops.forget_loops(m.s, i)
         long_cycles.forget_cycle(m.s, i)
         m.s[at.LOOP_TAU + i] = m.s[at.TAU + i]
         forget(m.s, i)
@@ -382,4 +361,4 @@ def settle(m, i):
     decide_by_whole(m, i, at.DAMPED if s[at.CROSSED + i] >= 2.0 else at.CREEP, at.SETTLING_OBSERVED)
 
 
-observers.register(Recurrence, globals())
+observers.register(Recurrence, vars(verdict) | globals())

@@ -9,62 +9,17 @@ from typing import Any, NamedTuple
 
 from .. import layout as at
 from .. import observers
+from ..arithmetic import exp, select, widest_vectors
 from ..contacts.stribeck.friction import coefficient_slope, least_coefficient, stable_speeds
-from ..contacts.stribeck.hysteresis_line import along_line
-from ..events import NO_EVENT, TURNED
-from ..exponential import exp
-from ..intrinsics import select, widest_vectors
+from ..contacts.stribeck.hysteresis import along_line
 from ..jit import compiled
-from ..machine import DONE
-from .amplitudes import (
-    CORRECTED,
-    MEASURING,
-    ON_CYCLE,
-    OVER,
-    TO_BEGIN,
-    begin_map,
-    confirm_corrected,
-    follow_map,
-    note_half_loop,
-    refuse_map,
-)
+from ..layout import DONE
+from ..roots import NO_EVENT, TURNED
+from . import amplitudes, extrema, settling, tops, verdict
 from .cycles import PUSH, PUSHED, RETURNS, TO_BE_PUSHED, close_cycle, forget_loops
-from .extrema import (
-    has_low_speed,
-    has_top_slope,
-    has_top_speed,
-    note_peak,
-    note_side,
-    record_extrema,
-    show_tops,
-    turns,
-    turns_quietly,
-)  # fmt: skip
-from .margin import (
-    begin_margin,
-    grow_errors,
-    note_closeness,
-    note_closest_trough,
-    note_gain,
-    note_standstill,
-    note_trough,
-)
 from .on_line import record_line, settle_on_line
-from .settling import (
-    check_settling,
-    comes_into_band,
-    distance2_from_sliding,
-    is_shrinking,
-    note_entry,
-    note_entry_at_constant_speed,
-    proven_radius,
-    set_band,
-    settles_for_certain,
-)  # fmt: skip
 from .slow import comes_to_rest, pass_slowly
 from .spirals import is_damped
-from .tops import find_tops, has_exact_derivatives, record_tops, seek
-from .verdict import come_to_a_point, decide, decide_settled, forget_extrema, note_ends, note_range, reset_extrema
 from .weak import decays_on_average, leaps, put
 
 # A trough this close to the belt speed, in settling bands, is steady sliding on the line: the drift that is left takes
@@ -83,7 +38,7 @@ FROM_ZERO = (
 class Regime(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RESULT_ROWS, n) from `allocate.new_regimes`. until : how far a cell is followed, a code of
+    results : float64 (RESULT_ROWS, n) from `layout.new_regimes`. until : how far a cell is followed, a code of
         `layout.py`.
     """
 
@@ -105,7 +60,7 @@ def begin_cell(m, i, c):
     s[at.PEAK + i], s[at.PEAK_BEFORE + i], s[at.LOOP_COUNT + i], s[at.LOOP_CHANGE + i] = inf, inf, -1.0, inf
     s[at.RELEASE + i], s[at.RELEASE_CHANGE + i] = m.cells[at.MU_STATIC, c], inf
     s[at.MARK + i], s[at.PAUSE + i] = 1.0, min(FIRST_PAUSE, m.max_steps)
-    reset_extrema(s, i)
+    verdict.reset_extrema(s, i)
     s[at.FASTEST + i], s[at.SLOWEST + i], s[at.CLOSEST + i] = 0.0, inf, inf
     s[at.W_LEAST + i], s[at.SLIP_LEAST + i] = inf, inf
     s[at.GAIN + i], s[at.GAIN_TOP + i] = 0.0, 0.0
@@ -114,19 +69,11 @@ def begin_cell(m, i, c):
     m.observer.results[at.DAMPING_RATIO, c] = ratio if belt > 0.0 else nan
 
 
-def reject_cell(m, c, status):
-    m.observer.results[at.REGIME, c], m.observer.results[at.STATUS, c] = at.FAILED, status
-
-
-def is_over(m, i):
-    return m.s[at.DECIDED + i] > 0.0 and m.observer.until != at.UNTIL_HORIZON
-
-
 def after_pause(m, i):
     """Many steps may be stiff ones."""
     s = m.s
     tried = s[at.TRIED + i]
-    if s[at.MAP_STATE + i] == MEASURING:
+    if s[at.MAP_STATE + i] == amplitudes.MEASURING:
         s[at.PAUSE + i] = min(m.max_steps, tried + AFTER_PASSING)
         return
     if s[at.DECIDED + i] == 0.0 and comes_to_rest(m, i):
@@ -134,39 +81,37 @@ def after_pause(m, i):
     steps = AFTER_PASSING if pass_slowly(m, i) else tried
     if s[at.DECIDED + i] == 0.0 and tried >= LEAP_SHARE * m.max_steps:
         steps = min(steps, AFTER_LEAP)
-        if s[at.LEAPT + i] > 0.0 and (settles_for_certain(m.law, s, i) or decays_on_average(m.law, s, i)):
-            decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        if s[at.LEAPT + i] > 0.0 and (settling.settles_for_certain(m.law, s, i) or decays_on_average(m.law, s, i)):
+            verdict.decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         elif leaps(m, i):
             forget_loops(s, i)
     s[at.PAUSE + i] = min(m.max_steps, tried + steps)
-    show_tops(m, i)
+    extrema.show_tops(m, i)
 
 
 def status_out_of_steps(m, i):
-    if m.s[at.MAP_STATE + i] == MEASURING:
-        refuse_map(m, i)
+    if m.s[at.MAP_STATE + i] == amplitudes.MEASURING:
+        amplitudes.refuse_map(m, i)
     law, s = m.law, m.s
-    settles = settles_for_certain(law, s, i) or is_damped(m, i) or decays_on_average(law, s, i)
+    settles = settling.settles_for_certain(law, s, i) or is_damped(m, i) or decays_on_average(law, s, i)
     if s[at.DECIDED + i] == 0.0 and settles:
-        note_closest_trough(s, i)
-        decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
+        verdict.note_closest_trough(s, i)
+        verdict.decide_settled(m, i, nan, s[at.XI_STAR + i], at.SETTLING_CERTAIN)
         return at.SETTLING_CERTAIN
     return at.STEP_LIMIT
 
 
 def finish(m, i, status, u, velocity):
     s, results, c = m.s, m.observer.results, int(m.s[at.CELL + i])
-    if friction_was_negative(m, i, c, abs(m.cells[at.BELT, c] - s[at.SIGMA + i] * velocity)):
-        results[at.REGIME, c], status = at.FAILED, at.NEGATIVE_FRICTION
-    elif s[at.DECIDED + i] == 0.0:
-        unknown = status == at.HORIZON_REACHED or status == at.STEP_LIMIT
-        results[at.REGIME, c] = at.UNRESOLVED if unknown else at.FAILED
+    was_negative = friction_was_negative(m, i, c, abs(m.cells[at.BELT, c] - s[at.SIGMA + i] * velocity))
+    verdict.write_end(m, i, at.NEGATIVE_FRICTION if was_negative else status, u, velocity)
+    if was_negative:
+        results[at.REGIME, c] = at.FAILED
+    elif s[at.DECIDED + i] == 0.0:  # extremes stored on the way say nothing of a motion that is not known to its end
         results[at.CROSSINGS, c] = s[at.CROSSED + i]
-        forget_extrema(results, c)
-    results[at.STATUS, c] = status
-    results[at.STEPS, c] = s[at.TRIED + i]
+        for row in (at.XI_MAX, at.XI_MIN, at.SPEED_MAX, at.ACCELERATION_MAX):
+            results[row, c] = nan
     results[at.STICKS, c], results[at.STICK_TIME, c] = s[at.STICK_COUNT + i], s[at.STICK_SUM + i]
-    results[at.XI_END, c], results[at.ETA_END, c] = s[at.SIGMA + i] * u, s[at.SIGMA + i] * velocity
     return DONE
 
 
@@ -176,7 +121,7 @@ def friction_was_negative(m, i, c, w_end):
     s, cells = m.s, m.cells
     if cells[at.A2, c] >= 0.0 and cells[at.A3, c] >= 0.0:
         return False
-    note_range(s, i)
+    verdict.note_range(s, i)
     slowest = min(s[at.SLOWEST + i], max(min(s[at.W_LEAST + i], s[at.SLIP_LEAST + i]), 0.0))
     fastest = s[at.FASTEST + i]
     if w_end > fastest:  # no extreme yet, or one of a motion that was not followed to its end
@@ -196,17 +141,20 @@ def before_commit(m):
     A quiet turn of u is counted here, as `note_turn` and `note_loop` count the others.
     """
     widest_vectors()
-    s, exact = m.s, has_exact_derivatives(m.law)
+    s, exact = m.s, tops.has_exact_derivatives(m.law)
     for i in range(at.WIDTH):
         h, y, w, dw, jerk = s[at.TAKEN + i], s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], s[at.JERK_NEW + i]
-        turn, quiet = turns(s, i, w), turns_quietly(s, i, h, y, w)
+        turn, quiet = extrema.turns(s, i, w), extrema.turns_quietly(s, i, h, y, w)
         marked = s[at.MARK + i] > 0.0
-        peak, each = has_top_speed(s, i, h, w, dw) & marked, s[at.W_TOP + i] == -inf
-        slope, trough = has_top_slope(s, i, h, dw, jerk) & marked, has_low_speed(s, i, h, w, dw) & marked
+        peak, each = extrema.has_top_speed(s, i, h, w, dw) & marked, s[at.W_TOP + i] == -inf
+        slope, trough = (
+            extrema.has_top_slope(s, i, h, dw, jerk) & marked,
+            extrema.has_low_speed(s, i, h, w, dw) & marked,
+        )
         loud = turn & (not quiet) & marked
-        look = seek(s, i, peak | trough, slope, exact) | (peak & each)
-        look = look | loud | comes_into_band(s, i, y, w)
-        look = look | (distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
+        look = tops.seek(s, i, peak | trough, slope, exact) | (peak & each)
+        look = look | loud | settling.comes_into_band(s, i, y, w)
+        look = look | (settling.distance2_from_sliding(s, i, y, w) < s[at.RADIUS2 + i])
         s[at.LOOK + i], s[at.TURNING + i] = select(look, 1.0, 0.0), select(loud, 1.0, 0.0)
         counts, maximum = turn & quiet, w > s[at.B + i]
         side = select(maximum, 1.0, -1.0)
@@ -214,58 +162,59 @@ def before_commit(m):
         s[at.SIDE_LAST_NEW + i] = select(counts, side, s[at.SIDE_LAST + i])
         s[at.CROSSED_NEW + i] = s[at.CROSSED + i] + select(crosses, 1.0, 0.0)
         s[at.LOOP_COUNT_NEW + i] = s[at.LOOP_COUNT + i] + select(counts & maximum, 1.0, 0.0)
-    find_tops(m.law, s)
+    tops.search(s)
+    tops.confirm_slopes(m.law, s)
 
 
 def after_commit(m):
-    record_tops(m.s)
-    grow_errors(m.s)
+    tops.record_tops(m.s)
+    verdict.grow_errors(m.s)
 
 
 def observe_slip_begin(m, i, u, w, fresh):
     s = m.s
     if isnan(s[at.SLIP_START + i]):
         s[at.SLIP_START + i] = s[at.TAU + i]
-    begin_margin(s, i, fresh)
+    verdict.begin_margin(s, i, fresh)
     if fresh and s[at.DECIDED + i] == 0.0:
-        set_band(s, i, u, w, s[at.B + i])
+        settling.set_band(s, i, u, w, s[at.B + i])
     if s[at.SIDE_LAST + i] == 0.0:
-        note_side(s, i, s[at.SIGMA + i] * u)
+        extrema.note_side(s, i, s[at.SIGMA + i] * u)
 
 
 def watch_from(m, i, u):
     s = m.s
-    s[at.RADIUS2 + i] = proven_radius(m, i) ** 2
-    note_ends(s, i, u, s[at.W + i], s[at.DW + i])
-    show_tops(m, i)
+    s[at.RADIUS2 + i] = settling.proven_radius(m, i) ** 2
+    verdict.note_ends(s, i, u, s[at.W + i], s[at.DW + i])
+    extrema.show_tops(m, i)
 
 
 def observe_step(m, i, h, y, w, dw, jerk, work):
-    if m.s[at.MAP_STATE + i] == MEASURING:
-        note_half_loop(m, i, h, w, dw, jerk)
+    if m.s[at.MAP_STATE + i] == amplitudes.MEASURING:
+        amplitudes.note_half_loop(m, i, h, w, dw, jerk)
         return
-    note_gain(m.s, i, h, w, dw, jerk)
+    verdict.note_gain(m.s, i, h, w, dw, jerk)
     if m.s[at.MARK + i] > 0.0:
-        record_extrema(m, i, h, w, dw, jerk)
-    note_entry(m.s, i, h, y, w)
+        extrema.record_extrema(m, i, h, w, dw, jerk)
+    settling.note_entry(m.s, i, h, y, w)
 
 
 def observe_no_event(m, i):
-    if m.s[at.MAP_STATE + i] == TO_BEGIN:
-        begin_map(m, i)
+    if m.s[at.MAP_STATE + i] == amplitudes.TO_BEGIN:
+        amplitudes.begin_map(m, i)
         return
-    if m.s[at.MAP_STATE + i] == CORRECTED:
-        confirm_corrected(m, i)
-    if m.s[at.MAP_STATE + i] == MEASURING:
-        follow_map(m, i)
-        if m.s[at.MAP_STATE + i] == MEASURING:
+    if m.s[at.MAP_STATE + i] == amplitudes.CORRECTED:
+        amplitudes.confirm_corrected(m, i)
+    if m.s[at.MAP_STATE + i] == amplitudes.MEASURING:
+        amplitudes.follow_map(m, i)
+        if m.s[at.MAP_STATE + i] == amplitudes.MEASURING:
             return
-        m.s[at.RADIUS2 + i] = proven_radius(m, i) ** 2
+        m.s[at.RADIUS2 + i] = settling.proven_radius(m, i) ** 2
     if m.s[at.PUSH_STATE + i] == TO_BE_PUSHED:
         push(m, i)
     if m.s[at.MARK + i] > 0.0:
-        show_tops(m, i)
-    check_settling(m, i)
+        extrema.show_tops(m, i)
+    settling.check_settling(m, i)
 
 
 @compiled
@@ -279,14 +228,14 @@ def push(m, i):
 
 def observe_mode_end(m, i, u, kind):
     s = m.s
-    if s[at.MAP_STATE + i] == MEASURING:
-        refuse_map(m, i)
+    if s[at.MAP_STATE + i] == amplitudes.MEASURING:
+        amplitudes.refuse_map(m, i)
         return True
-    if s[at.MAP_STATE + i] == TO_BEGIN or s[at.MAP_STATE + i] >= ON_CYCLE:
-        s[at.MAP_STATE + i] = OVER
-    note_ends(s, i, u, s[at.W + i], s[at.DW + i])
+    if s[at.MAP_STATE + i] == amplitudes.TO_BEGIN or s[at.MAP_STATE + i] >= amplitudes.ON_CYCLE:
+        s[at.MAP_STATE + i] = amplitudes.OVER
+    verdict.note_ends(s, i, u, s[at.W + i], s[at.DW + i])
     if kind == TURNED:
-        note_peak(s, i, s[at.W + i] - s[at.B + i])
+        extrema.note_peak(s, i, s[at.W + i] - s[at.B + i])
     return False
 
 
@@ -295,7 +244,7 @@ def observe_mode_end(m, i, u, kind):
 
 def observe_constant_speed(m, i, u, b, w, duration):
     s = m.s
-    note_entry_at_constant_speed(s, i, s[at.TAU + i], u, w, b, duration)
+    settling.note_entry_at_constant_speed(s, i, s[at.TAU + i], u, w, b, duration)
     if w > 0.0:
         load = u + s[at.G + i] * (b - w)
         s[at.HEAT + i] += w * duration * (load + 0.5 * (b - w) * duration)
@@ -320,33 +269,33 @@ def stays_on_line(m, i, line, u, w, dw, kind, t):
 
 def observe_standstill(m, i, dw):
     m.s[at.MAP_REST + i] = m.s[at.TAU + i]
-    note_closest_trough(m.s, i)
-    note_standstill(m.s, i, dw)
+    verdict.note_closest_trough(m.s, i)
+    verdict.note_standstill(m.s, i, dw)
 
 
 def observe_trough(m, i, u, w):
     s, b = m.s, m.s[at.B + i]
     s[at.MAP_REST + i] = s[at.TAU + i]
-    note_trough(s, i, w)
-    note_closest_trough(s, i)
+    verdict.note_trough(s, i, w)
+    verdict.note_closest_trough(s, i)
     s[at.HELD + i] = 1.0
-    if s[at.DECIDED + i] == 0.0 and is_shrinking(s, i, m.cells, u, w, b):
-        decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLING_OBSERVED)
+    if s[at.DECIDED + i] == 0.0 and settling.is_shrinking(s, i, m.cells, u, w, b):
+        verdict.decide_settled(m, i, s[at.ENTERED + i], s[at.XI_STAR + i], at.SETTLING_OBSERVED)
 
 
 def observe_load_that_stays(m, i, u, b):
     if b == 0.0 and m.s[at.DECIDED + i] == 0.0:
-        note_ends(m.s, i, u, 0.0, 0.0)
-        come_to_a_point(m.observer.results, int(m.s[at.CELL + i]), m.s[at.SIGMA + i] * u)
-        decide(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
+        verdict.note_ends(m.s, i, u, 0.0, 0.0)
+        verdict.come_to_a_point(m.observer.results, int(m.s[at.CELL + i]), m.s[at.SIGMA + i] * u)
+        verdict.decide(m, i, at.STUCK, at.NEVER_BREAKS_AWAY)
 
 
 def observe_contact(m, i, room, comes_back):
     s = m.s
     share = exp(-s[at.GAIN + i]) / s[at.AMPLITUDE + i]
-    note_closeness(s, i, share * room)
+    verdict.note_closeness(s, i, share * room)
     if not comes_back:
-        note_closeness(s, i, share * s[at.W_LEAST + i])
+        verdict.note_closeness(s, i, share * s[at.W_LEAST + i])
 
 
 def observe_stick(m, i, start, u_start, load, after_slip, thrown):
@@ -359,7 +308,7 @@ def observe_stick(m, i, start, u_start, load, after_slip, thrown):
         results[at.RESTICK_TIME, c], results[at.RESTICK_XI, c] = start, s[at.SIGMA + i] * u_start
         if isnan(s[at.CYCLE_START + i]) and m.observer.until != at.UNTIL_REGIME:  # it began in slip
             results[at.ERROR_GROWTH, c] = exp(s[at.GAIN + i])
-    note_ends(s, i, u_start, 0.0, 0.0)
+    verdict.note_ends(s, i, u_start, 0.0, 0.0)
     if s[at.DECIDED + i] == 0.0:
         forget_loops(s, i)
 
@@ -369,4 +318,4 @@ def observe_breakaway(m, i, start, load, thrown):
         close_cycle(m, i, m.s[at.TAU + i] - start, load)
 
 
-observers.register(Regime, globals())
+observers.register(Regime, vars(verdict) | globals())

@@ -30,15 +30,11 @@ STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycl
 
 GO_ON, CLOSED, TOO_SLOW = range(3)
 
-# In rows that `regime.py` has. State where the loop under way began, where the one before began and ended; loops since
-# the last leap; how often the limit was foretold; loops that changed nothing; where to put the lane, and when (NaN:
-# nowhere).
-(FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, SINCE, TIMES, STILL, TO_Y, TO_Z, TO_TAU) = (
-    at.RELEASE, at.RELEASE_CHANGE, at.PERIOD_BEFORE, at.SPEED_BEFORE, at.HEAT_BEFORE, at.LEAPT, at.CONFIRMING,
-    at.PUSH_STATE, at.RETURNED, at.PEAK, at.PEAK_BEFORE, at.TROUGH_TIME,
-)  # fmt: skip
+# State where the loop under way began, where the one before began and ended; loops since the last leap; how often the
+# limit was foretold; loops that changed nothing; where to put the lane, and when (NaN: nowhere).
+FROM_Y, FROM_Z, IN_Y, IN_Z, OUT_Y, OUT_Z, SINCE, TIMES, STILL, TO_Y, TO_Z, TO_TAU = at.RECURRENCE.take(12)
 # At the last leap: y, its change in a loop, the loop's duration, and how many were passed over.
-NODE_Y, NODE_BY, NODE_TIME, NODE_LOOPS = at.LOOP_XI, at.LOOP_GAIN, at.LOOP_CHANGE, at.LOOP_MOVED
+NODE_Y, NODE_BY, NODE_TIME, NODE_LOOPS = at.RECURRENCE.take(4)
 
 
 @compiled

@@ -5,7 +5,7 @@ are few, the map of twice as many half loops takes the place of the map, again a
 too far at once. So the number of maps to go through grows with the logarithm of the number of half loops.
 """
 
-from math import inf
+from math import inf, nan
 
 from .. import layout as at
 from ..jit import compiled
@@ -13,7 +13,7 @@ from ..jit import compiled
 TRUNCATED = 0.01  # of the tolerance: terms below are left out
 NARROWER, MOST_STALLED = 0.7, 4000.0  # maps on the way down until the amplitude is so much smaller
 FEW, LEAST = 5, 0.7  # terms of a map that is doubled, and its ratio at least
-KEPT_R, KEPT_T, SCRATCH = (at.MAP_A + k * FEW * at.WIDTH for k in range(3))  # nodes are not needed on the way down
+KEPT_R, KEPT_T, SCRATCH = at.Rows(at.MAP_A, at.MAP_R).take(3 * FEW)[::FEW]  # nodes are not needed on the way down
 
 
 @compiled
@@ -120,3 +120,43 @@ def copy_map(s, i, ratio, time, to_ratio, to_time):
     """Copy the first terms of both series from two rows on to two others."""
     for j in range(i, FEW * at.WIDTH + i, at.WIDTH):
         s[to_ratio + j], s[to_time + j] = s[ratio + j], s[time + j]
+
+
+# --- the slip cycle that a spiral comes to where steady sliding repels ------------------------------------------------
+# A loop takes an amplitude a to a L(a), L(a) = R(a) R(-a R(a)). Spirals of a plane do not cross, so a motion that comes
+# from outside tends to the outermost a with L = 1. It is looked for inwards, in leaps of at most half of what the
+# secant of 1 - L says is left, as long as L < 1. Of a small deviation a loop leaves (a L)', its Floquet multiplier.
+
+
+HALF, TENTH = 0.5, 0.1  # of the way that is left, and of the amplitude: leaps at most
+NEAR = 0.01  # tolerances, over the amplitude: what may be left
+MOST_LEAPS = 100
+MOST_LEFT = 0.999  # multiplier of a cycle that attracts for certain
+
+
+@compiled
+def loss(s, i, terms, a):
+    """What a loop that begins at a > 0 loses of it: 1 - L(a)."""
+    ratio = ratio_and_time(s, i, terms, a)[0]
+    return 1.0 - ratio * ratio_and_time(s, i, terms, -a * ratio)[0]
+
+
+@compiled
+def cycle_inside(s, i, terms, a, rtol):
+    """Amplitude of the cycle to which loops from a > 0 tend, and its multiplier; NaN where the map does not say."""
+    before = loss(s, i, terms, a)
+    if not 0.0 < before < 1.0:
+        return nan, nan
+    outer, a = a, a * (1.0 - before)
+    for _ in range(MOST_LEAPS):
+        here = loss(s, i, terms, a)
+        bend = (before - here) / (outer - a)
+        way = here / bend if bend > 0.0 else inf
+        if abs(way) <= NEAR * rtol * a:
+            left = 1.0 - a * bend
+            return (a - way, left) if 0.0 <= left <= MOST_LEFT else (nan, nan)
+        if not here > 0.0:
+            return nan, nan
+        outer, before = a, here
+        a -= max(here * a, min(HALF * way, TENTH * a))
+    return nan, nan

@@ -7,15 +7,14 @@ F(q)/q is gamma plus the mean slope of the curve between b and w.
 from math import atan2, cos, inf, log, nan, pi, sin
 
 from .. import layout as at
+from ..arithmetic import exp
 from ..contacts.stribeck.equations import slope_in_lane
+from ..contacts.stribeck.friction import Table, slopes_between
 from ..contacts.stribeck.laws import inflection, shape, weakening_slope
-from ..contacts.stribeck.table import Table, slopes_between
 from ..dense import rise_and_work, speed
-from ..exponential import exp
 from ..jit import compiled
 from ..linking import by_law
-from .margin import note_closeness, note_closest_trough, note_trough
-from .verdict import decide_settled, ends_with_regime, note_ends
+from .verdict import decide_settled, ends_with_regime, note_closeness, note_closest_trough, note_ends, note_trough
 
 BAND_SHARE = 1e-4  # settling band over the distance from steady sliding at which the slip began
 SMALLEST_BAND = 1e-12  # what is smaller is lost to rounding
@@ -148,9 +147,7 @@ def drags_between(law, s, i, low, high):
     return drag + min(one, other), drag + max(one, other)
 
 
-@least_drag.of(Table)
-def _least_drag(law, s, i, w, b):
-    return drags_between(law, s, i, min(w, b), max(w, b))[0]
+least_drag.of(Table)(lambda law, s, i, w, b: drags_between(law, s, i, min(w, b), max(w, b))[0])
 
 
 @has_no_drag.of(Table)

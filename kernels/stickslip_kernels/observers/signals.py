@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 
 from .. import contacts, observers
 from .. import layout as at
-from ..contacts.stribeck.hysteresis_line import motion, steepest
-from ..dense import load_and_speed
+from ..contacts.stribeck.hysteresis import motion, steepest
+from ..dense import gauss, load_and_speed
 from ..drive import belt_in_lane
 from ..jit import by_type, compiled
-from ..machine import DONE
-from ..quadrature import gauss
+from ..layout import DONE
 
 NODES, WEIGHTS = gauss(6)
 A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose the last one
@@ -23,7 +22,7 @@ A_LITTLE = 1e-9  # of the time between samples, so that rounding does not lose t
 class Signals(NamedTuple):
     """Tag of this observer, with what it fills.
 
-    results : float64 (RIG_ROWS, n) from `allocate.new_signals`. runs : float64 (n, RUN_COLUMNS), where each cell puts
+    results : float64 (RIG_ROWS, n) from `layout.new_signals`. runs : float64 (n, RUN_COLUMNS), where each cell puts
         its samples. signals : float64 (SIGNAL_ROWS, any); what is not reached stays as it was.
     stops : a table of stick phases, for n = 1, or NO_STOPS.
     """

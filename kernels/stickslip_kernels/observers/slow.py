@@ -17,12 +17,12 @@ After the singular perturbation theory of N. Fenichel, Journal of Differential E
 from math import inf, log
 
 from .. import layout as at
+from ..arithmetic import exp
 from ..contacts.stribeck.equations import jerk_in_lane, next_speed, slope_in_lane, weakening_in_lane
 from ..contacts.stribeck.laws import has_kinks
+from ..contacts.stribeck.runge_kutta import restart
 from ..contacts.stribeck.slip import displacement_in_lane
-from ..contacts.stribeck.stepping import restart
 from ..dense import NODES, WEIGHTS
-from ..exponential import exp
 from ..jit import compiled
 from .settling import creeps_in, distance2_from_sliding, drag_at
 from .verdict import come_to_a_point, decide, decide_settled, note_ends

@@ -24,14 +24,12 @@ from math import inf, isnan, nan
 
 from .. import layout as at
 from ..contacts.stribeck.equations import weakening_in_lane
-from ..contacts.stribeck.friction import coefficient, line_slope
+from ..contacts.stribeck.friction import Table, coefficient, is_concave_from, line_slope
 from ..contacts.stribeck.laws import relaxation
-from ..contacts.stribeck.table import Table, is_concave_from
 from ..jit import compiled
 from ..linking import by_law
-from .margin import note_closest_trough
 from .settling import NOTHING, certain_radius, drag_at, least_drag
-from .verdict import decide, decide_settled
+from .verdict import decide, decide_settled, note_closest_trough
 
 MOST_LOOKS = 100  # at G, from the disc of `certain_radius` to the trough
 NEARLY = 0.999  # of the way to where G may vanish at the soonest
@@ -80,9 +78,7 @@ def relaxes_from(law, s, i, w):
     return s[at.RATE + i] * w >= relaxation(law, s[at.EXPONENT + i])
 
 
-@relaxes_from.of(Table)
-def _relaxes_from(law, s, i, w):
-    return is_concave_from(law, s[at.RATE + i] * w, s[at.EXPONENT + i])
+relaxes_from.of(Table)(lambda law, s, i, w: is_concave_from(law, s[at.RATE + i] * w, s[at.EXPONENT + i]))
 
 
 @compiled

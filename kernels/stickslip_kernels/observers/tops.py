@@ -1,16 +1,17 @@
 """Extrema of w and of w' inside the step, in all lanes at once, so that a lane needs no look to exceed its records.
 
-`seek` says which one a step may hold, `find_tops` finds it, and once the step is committed `record_tops` keeps it. Two
-passes over the series after a first guess are enough for nearly every step; where they are not, the lane is looked at.
+`seek` says which one a step may hold, `search` finds it by the series, and once the step is committed `record_tops`
+keeps it. Two passes over the series after a first guess are enough for nearly every step; where they are not, the lane
+is looked at.
 """
 
 from math import inf, nan
 
 from .. import layout as at
+from ..arithmetic import nonzero_bits, select, widest_vectors
 from ..contacts.stribeck.equations import jerk_in_lane, slope_in_lane
 from ..contacts.stribeck.laws import RECURRENCES
 from ..dense import horner
-from ..intrinsics import nonzero_bits, select, widest_vectors
 from ..jit import compiled
 from ..layout import WIDTH  # a literal, which `nonzero_bits` needs
 from ..linking import by_law
@@ -26,6 +27,39 @@ def has_exact_derivatives(law):
 has_exact_derivatives.of(*RECURRENCES)(lambda law: True)
 
 
+# --- which a step may hold, from its start to a state after h ---------------------------------------------------------
+
+
+@compiled(inline=True)
+def reach(a, b, h):
+    """Return how far beyond the nearer end an extremum within h may lie, its slopes at the ends being a and b.
+
+    A bound where the slope only falls, or only rises, on the way.
+    """
+    return h * min(abs(a), abs(b))
+
+
+@compiled(inline=True)
+def has_top_speed(s, i, h, w, dw):
+    """Return whether an extremum of w may be the largest so far."""
+    w0, dw0 = s[at.W + i], s[at.DW + i]
+    return (dw0 * dw < 0.0) & (max(w0, w) + reach(dw0, dw, h) >= s[at.W_TOP + i])
+
+
+@compiled(inline=True)
+def has_low_speed(s, i, h, w, dw):
+    """Return whether a trough of w may be the least of this slip so far."""
+    w0, dw0 = s[at.W + i], s[at.DW + i]
+    return (dw0 < 0.0) & (dw > 0.0) & (min(w0, w) - reach(dw0, dw, h) <= s[at.W_LEAST + i])
+
+
+@compiled(inline=True)
+def has_top_slope(s, i, h, dw, jerk):
+    """Return whether an extremum of w' may be the largest so far."""
+    dw0, jerk0 = s[at.DW + i], s[at.JERK + i]
+    return (jerk0 * jerk < 0.0) & (max(abs(dw0), abs(dw)) + reach(jerk0, jerk, h) >= s[at.DW_TOP + i])
+
+
 @compiled(inline=True)
 def seek(s, i, speed, slope, exact):
     """Have an extremum of w, else of w', found in lane i; True where one of w' must be looked at instead.
@@ -37,14 +71,15 @@ def seek(s, i, speed, slope, exact):
     return slope & (speed | (not slope_here))
 
 
+# --- where it is ------------------------------------------------------------------------------------------------------
+
+
 @compiled
-def find_tops(law, s):
+def search(s):
     """Row TOP of the lanes with SOUGHT; where it is not found, SOUGHT becomes 0, and LOOK 1."""
-    widest_vectors()
     if nonzero_bits(s, at.SOUGHT, WIDTH) != 0:
         guess_tops(s)
         close_in(s)
-        confirm_slopes(law, s)
 
 
 @compiled(inline=True)
@@ -85,7 +120,8 @@ def close_in(s):
         w, dw, a, b, _, _, c = horner(s, i, t)
         f, slope, bend, last = sought_at(speed, dw, a, b, c)
         d, exact = reverted(0.0, f, slope, bend, last, end)
-        s[at.TOP + i] = w + d * (dw + d * (a + d * (b + d * c)))
+        slope_there = dw + d * (2.0 * a + d * (3.0 * b + d * 4.0 * c))
+        s[at.TOP + i] = select(speed, w + d * (dw + d * (a + d * (b + d * c))), slope_there)
         s[at.GUESS + i], s[at.GUESS_B + i], s[at.TOP_TIME + i] = t + d, b, select(exact, t + d, nan)
         found = (abs(d) <= FOR_A_VALUE * end) & (t + d > 0.0) & (t + d <= end)
         give_up(s, i, (sought > 0.0) & (not found))
@@ -93,9 +129,9 @@ def close_in(s):
 
 @by_law("s:")
 def confirm_slopes(law, s):
-    """The extrema of w' by the equation of motion, which tells besides whether they are (`roots.extreme_slope`)."""
+    """The extrema of w' by the equation of motion, which tells besides whether they are (`equations.extreme_slope`)."""
     widest_vectors()
-    if not has_exact_derivatives(law):
+    if not has_exact_derivatives(law) or nonzero_bits(s, at.SOUGHT, WIDTH) == 0:
         return
     for i in range(at.WIDTH):
         t, sixth_snap = s[at.GUESS + i], s[at.GUESS_B + i]

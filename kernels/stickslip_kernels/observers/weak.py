@@ -18,9 +18,9 @@ from math import asin, cos, inf, log, pi, sin
 
 from .. import layout as at
 from ..contacts.stribeck.equations import jerk_in_lane, next_speed, slope_in_lane, weakening_in_lane
+from ..contacts.stribeck.friction import Table
 from ..contacts.stribeck.laws import inflection
-from ..contacts.stribeck.stepping import restart
-from ..contacts.stribeck.table import Table
+from ..contacts.stribeck.runge_kutta import restart
 from ..dense import NODES, WEIGHTS
 from ..jit import compiled
 from ..linking import by_law
@@ -123,9 +123,7 @@ def most_drag(law, s, i):
     return max(most, drag_at(law, s, i, bend)) if bend < 2.0 * b else most
 
 
-@most_drag.of(Table)
-def _most_drag(law, s, i):
-    return drags_between(law, s, i, 0.0, 2.0 * s[at.B + i])[1]
+most_drag.of(Table)(lambda law, s, i: drags_between(law, s, i, 0.0, 2.0 * s[at.B + i])[1])
 
 
 @compiled

@@ -11,15 +11,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.config.describe import friction_question_of_cells
 from stickslip.dataset.build import evaluated_dataset, given_cells, grid_coordinates, provenance, trace_dataset
 from stickslip.engine import Options, compute, trajectory
-from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError, UnitWarning
+from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError
 from stickslip.theory.contacts import time_to_cycle
 from stickslip.vocabulary.cells import Parameters, as_cells, named_values, scales_of
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.own_laws import beyond_points
 from stickslip.vocabulary.quantities import PARAMETERS, SOLVER
+from stickslip.vocabulary.results import REGIMES
 
 
 def evaluate(
@@ -85,8 +84,6 @@ def evaluate(
     if variables is not None:
         options = options.keeping(variables)
     full = given_cells(cells, options)
-    if question := friction_question_of_cells(full.listed):
-        warnings.warn(question, UnitWarning, stacklevel=2)
     computed = compute(full, options)
     if (slip_speed := computed.results.get("slip_speed_max")) is not None:
         _warn_beyond_points(options, slip_speed, full.listed)

@@ -21,13 +21,13 @@ from stickslip.errors import ClusterError, ExtrapolationWarning, Interrupted
 from stickslip.files.locations import location
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
-from stickslip.runs import collecting, session
+from stickslip.runs import report, session
 from stickslip.runs.lock import Notice
 from stickslip.runs.session import OnError, Outcome, Request, request_for
 from stickslip.runs.threads import compute_study
 from stickslip.runs.work import MapStudy, parse_shard, study_of
-from stickslip.vocabulary.studies import STUDIES
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import or_meant
+from stickslip.vocabulary.results import STUDIES
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -198,13 +198,13 @@ def collect(
     output : file to write; None takes that of the configuration. A store is removed once its map is complete.
     """
     request = request_for(config_or_store, output, store)
-    collected = collecting.collect(replace(request, keep=keep_parts, notice=notice or _silent))
+    collected = report.collect(replace(request, keep=keep_parts, notice=notice or _silent))
     return open(collected.output)
 
 
-def status(config_or_store: Given, *, store: str | os.PathLike[str] | None = None) -> collecting.Status:
+def status(config_or_store: Given, *, store: str | os.PathLike[str] | None = None) -> report.Status:
     """The progress of the run of a configuration, or of a working store, and who works on it."""
-    return collecting.status(request_for(config_or_store, None, store))
+    return report.status(request_for(config_or_store, None, store))
 
 
 def retry_failed(

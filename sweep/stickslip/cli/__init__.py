@@ -17,7 +17,7 @@ from stickslip import extensions
 from stickslip._version import __version__
 from stickslip.cli import screen
 from stickslip.cli.params import next_step
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.results import STUDIES
 
 Places = Mapping[str, str]  # the modules in which commands are, by name
 Sections = Mapping[str, Places]  # by heading of the help

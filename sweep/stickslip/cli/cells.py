@@ -15,8 +15,15 @@ from stickslip.cli.outputs import save_plot, save_result, show_result
 from stickslip.cli.screen import JSON, fail, refuses_bad_input, reports_errors
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import quantity
-from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES, STATUSES, UNDECIDED, flag_label
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import (
+    REGIME_MESSAGES,
+    REGIMES,
+    STATUS_MESSAGES,
+    STATUSES,
+    UNDECIDED,
+    VARIABLES,
+    flag_label,
+)
 
 if TYPE_CHECKING:
     import xarray as xr

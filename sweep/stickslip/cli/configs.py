@@ -12,10 +12,9 @@ from typing import Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.outputs import plot_limits
 from stickslip.cli.screen import DONE, JSON, WRONG_INPUT, fail, fields, is_for_programs, print_json, reports_errors
 from stickslip.errors import ConfigError, Problem, dotted
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import or_meant
 
 
 @click.command()
@@ -52,8 +51,6 @@ def _validated(path: Path) -> dict[str, Any]:
         return answer | {"valid": False, "problems": [_problem(problem) for problem in error.problems]}
     rows, computes = list(describe(config)), study_of(config).described()
     texts = [str(warning.message) for warning in caught]
-    if config.has_cells and config.output.plot is not None and (part := plot_limits(config)):
-        texts.append(f"output.plot: {part}")
     for text in texts if not is_for_programs() else ():
         screen.notice(f"warning: {text}")
     screen.echo(f"{path}: valid, {computes}")
@@ -97,7 +94,7 @@ def init(file: Path, name: str | None, listing: bool, schema: bool) -> None:
     from stickslip.config.yaml import read_yaml
 
     if schema:
-        from stickslip.config.schema import json_schema
+        from stickslip.config.describe import json_schema
 
         return screen.echo(json.dumps(json_schema(), indent=2))
     if listing:

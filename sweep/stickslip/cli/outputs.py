@@ -13,16 +13,15 @@ from typing import TYPE_CHECKING, Any
 from stickslip.cli import screen
 from stickslip.cli.params import requested_table
 from stickslip.cli.screen import drawing
-from stickslip.vocabulary.flags import flag_label
+from stickslip.vocabulary.results import flag_label
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from stickslip.config.model import Config
     from stickslip.engine import Options
     from stickslip.files.locations import Location
-    from stickslip.plots import Look, Mark
+    from stickslip.plots import Look
 
 
 # --- on screen --------------------------------------------------------------------------------------------------------
@@ -65,13 +64,12 @@ def threads_text(options: Options) -> str:
 def _show_map(ds: xr.Dataset, output: Location | None) -> None:
     """Print the regimes of a map, and remarks on cells that have none."""
     from stickslip.config.studies import ReportTable
-    from stickslip.dataset.summary import remark, step_limit_remark, summary, table_remark
+    from stickslip.dataset.summary import remark, summary, table_remark
 
-    shares, file = summary(ds), None if output is None else str(output)
+    shares = summary(ds)
     rows = [(flag_label(name), f"{share.cells:,}", screen.share_text(share.fraction)) for name, share in shares.items()]
     screen.echo(ReportTable("", ("regime",), ("cells", "share"), rows).text())
-    remarks = remark(shares, file), step_limit_remark(ds, file), table_remark(ds)
-    for text in filter(None, remarks):
+    for text in filter(None, (output and remark(shares, str(output)), table_remark(ds))):
         screen.echo(text)
 
 
@@ -113,8 +111,7 @@ def save_table(ds: xr.Dataset, target: Path | None, variables: tuple[str, ...] =
         return
     from stickslip.dataset import export
 
-    with screen.progress_bar("rows", " written") as move:
-        table = export.write_table(ds, target, variables, progress=move)
+    table = export.write_table(ds, target, variables)
     show_file("table", target, f"{table.rows:,} row{'s' * (table.rows != 1)}, {len(table.columns)} columns")
     if table.left_out:
         names = ", ".join(table.left_out)
@@ -167,7 +164,7 @@ class PictureOptions:
     def with_units(self, ds: xr.Dataset) -> xr.Dataset:
         """The dataset, to be shown in the units that are asked for, or that limits have. Raises PlotError."""
         from stickslip.dataset.display import with_units
-        from stickslip.plots.options import pairs
+        from stickslip.plots.marks import pairs
         from stickslip.vocabulary import units
 
         ends = [end for text in self.limits for end in pairs(text, "LOW..HIGH with a unit")]
@@ -178,36 +175,15 @@ class PictureOptions:
     def look(self, ds: xr.Dataset) -> Look:
         """The look of a map. Raises PlotError."""
         from stickslip.plots import Look
+        from stickslip.plots.marks import marks_in
 
         files = [text for text in self.marks if "=" not in text]
         marks = [text for text in self.marks if text not in files]
         look = Look.of(ds, log=self.log, limits=self.limits, marks=marks)
-        return replace(look, marks=(*look.marks, *(mark for file in files for mark in _points(ds, Path(file)))))
+        return replace(look, marks=(*look.marks, *(mark for file in files for mark in marks_in(ds, Path(file)))))
 
 
 PLAIN = PictureOptions()
-
-
-def _points(ds: xr.Dataset, path: Path) -> list[Mark]:
-    """The operating points of a file, which say their regimes: computed there, not those of the cells around."""
-    from stickslip.api.cells import evaluate
-    from stickslip.config.grid import shared_by
-    from stickslip.dataset.selection import one_cell
-    from stickslip.plots.options import marks_in
-    from stickslip.vocabulary.flags import REGIMES
-
-    points = [*marks_in(ds, path)]
-    if "regime" not in ds or "configuration" not in ds.attrs:
-        return points
-    try:
-        cells, how = [one_cell(ds, {str(name): at for name, at in mark.at.items()}) for mark in points], shared_by(ds)
-    except ValueError:  # a point does not say where it is along each axis, which whoever draws it will say
-        return points
-    regimes = evaluate({name: [cell[name] for cell in cells] for name in cells[0]}, **how)["regime"].values
-    points = [replace(mark, regime=REGIMES[int(code)]) for mark, code in zip(points, regimes, strict=True)]
-    for mark in points:
-        screen.row("mark", f"{mark.label}: {flag_label(mark.regime)}")
-    return points
 
 
 # --- pictures of results ----------------------------------------------------------------------------------------------
@@ -234,19 +210,6 @@ def part_that_fits(ds: xr.Dataset) -> xr.Dataset:
     for place in places:
         screen.row("drawn", f"{place}; others with stickslip plot --select")
     return part
-
-
-def plot_limits(config: Config) -> str | None:
-    """Text on what the plot of a configuration will leave out; None for nothing."""
-    from stickslip.config.grid import build_grid
-    from stickslip.dataset.selection import left_out
-
-    if config.study is not None:
-        from stickslip.api.studies import coarse_map
-
-        config = coarse_map(config)
-    grid = build_grid(config)
-    return left_out(dict(zip(grid.dims, grid.shape, strict=True)))
 
 
 def save_page(ds: xr.Dataset, target: Path, picture: PictureOptions = PLAIN) -> None:

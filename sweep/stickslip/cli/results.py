@@ -10,7 +10,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import PictureOptions, result_figure, save_page, save_table, show_result
 from stickslip.cli.screen import JSON, Answer, fail, is_for_programs, reports_errors
-from stickslip.vocabulary.flags import STATUS_MESSAGES, flag_label
+from stickslip.vocabulary.results import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location
@@ -109,8 +109,6 @@ def export(file: Location, output: Path | None, variables: tuple[str, ...], sele
             part = selection.selected(ds, places)[0] if places else ds
         except PlotError as error:
             fail(f"{file}: {error}")
-        for point in selection.points_taken(ds, places) if places else ():
-            screen.echo(f"taken    {point}")
         save_table(part, target, variables)
 
 
@@ -142,7 +140,7 @@ Examples:
 @click.option(
     "--mark", "marks", multiple=True, metavar="POINT",
     help="Operating point to draw, [LABEL:]NAME=VALUE,...; or a table of them (.csv): a column 'label', and one for "
-    "each axis; coloured by their regimes.",
+    "each axis.",
 )  # fmt: skip
 @click.option(
     "-o",
@@ -161,11 +159,8 @@ def plot(
     Numbers are shown in the units in which the configuration was written; the file is SI.
     """
     from stickslip import plots
-    from stickslip.dataset import selection
-    from stickslip.dataset.summary import why_absent
     from stickslip.errors import PlotError
     from stickslip.files import reading
-    from stickslip.plots.marks import law_with_theory
 
     ds, picture = reading.look_into(file), PictureOptions(**options)
     of_pictures = {"--variable": variable, "--select": select, "--lines": lines, "--size": picture.size,
@@ -184,14 +179,9 @@ def plot(
             figure = plots.plot_result(
                 ds, variable, select=places, title=picture.title, look=picture.look(ds), lines=over
             )
-            for point in selection.points_taken(ds, {name: at for name, at in places.items() if name != "state"}):
-                screen.row("drawn", point)
         stem = (file if isinstance(file, Path) else Path(file.name)).with_suffix("")  # in this folder if behind a URL
         target = output or plots.name_of(stem, None if variable == plots.subject(ds) else variable, places)
         plots.save(figure, target, picture.dpi or plots.DPI, picture.size)
     except PlotError as error:
         fail(f"{file}: {error}")
-    of_cells = plots.kind_of(ds) in ("map", "refine") and law_with_theory(ds) is None  # borders, where they are drawn
-    if of_cells and (absent := why_absent(ds, "damping_ratio")):
-        screen.notice(f"{file}: no borders of linear theory are drawn: the map {absent}")
     screen.row("plot", target)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.outputs import Outputs, plot_limits, rate_text, save_table, show_file, show_result, threads_text
+from stickslip.cli.outputs import Outputs, rate_text, save_table, show_file, show_result, threads_text
 from stickslip.cli.screen import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
 
 if TYPE_CHECKING:
@@ -107,8 +107,6 @@ def run_request(request: Request, outputs: Outputs) -> dict[str, Any]:
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # what schedulers send before they kill
     study = Work(request.config).study
-    if (outputs.plot or outputs.page) and request.shard is None and (part := plot_limits(request.config)):
-        screen.notice(f"plot: {part}")
     screen.echo(f"{request.config.title}\n{study.described()}" + (f"\nshard {request.shard}" if request.shard else ""))
     if request.output is None and request.place is None:
         if request.shard is not None:

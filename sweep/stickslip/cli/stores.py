@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stickslip.cli import params, screen
-from stickslip.cli.outputs import Outputs, plot_limits, save_table, show_file
+from stickslip.cli.outputs import Outputs, save_table, show_file
 from stickslip.cli.run import execute, report_result, study_answer
 from stickslip.cli.screen import JSON, fields, incomplete, print_json, reports_errors
 
 if TYPE_CHECKING:
     from stickslip.config.model import Config
     from stickslip.files.locations import Location
-    from stickslip.runs.collecting import Status
-    from stickslip.runs.estimate import Estimate, NodeEstimate
+    from stickslip.runs.report import Estimate, NodeEstimate, Status
 
 
 def STORE(command: params.Command) -> params.Command:  # noqa: N802, a decorator
@@ -46,11 +45,11 @@ def collect(config_or_store: str, output: Location | None) -> dict[str, Any]:
     later: then the exit code is 1. Names a configuration, or the folder of a store.
     """
     from stickslip.files import reading
-    from stickslip.runs import collecting
+    from stickslip.runs import report
     from stickslip.runs.session import request_for
 
     request = request_for(config_or_store, output, None, params.settings())
-    collected = collecting.collect(replace(request, notice=screen.notice))
+    collected = report.collect(replace(request, notice=screen.notice))
     study = collected.study
     if collected.up_to_date:
         screen.row(study.name, f"{collected.output} is complete already, and there is no store beside it")
@@ -106,7 +105,7 @@ def status(config_or_store: str) -> dict[str, Any]:
 
     Names a configuration, or the folder of a store.
     """
-    from stickslip.runs import collecting
+    from stickslip.runs import report
     from stickslip.runs.block_store import is_empty
     from stickslip.runs.session import request_for
 
@@ -115,7 +114,7 @@ def status(config_or_store: str) -> dict[str, Any]:
     if output is not None and output.exists() and is_empty(request.folder()):
         screen.row("map", f"{output} is there, and no unfinished run beside it")
         return _finished_answer(request.config, output)
-    progress = collecting.status(request)
+    progress = report.status(request)
     _show(progress)
     return _status_answer(progress)
 
@@ -125,14 +124,12 @@ def _show(progress: Status) -> None:
     share, missing = f"{progress.cells_finished / max(progress.cells, 1):.1%}", blocks - finished - len(failures)
     begun = f"begun {progress.begun} by stickslip {progress.version}"
     rows = [
-        ("store", f"{progress.where} ({screen.memory(progress.size)}), {begun}"),
+        ("store", f"{progress.where}, {begun}"),
         ("finished", f"{progress.cells_finished:,} of {progress.cells:,} {progress.counted} ({share})"),
         ("blocks", f"{finished:,} finished, {missing:,} missing, {len(failures):,} failed, of {blocks:,}"),
     ]
     for shard in progress.shards:
-        nobody = "its process has died" if shard.died else "no process works on it"
-        again = ": submit it again" if shard.missing else ""
-        state = f"{nobody}{again}" if shard.holder is None else f"held by {shard.holder}"
+        state = f"held by {shard.holder}" if shard.holder else "no process works on it: submit it again"
         rows.append(("shard", f"{shard.shard}: {len(shard.missing):,} of {shard.blocks:,} blocks missing; {state}"))
     of_shards = [shard.holder for shard in progress.shards]
     rows += [("held", f"by {holder}") for holder in progress.holders if holder not in of_shards]
@@ -149,7 +146,7 @@ def _show(progress: Status) -> None:
 # --- for programs -----------------------------------------------------------------------------------------------------
 
 _SAME = ("title", "counted", "blocks", "blocks_finished", "begun", "version")
-_OTHERWISE = {"store": "where", "items": "cells", "items_finished": "cells_finished", "bytes": "size"}
+_OTHERWISE = {"store": "where", "items": "cells", "items_finished": "cells_finished"}
 
 
 def _finished_answer(config: Config, output: Location) -> dict[str, Any]:
@@ -201,7 +198,7 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
     Times a few cells spread over the map. Nothing is written. With --nodes it says how shards share the work, and how
     they are submitted.
     """
-    from stickslip.runs.estimate import estimate
+    from stickslip.runs.report import estimate
 
     loaded = params.configuration(config)
     params.configured_targets(loaded)  # what keeps a run from beginning is no plan
@@ -215,24 +212,13 @@ def plan(config: Path, nodes: int | None) -> dict[str, Any]:
 
 def _here(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
     """The estimate for this machine, in rows of a label and a text."""
-    from stickslip.runs.estimate import DISK
-
-    study, tried = whole.study, whole.tried
-    yield "blocks", f"{whole.blocks.count:,} of up to {whole.largest:,} {study.counted}, {whole.at_once} at a time"
+    study, tried, blocks = whole.study, whole.tried, whole.blocks
+    largest = f"of up to {len(blocks.cells(0)):,} {study.counted}"
+    yield "blocks", f"{blocks.count:,} {largest}, {whole.at_once} at a time"
     if whole.map_cells:
         yield from _space(loaded, whole)
     rate = f"{1 / tried.seconds_per_cell:,.0f} cells/s, from {tried.cells:,} cells spread over the map"
     yield "time", f"about {screen.duration_text(whole.seconds)} ({rate})"
-    if last := whole.last_write:
-        files, lasts = f", {last.files:,} files" if last.files > 1 else "", screen.duration_text(last.seconds)
-        text = f"about {lasts} at the end, by one process, at {screen.memory(DISK)}/s of disk"
-        yield "write", f"{text}: {screen.memory(last.size)}{files}"
-    if tried.at_step_limit:
-        share = screen.share_text(tried.at_step_limit / tried.cells)
-        limit = f"unresolved with solver: {{max_steps: {study.options.max_steps}}}"
-        yield "steps", f"{tried.at_step_limit:,} of these cells ({share}) ended at the step limit: {limit}"
-    if loaded.output.plot is not None and (part := plot_limits(loaded)):
-        yield "plot", part
     yield study.name, loaded.output.file or "not kept, no output is named: run -o FILE.nc writes a file"
 
 
@@ -252,12 +238,10 @@ def _space(loaded: Config, whole: Estimate) -> Iterator[tuple[str, str]]:
 
 def _on_nodes(whole: Estimate, shared: NodeEstimate, lines: dict[str, str]) -> Iterator[tuple[str, str]]:
     """The estimate for many machines."""
-    share = f"{shared.most:,}" if shared.least == shared.most else f"{shared.least:,} or {shared.most:,}"
     threads = f"{shared.threads} thread{'s' * (shared.threads != 1)} each"
-    longest, alone = screen.duration_text(shared.seconds), screen.duration_text(shared.seconds_of_one)
     yield "nodes", f"{shared.nodes:,} of {threads}, if a thread there is as fast as one here"
-    yield "shards", f"{shared.shards:,} of {share} blocks"
-    yield "lasts", f"about {longest} for the longest shard, {alone} on one node"
+    yield "shards", f"{shared.shards:,} of up to {shared.most:,} blocks"
+    yield "lasts", f"about {screen.duration_text(shared.seconds)} for the longest shard"
     if whole.blocks.count < shared.nodes:
         yield "", f"there are only {whole.blocks.count:,} blocks: further nodes have nothing to compute"
     elif shared.most < shared.threads:
@@ -290,15 +274,14 @@ def _shell_lines(config: Path, loaded: Config, shared: NodeEstimate) -> dict[str
 
 def _answer(loaded: Config, whole: Estimate, shared: NodeEstimate | None, lines: dict[str, str]) -> dict[str, Any]:
     nodes = shared and lines | fields(
-        shared, "nodes", "threads", "shards", "seconds",
-        blocks_least="least", blocks_most="most", seconds_one_node="seconds_of_one", bytes_memory="memory",
-    )  # fmt: skip
+        shared, "nodes", "threads", "shards", "seconds", blocks_most="most", bytes_memory="memory"
+    )
     return (
         study_answer(loaded.title, whole.study, whole.blocks.size)
-        | fields(whole, "cells", "seconds", block_items="largest", bytes_per_cell="each", bytes_memory="memory",
-                 bytes_store="store", bytes_map="whole")
-        | fields(whole.tried, "threads", probed="cells", probed_at_step_limit="at_step_limit")
+        | fields(whole, "cells", "seconds", bytes_per_cell="each", bytes_memory="memory", bytes_store="store",
+                 bytes_map="whole")
+        | fields(whole.tried, "threads", probed="cells")
         | fields(loaded.output, "plot", output="file")
-        | {"blocks": whole.blocks.count, "cells_per_second": 1.0 / whole.tried.seconds_per_cell, "nodes": nodes,
-           "last_write": whole.last_write and fields(whole.last_write, "seconds", "files", bytes="size")}
+        | {"blocks": whole.blocks.count, "block_items": len(whole.blocks.cells(0)),
+           "cells_per_second": 1.0 / whole.tried.seconds_per_cell, "nodes": nodes}
     )  # fmt: skip

@@ -13,7 +13,7 @@ from stickslip.cli import params
 from stickslip.cli.outputs import Outputs
 from stickslip.cli.run import run_request
 from stickslip.cli.screen import refuses_bad_input, reports_errors
-from stickslip.vocabulary.studies import STUDIES
+from stickslip.vocabulary.results import STUDIES
 from stickslip.vocabulary.units import is_number, number_or_text
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def _run(
 
 def _options(model: type[StudySection]) -> Iterator[Callable[[params.Command], params.Command]]:
     """An option for each field of a section that is no number, or has an option of its own."""
-    from stickslip.config.schema import field_schema
+    from stickslip.config.describe import field_schema
 
     for name, field in model.model_fields.items():
         if name not in model.rows or name in model.options:

@@ -1,10 +1,12 @@
-"""A configuration as it was understood: every quantity with its SI value and unit, every axis with its points;
-and values that are legal and implausible in SI: a unit was probably forgotten, or another one was meant.
+"""A configuration for people and for editors: how it was understood, numbers without a unit that are implausible in SI,
+and the JSON Schema.
 
-A friction curve in mm/s read as one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So what
-is beyond all contacts (`Parameter.plausible`) is asked about, numbers without a unit more readily, and springs that
-stretch by metres. In dimensionless studies, in which two of mass, stiffness and load are 1, friction and springs are
-not questioned.
+`describe` has every quantity with its SI value and unit, every axis with its points. A friction curve in mm/s read as
+one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So numbers beyond all contacts
+(`Parameter.plausible`) are asked about, and springs that stretch by metres. In dimensionless studies, in which two of
+mass, stiffness and load are 1, friction and springs are not questioned. The schema is generated from the tables and
+models that the reader uses. It cannot say everything: that each quantity is given exactly once, and what must hold
+between quantities, is checked by `load_config` alone.
 """
 
 from __future__ import annotations
@@ -12,26 +14,27 @@ from __future__ import annotations
 import math
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
-from functools import reduce
-from itertools import product
-from operator import add
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.config.model import Config, Group, Range, Values
-from stickslip.config.sections import StudySection
-from stickslip.config.studies import study_class
+from stickslip import extensions
+from stickslip.config.model import DEFAULT_TITLE, SECTIONS, Config, Group, Range, Values
+from stickslip.config.problems import model_at
+from stickslip.config.resolve import varied_paths
+from stickslip.config.sections import VALUE, Friction, Read, Schema, Section, StudySection, number_schema
+from stickslip.config.studies import section_class, study_class
+from stickslip.config.uncertain import DRAWN, FORMS, SamplingSection, Uncertain
 from stickslip.config.yaml import Document
-from stickslip.errors import Path, Problem, UnitWarning
+from stickslip.errors import ConfigError, Problem, UnitWarning
 from stickslip.vocabulary import units
-from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.display_units import LIKELY, customary
-from stickslip.vocabulary.models import BREAKAWAY, LAW_MESSAGES, laws_with, model_of, model_with
-from stickslip.vocabulary.parameter import FRICTION, Parameter
-from stickslip.vocabulary.quantities import OSCILLATOR, QUANTITIES
+from stickslip.vocabulary.models import BREAKAWAY, CURVE, LAW_MESSAGES, laws_with, model_of
+from stickslip.vocabulary.parameter import Parameter
+from stickslip.vocabulary.quantities import AXIS, QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.results import STUDIES
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
@@ -114,9 +117,8 @@ def _along(axis: Range | Values, before: str) -> Row:
     return Row(f"{before}{axis.name}", text + _in_customary(row.units, *ends), meaning)
 
 
-# --- values that are implausible in SI --------------------------------------------------------------------------------
+# --- numbers that are implausible in SI -------------------------------------------------------------------------------
 
-DOUBTED_FRICTION = FRICTION[-1]
 _FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
 _HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose springs are long
 _DIMENSIONLESS = ("mass", "stiffness", "normal_load")
@@ -124,7 +126,7 @@ _HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`sti
 
 
 def warn_of_units(document: Document, config: Config) -> None:
-    """Warn of the values in a document that are implausible in SI, at the line outside of this package."""
+    """Warn of the numbers in a document that are implausible in SI, at the line outside of this package."""
     if (text := unit_question(document, config)) is None:
         return
     frame, depth = sys._getframe(), 1
@@ -134,32 +136,34 @@ def warn_of_units(document: Document, config: Config) -> None:
 
 
 def unit_question(document: Document, config: Config) -> str | None:
-    """The question about the values of a document, `config` being what it comes to; None if all are plausible.
+    """The question about the numbers of a document, `config` being what it comes to; None if all are plausible.
 
     What is not written there but stands behind its words, a fitted curve say, is not asked about.
     """
-    written, places = dict(_written(document.data)), document.values | document.keys
+    sections = [(key, name) for key, inside in document.data.items() if isinstance(inside, dict) for name in inside]
+    written = {path[-1]: path for path in (*sections, *varied_paths(document.data.get("axes")))}
+    places = document.values | document.keys
     doubts = [Problem(written[name], question, places.get(written[name]))
               for name, question in _questions(config) if name in written]  # fmt: skip
-    doubts.sort(key=lambda problem: problem.place or (0, 0))
-    return "\n".join([*(problem.text(document.name) for problem in doubts), f"  hint: {_HINT}"]) if doubts else None
+    return f"{ConfigError(document.name, doubts)}\n  hint: {_HINT}" if doubts else None
 
 
-def friction_question_of_cells(cells: Mapping[str, NDArray[np.float64]]) -> str | None:
-    """The question about the largest friction coefficient at break-away among cells, if no contact has it."""
-    model = model_with(cells)
-    start = model.static_of(cells)
-    if not (start > DOUBTED_FRICTION).any():
-        return None
-    ones = sum((cells[name] == 1.0).astype(np.int8) for name in _DIMENSIONLESS)
-    odd = start[(start > DOUBTED_FRICTION) & (ones < 2)]
-    what = model.levels[0] if len(model.levels) == 1 else BREAKAWAY
-    return friction_question(float(odd.max()), what) if odd.size else None
-
-
-def friction_question(value: float, what: str) -> str:
-    """The question about a friction coefficient above `DOUBTED_FRICTION`."""
-    return f"{what} = {value:.3g} is more than the friction coefficient of most contacts ({DOUBTED_FRICTION:g})"
+def _questions(config: Config) -> Iterator[tuple[str, str]]:
+    """The quantities that are implausible, each with a question."""
+    spans, fixed = magnitudes(config), config.fixed()
+    of_ratios = sum(fixed.get(name) == 1.0 for name in _DIMENSIONLESS) >= 2
+    for name, row in QUANTITIES.items():
+        if row.plausible is None or name not in spans or name in config.written_in or (of_ratios and row.units == "1"):
+            continue
+        if spans[name][1] > row.plausible:
+            likely = LIKELY.get(row.units)
+            meant = f"did you mean {span_text(spans[name], likely)}?" if likely else "is that meant?"
+            yield name, f"got {span_text(spans[name], units.spelled(row.units))}; {meant}"
+    if of_ratios or not {"static deflection", "mass"} <= spans.keys() or spans["mass"][0] > _HEAVY:
+        return
+    if (deflection := spans["static deflection"])[0] > _FARTHEST:
+        load, far = span_text(spans["normal_load"], "N"), span_text(deflection, "m")
+        yield "stiffness", f"under {load} the belt drags the mass {far} far before it breaks away; is that meant?"
 
 
 def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
@@ -171,12 +175,9 @@ def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
     spans = {name: np.array([sizes.min(), sizes.max()]) for name, sizes in numbers.items() if sizes.size}
     levels = model_of(config.friction.law).levels
     if BREAKAWAY not in spans and all(name in spans for name in levels):
-        spans[BREAKAWAY] = reduce(add, (spans[name] for name in levels))
+        spans[BREAKAWAY] = np.sum([spans[name] for name in levels], axis=0)
     if {"stiffness", "mass"} <= spans.keys():
-        names = [name for name in OSCILLATOR if name in spans]
-        corners = np.transpose([*product(*(spans[name] for name in names))])
-        frequency = scales_of(dict(zip(names, corners, strict=True))).natural_frequency
-        spans["natural frequency"] = np.array([frequency.min(), frequency.max()])
+        spans["natural frequency"] = np.sqrt(spans["stiffness"] / spans["mass"][::-1]) / (2.0 * math.pi)
     if {BREAKAWAY, "normal_load", "stiffness"} <= spans.keys():
         spans["static deflection"] = spans[BREAKAWAY] * spans["normal_load"] / spans["stiffness"][::-1]
     return spans
@@ -187,28 +188,137 @@ def span_text(span: NDArray[np.float64], unit: str = "") -> str:
     return f"{' to '.join(dict.fromkeys(f'{end:.3g}' for end in span))} {unit}".rstrip()
 
 
-def _written(data: Mapping[str, object]) -> Iterator[tuple[str, Path]]:
-    """The places of quantities in the plain data of a configuration that is right."""
-    for section, inside in data.items():
-        for name, value in inside.items() if isinstance(inside, dict) else ():
-            zipped = value.get("zip") if section == "axes" and isinstance(value, dict) else None
-            yield from ((member, (section, name, "zip", member)) for member in zipped or ())
-            yield name, (section, name)
+# --- the JSON Schema --------------------------------------------------------------------------------------------------
 
 
-def _questions(config: Config) -> Iterator[tuple[str, str]]:
-    """The quantities that are implausible, each with a question."""
-    spans, fixed = magnitudes(config), config.fixed()
-    of_ratios = sum(fixed.get(name) == 1.0 for name in _DIMENSIONLESS) >= 2
-    for name, row in QUANTITIES.items():
-        if row.plausible is None or name not in spans or (of_ratios and row.units == "1"):
+def json_schema() -> Schema:
+    """The schema, draft 2020-12, as plain data."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "stickslip configuration",
+        "description": "A friction oscillator, or with a drive a rig. Quantities: numbers in SI, texts with units.",
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {
+            "title": {
+                "type": "string",
+                "pattern": r"\S",
+                "default": DEFAULT_TITLE,
+                "description": "what the map shows",
+            },
+            "axes": axes_schema(),
+            **{key: section_schema(model) for key, model in SECTIONS.items()},
+            **{key: section_schema(section_class(key)) for key in STUDIES},
+            **{
+                key: section_schema(extensions.imported(place))
+                for entry in STUDIES.values()
+                for key, place in entry.beside.items()
+            },
+            "uncertain": uncertain_schema(),
+        },
+    }
+
+
+def uncertain_schema() -> Schema:
+    """The section `uncertain`."""
+    scatter: Schema = {"type": "object", "minProperties": 1}
+    own: Schema = {
+        "quantities": {
+            "description": f"by quantity, its distribution: {FORMS}, {DRAWN}: [...], or one of scipy.stats",
+            **strict({name: {**scatter, "description": _description(row)} for name, row in SEARCHABLE.items()}),
+        },
+        "correlation": {"type": "object", "required": ["between", "matrix"], "properties": {
+            "between": {"type": "array", "items": {"enum": list(SEARCHABLE)}, "minItems": 2},
+            "matrix": {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+        }, "description": "of normal deviates of quantities (a Gaussian copula)"},
+    }  # fmt: skip
+    whole = _object({**section_schema(SamplingSection)["properties"], **own}, str(Uncertain.__doc__).splitlines()[0])
+    return whole | {"anyOf": [{"required": ["quantities"]}, {"required": ["fit"]}]}
+
+
+def strict(properties: Schema) -> Schema:
+    """A mapping with no other keys."""
+    return {"type": "object", "additionalProperties": False, "properties": properties}
+
+
+def _object(properties: Schema, description: str) -> Schema:
+    """A section; without content it is one, too."""
+    return strict(properties) | {"type": ["object", "null"], "description": description}
+
+
+def _description(row: Parameter) -> str:
+    unit = units.spelled(row.units)
+    return f"{row.long_name} ({unit})" if unit else row.long_name
+
+
+def _described(row: Parameter) -> Schema:
+    """A number with what it is, its unit, and its default."""
+    schema: Schema = {"description": _description(row), **number_schema(row)}
+    if row.default is not None and (row.word or not row.may_be_absent):
+        schema["default"] = row.written(row.default)
+    return schema
+
+
+# --- its axes ---------------------------------------------------------------------------------------------------------
+
+
+def axes_schema() -> Schema:
+    """Quantities that vary, and groups of them."""
+    values: Schema = {name: {"type": "array", "minItems": 1, "items": number_schema(QUANTITIES[name])}
+                      for name in QUANTITIES}  # fmt: skip
+    values["fit"] = field_schema(Friction, "fit") | {
+        "description": f"measured points: {CURVE.level} to {CURVE.decay} of each file or column of friction"
+    }
+    names = {"type": "array", "uniqueItems": True, "items": {"type": "string", "pattern": r"\S"}}
+    group = strict({
+        "zip": strict(values) | {"minProperties": 1}, "labels": names | {"description": "names of the points"},
+    })  # fmt: skip
+    return {
+        "type": ["object", "null"],
+        "description": "What varies, the outermost dimension first: quantities, or groups that vary together (zip).",
+        "properties": {
+            name: {"description": _description(row), "anyOf": _axis_forms(row)} for name, row in QUANTITIES.items()
+        },
+        "additionalProperties": group | {
+            "description": "Quantities that vary together, point by point.", "required": ["zip"],
+        },
+    }  # fmt: skip
+
+
+def _axis_forms(row: Parameter) -> list[Schema]:
+    """A list of values, the same in a mapping, or a range."""
+    values = {"type": "array", "minItems": 1, "uniqueItems": True, "items": number_schema(row)}
+    end, spacing = number_schema(row, words=False), field_schema(Range, "spacing") | {"default": "linear"}
+    return [
+        values,
+        strict({"values": values}) | {"required": ["values"]},
+        strict({"start": end, "stop": end, "num": _described(AXIS["num"]), "spacing": spacing})
+        | {"required": ["start", "stop", "num"]},
+    ]
+
+
+# --- its sections -----------------------------------------------------------------------------------------------------
+
+
+def section_schema(model: type[Section]) -> Schema:
+    """A section: its numbers as the vocabulary has them, the rest with descriptions and defaults from the model."""
+    properties: Schema = {}
+    for name, field in model.model_fields.items():
+        if name in model.rows:
+            properties[name] = _described(model.rows[name])
             continue
-        if spans[name][1] > row.plausible[name in config.written_in]:
-            likely = LIKELY.get(row.units)
-            meant = f"did you mean {span_text(spans[name], likely)}?" if likely else "is that meant?"
-            yield name, f"got {span_text(spans[name], units.spelled(row.units))}; {meant}"
-    if of_ratios or not {"static deflection", "mass"} <= spans.keys() or spans["mass"][0] > _HEAVY:
-        return
-    if (deflection := spans["static deflection"])[0] > _FARTHEST:
-        load, far = span_text(spans["normal_load"], "N"), span_text(deflection, "m")
-        yield "stiffness", f"under {load} the belt drags the mass {far} far before it breaks away; is that meant?"
+        properties[name] = {"description": field.description} if field.description else {}
+        properties[name] |= field_schema(model, name)
+        if field.default is not None and not field.is_required():
+            properties[name]["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
+    required = [name for name, field in model.model_fields.items() if field.is_required()]
+    return _object(properties, str(model.__doc__).splitlines()[0]) | ({"required": required} if required else {})
+
+
+def field_schema(model: type[Section], name: str) -> Schema:
+    """The schema of a field: what its annotation or the field itself says, or that of the section it holds."""
+    field, inner = model.model_fields[name], model_at(model, (name,))
+    for schema in (*(note.schema for note in field.metadata if isinstance(note, Read)), field.json_schema_extra):
+        if isinstance(schema, dict):
+            return dict(schema)
+    return VALUE if inner is model else section_schema(inner)

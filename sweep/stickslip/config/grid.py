@@ -17,15 +17,21 @@ from stickslip.config.resolve import with_table
 from stickslip.config.yaml import Document, Setting, overridden, parse_yaml
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem, QuantityError
-from stickslip.vocabulary.cells import Cells, Coordinate
+from stickslip.vocabulary.cells import Cells, Coordinate, Floats
 from stickslip.vocabulary.display_units import units_shown
 from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, QUANTITIES, SEARCHABLE, SOLVER
-from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.scales import Floats
-from stickslip.vocabulary.studies import STUDIES
-from stickslip.vocabulary.suggest import did_you_mean, listed
+from stickslip.vocabulary.quantities import (
+    MEASURED,
+    OF_EXTENSIONS,
+    PARAMETERS,
+    QUANTITIES,
+    SEARCHABLE,
+    SOLVER,
+    did_you_mean,
+    listed,
+)
+from stickslip.vocabulary.results import STUDIES, VARIABLES
 from stickslip.vocabulary.units import number_or_text
 
 _OF_CURVE = "_of_curve"

@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from html import escape
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, field_validator, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, FailFast, PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from stickslip.config.sections import (
     Execution,
@@ -36,6 +35,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import AXIS, QUANTITIES, QUANTITIES_OF
 
+DEFAULT_TITLE = "Regimes of a friction oscillator"
 QUANTITY_SECTIONS: dict[str, type[Section]] = {"system": System, "friction": Friction, "start": Start}
 SECTIONS: dict[str, type[Section]] = {
     **QUANTITY_SECTIONS, "solver": Solver, "execution": Execution, "output": Output,
@@ -44,23 +44,25 @@ SECTIONS: dict[str, type[Section]] = {
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
-def _named(value: object, info: ValidationInfo) -> float:
-    """One value of a list; the context holds how many wrong ones are still to be explained."""
-    left: list[int] = info.context or [1]
-    if left[0] <= 0:
-        return math.nan  # the list is refused already
-    try:
-        return number(QUANTITIES[info.data["name"]], value)
-    except PydanticCustomError:
-        left[0] -= 1
-        raise
-
-
-class Values(Section):
-    """One quantity that takes the listed values; `name` is its key in the file."""
+class _OneQuantity(Section):
+    """One quantity along a dimension; `name` is its key in the file."""
 
     name: str
-    values: tuple[Annotated[float, BeforeValidator(_named)], ...]
+
+    @property
+    def members(self) -> tuple[Self]:
+        """The quantity along the axis."""
+        return (self,)
+
+
+def _value(value: object, info: ValidationInfo) -> float:
+    return number(QUANTITIES[info.data["name"]], value)
+
+
+class Values(_OneQuantity):
+    """One quantity that takes the listed values."""
+
+    values: Annotated[tuple[Annotated[float, BeforeValidator(_value)], ...], FailFast()]  # which may be long
 
     @field_validator("values", mode="before")
     @classmethod
@@ -82,16 +84,10 @@ class Values(Section):
         """The axis as plain data, without its name."""
         return {"values": [QUANTITIES[self.name].written(value) for value in self.values]}
 
-    @property
-    def members(self) -> tuple[Values]:
-        """The quantity along the axis."""
-        return (self,)
 
+class Range(_OneQuantity):
+    """One quantity from `start` to `stop`, both included, in `num` points."""
 
-class Range(Section):
-    """One quantity from `start` to `stop`, both included, in `num` points; `name` is its key in the file."""
-
-    name: str
     spacing: Annotated[str, one_of(("linear", "log"))] = "linear"
     start: float
     stop: float
@@ -147,11 +143,6 @@ class Range(Section):
     def resolved(self) -> dict[str, Any]:
         """The axis as plain data, without its name."""
         return {"start": self.start, "stop": self.stop, "num": self.num, "spacing": self.spacing}
-
-    @property
-    def members(self) -> tuple[Range]:
-        """The quantity along the axis."""
-        return (self,)
 
 
 class Group(Section):

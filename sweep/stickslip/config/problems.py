@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from stickslip.config.sections import REFUSED, AnySection, Section
 from stickslip.config.yaml import Document
 from stickslip.errors import MOST_PROBLEMS, ConfigError, Path, Place, Problem, visible
-from stickslip.vocabulary.suggest import listed, suggest
+from stickslip.vocabulary.quantities import listed, suggest
 
 _LONGEST_TEXT = 60  # characters of what is quoted in a message
 _WITHOUT_TEXT = {dict: "a mapping", list: "a list", type(None): "nothing"}
@@ -71,13 +71,10 @@ class ProblemCollector:
             self.refuse(path, f"a mapping with {expected}")
         return {}
 
-    def read(self, model: type[AnySection], path: Path, data: object, context: object = None) -> AnySection | None:
-        """The model of the data at `path`; None, and problems, if something is wrong with it.
-
-        context : of validation; unless given, of lists: how many wrong values are explained, which takes its time.
-        """
+    def read(self, model: type[AnySection], path: Path, data: object) -> AnySection | None:
+        """The model of the data at `path`; None, and problems, if something is wrong with it."""
         try:
-            return model.model_validate(data, context=[MOST_PROBLEMS] if context is None else context)
+            return model.model_validate(data)
         except ValidationError as error:
             self._refuse_all(error, model, path)
             return None

@@ -13,24 +13,30 @@ from typing import Any
 from stickslip import extensions
 from stickslip.config import rules
 from stickslip.config.describe import warn_of_units
-from stickslip.config.model import QUANTITY_SECTIONS, SECTIONS, Axis, Config, Group, Range, Values, quantities_in
+from stickslip.config.model import (
+    DEFAULT_TITLE,
+    QUANTITY_SECTIONS,
+    SECTIONS,
+    Axis,
+    Config,
+    Group,
+    Range,
+    Values,
+    quantities_in,
+)
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.python import python_document
-from stickslip.config.resolve import LAWS_FITTED, existing_config, resolved, varied_paths
-from stickslip.config.sections import Solver
+from stickslip.config.resolve import LAWS_FITTED, existing_config, python_document, resolved, varied_paths
+from stickslip.config.sections import Section, Solver
 from stickslip.config.studies import KEYS, section_class, study_class
-from stickslip.config.uncertain import QUANTITIES_PATH, read_uncertain
+from stickslip.config.uncertain import QUANTITIES_PATH, SamplingSection, read_uncertain
 from stickslip.config.yaml import Document, Setting, overridden, parse_yaml, read_yaml
 from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import STIFFNESS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
-from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF
-from stickslip.vocabulary.results import MAP_VARIABLES, VARIABLES
-from stickslip.vocabulary.studies import BESIDE, STUDIES, WITH_UNCERTAIN
-from stickslip.vocabulary.suggest import beyond_hint, listed
+from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF, listed
+from stickslip.vocabulary.results import BESIDE, MAP_VARIABLES, STUDIES, VARIABLES, WITH_UNCERTAIN
 
-DEFAULT_TITLE = "Regimes of a friction oscillator"
 _RIGID = "none"  # for the stiffness of a contact that sticks without giving way
 _AXIS_FORMS = "a list of values, or start, stop and num"
 _GROUP_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -186,14 +192,15 @@ class _ConfigReader(ProblemCollector):
     # --- keys, sections -----------------------------------------------------------------------------------------------
 
     def unknown_key(self, path: Path, known: Collection[str], what: str = "key", hint: str | None = None) -> None:
-        """Note that the last key of `path` is none of those `known`; a quantity belongs elsewhere."""
+        """Note that the last key of `path` is none of those `known`; it may belong elsewhere."""
         key = str(path[-1])
+        sections: dict[str, type[Section]] = {**SECTIONS, "uncertain": SamplingSection}
         if key in QUANTITIES:
             self.meant.add(key)
             hint = f"{key} belongs to {QUANTITIES[key].section}, or to axes"
             self.add(path, f"unknown {what}, expected {listed(known)}", hint, at_key=True)
-        elif sentence := beyond_hint(key) or beyond_hint("_".join(map(str, path[-2:]))):
-            self.add(path, f"unknown {what}, expected {listed(known)}", sentence, at_key=True)
+        elif owner := next((name for name, model in sections.items() if key in model.model_fields), None):
+            self.add(path, f"unknown {what}, expected {listed(known)}", f"{key} belongs to {owner}", at_key=True)
         else:
             super().unknown_key(path, known, what, hint)
 
@@ -210,7 +217,7 @@ class _ConfigReader(ProblemCollector):
             return None
         data = {"values": raw} if isinstance(raw, list) else raw
         if not isinstance(data, dict) or not data:
-            self.refuse(path, _AXIS_FORMS, f"{name}: {_example_range(name)}")
+            self.refuse(path, _AXIS_FORMS, f"{name}: {{start: ..., stop: ..., num: 50}}")
             return None
         model: type[Range | Values] = Values if "values" in data else Range
         known = self.known_keys(data, path, [key for key in model.model_fields if key != "name"])
@@ -273,7 +280,10 @@ class _ConfigReader(ProblemCollector):
                 if self._elsewhere and path[0] in {"axes", *self._elsewhere}:
                     continue  # what is observed or predicted elsewhere
                 message = f"given twice, as {dotted(first)}{self.line(first)} already, expected once"
-                self.add(path, message, "keep the one you mean", at_key=True)
+                other = path if "--set" in self.line(first) else first
+                is_set = "--set" in self.line(first) + self.line(path)
+                hint = f"--set {dotted(other)}= removes the other" if is_set else "keep the one you mean"
+                self.add(path, message, hint, at_key=True)
         for name, declared in QUANTITIES.items():
             if declared.section in self._sections - {"friction"} and declared.default is None:
                 self._check_given(name, given)
@@ -324,11 +334,3 @@ class _ConfigReader(ProblemCollector):
         if absent:
             message = f"got {listed(absent, 'and')}, which only a run to a horizon defines"
             self.add(path, message, "add early_stop: false and a horizon to solver")
-
-
-def _example_range(name: str) -> str:
-    declared = QUANTITIES[name]
-    if declared.units == "1":
-        return "{start: 0.1, stop: 0.5, num: 50}"
-    number, unit = units.example(declared.units).split(" ", 1)
-    return f"{{start: {number} {unit}, stop: {float(number) * 10:g} {unit}, num: 50}}"

@@ -31,9 +31,8 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, law_remedy, own_names
 from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section
-from stickslip.vocabulary.quantities import EXECUTION, QUANTITIES, SOLVER
+from stickslip.vocabulary.quantities import EXECUTION, QUANTITIES, SOLVER, did_you_mean, listed
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.suggest import beyond_hint, did_you_mean, listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")
@@ -84,8 +83,6 @@ def number(row: Parameter, value: object) -> float:
         remedy = f"leave {row.name} out for {row.absent}" if row.default is None and row.absent else None
         if isinstance(value, list | dict) and row.name in QUANTITIES:
             remedy = f"what varies belongs to axes: {{{row.name}: ...}}"
-        if isinstance(value, dict) and {"amplitude", "frequency"} & value.keys():
-            remedy = beyond_hint(f"{row.name}_amplitude")
         raise refused(error.expected, error.hint or remedy, error.kind) from None
 
 
@@ -136,7 +133,7 @@ def choice(
     remedy : where no word is like it.
     """
     if not isinstance(value, str) or value not in words:
-        hint = beyond_hint(str(value)) or did_you_mean(str(value), words) or remedy
+        hint = did_you_mean(str(value), words) or remedy
         got = f"{value!r} in it" if inside else None
         raise refused(f"{what}: {listed(words)}" if what else listed(words), hint, got)
     return value

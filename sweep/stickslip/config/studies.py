@@ -19,13 +19,13 @@ import numpy as np
 from stickslip import extensions
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.python import python_document
+from stickslip.config.resolve import python_document
 from stickslip.config.sections import AnySection, StudySection, plain
 from stickslip.config.yaml import Setting, overridden
 from stickslip.errors import ArgumentError, Path, Problem, dotted
 from stickslip.vocabulary.parameter import Variable
 from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.studies import BESIDE, STUDIES, kind_of
+from stickslip.vocabulary.results import BESIDE, STUDIES, kind_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -29,9 +29,8 @@ from stickslip.config.sections import (
 )
 from stickslip.errors import Path, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import SEARCHABLE, SUBSET, UNCERTAIN
+from stickslip.vocabulary.quantities import SEARCHABLE, SUBSET, UNCERTAIN, listed
 from stickslip.vocabulary.results import VARIABLES
-from stickslip.vocabulary.suggest import listed
 
 if TYPE_CHECKING:
     from stickslip.theory.distributions import Distribution
@@ -70,17 +69,6 @@ class Scatter(Section):
         from stickslip.theory.distributions import distribution  # SciPy, which only this needs, takes its time
 
         return distribution(self.kind, [*self.numbers.values()], **self.ends)
-
-    def in_words(self, name: str) -> str:
-        """`normal, mean 0.8 m/s, std 0.05 m/s`, for the quantity of this name."""
-        unit, values = units.spelled(SEARCHABLE[name].units), self.numbers.values()
-        if self.kind == DRAWN:
-            return f"one of {len(values)} values"
-        words = [f"{key} {value:.6g} {unit if has_unit(self.kind, key) else ''}" for key, value in self.numbers.items()]
-        if self.ends:
-            low, high = self.ends.get("low", -math.inf), self.ends.get("high", math.inf)
-            words.append(f"truncated to {low:.6g} ... {high:.6g} {unit}")
-        return ", ".join([self.kind, *map(str.rstrip, words)])
 
     def resolved(self) -> dict[str, Any]:
         """The distribution as a file has it."""
@@ -185,13 +173,6 @@ class Uncertain(SamplingSection):
         if self.subset is not None:
             return int(self.subset.samples * self.subset.repetitions)
         return int(self.draws * self.scramblings * (len(self.quantities) + 2 if self.indices else 1))
-
-    @property
-    def correlation_in_words(self) -> str:
-        """The correlation of the quantities."""
-        if len(self.drawn) > 1:
-            return f"{listed(self.drawn, 'and')} are drawn together, row by row"
-        return "none" if self.correlation is None else "of normal deviates (a Gaussian copula)"
 
     @property
     def method_in_words(self) -> str:
@@ -349,7 +330,7 @@ def _check(problems: ProblemCollector, scatter: Scatter, path: Path) -> None:
     inside = of.shares[2]
     if not inside >= _LEAST_INSIDE:  # NaN for numbers that make no such distribution
         expected = f"{_LEAST_INSIDE:g} of it or more within the ends" if inside < _LEAST_INSIDE else _NEEDED
-        problems.add((*path, kind), f"got {scatter.in_words(row.name)}, expected {expected}")
+        problems.add((*path, kind), f"got {scatter.resolved()}, expected {expected}")
         return
     low = max(bound for bound in (row.above, row.at_least, of.low) if bound is not None)
     possible = replace(of, low=low, high=of.high if row.at_most is None else min(of.high, row.at_most))

@@ -34,11 +34,9 @@ from stickslip.engine import Options
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Coordinate, Parameters, as_cells, check_names, numbers_of
 from stickslip.vocabulary.display_units import DISPLAY
-from stickslip.vocabulary.flags import FLAGS
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE, listed
+from stickslip.vocabulary.results import FLAGS, MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
 
 CONVENTIONS = "CF-1.11"  # a test holds the compliance checker to it
 REFERENCES = (

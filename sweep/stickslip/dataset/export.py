@@ -1,6 +1,6 @@
 """Results as tables for other programs: CSV and Excel, one row a cell, a column for every coordinate and variable.
 
-Numbers are in the units in which people see them, with six digits; headings carry these units (``belt_speed [mm/s]``),
+Numbers are in the units in which people see them, with nine digits; headings carry these units (``belt_speed [mm/s]``),
 flags are words, values that are not defined are empty, and no text is a formula. Rows are written a chunk at a time, so
 that a file may be larger than memory; the table appears whole or not at all.
 """
@@ -10,13 +10,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, log10, prod
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stickslip.config.studies import result_class
 from stickslip.dataset.coarse import chunks
@@ -26,7 +25,7 @@ from stickslip.errors import StoreError, visible
 from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live
 from stickslip.vocabulary.display_units import DISPLAY, Unit
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import listed, or_meant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,9 +33,8 @@ if TYPE_CHECKING:
 _ROWS_OF_SHEET = 2**20 - 1  # and the headings
 _MOST_ROWS = 2**17  # put together at once
 _LONGEST_CELL = 32_767  # characters of a cell of Excel
-_DIGITS, _ALL_DIGITS = 6, 17  # of numbers; more where neighbours on an axis would be the same number
+_NUMBER = "%.9g"  # nine digits keep neighbours on an axis apart
 _OF_BORDERS = ("regime_below", "regime_above", "regime_throughout", "method")
-Progress = Callable[[int, int], None]
 _ABOUT = ("title", "source", "history", "date_created", "references", "configuration")
 
 
@@ -56,11 +54,11 @@ class ResultTable:
         """The number of rows, without the headings."""
         return prod(self.sizes.values())
 
-    def frames(self, progress: Progress | None = None) -> Iterator[pd.DataFrame]:
+    def frames(self) -> Iterator[pd.DataFrame]:
         """The rows as people read them, under headings with units, a chunk at a time, in the order of the cells."""
         import pandas as pd
 
-        done, units = 0, {name: _unit(array) for name, array in self.columns.items()}
+        units = {name: _unit(array) for name, array in self.columns.items()}
         written = {name: _written(array, units[name]) for name, array in self.columns.items()}
         headings = {name: visible(f"{name} [{unit.name}]" if unit.name else name) for name, unit in units.items()}
         ds = xr.Dataset({name: array.variable for name, array in self.columns.items()})
@@ -68,11 +66,7 @@ class ResultTable:
         largest = max(self.columns.values(), key=lambda array: (array.ndim, array.size))
         for chunk in [*chunks(largest, _MOST_ROWS)] or [{}]:
             values = ds.isel(chunk).to_dataframe([*self.sizes] or None).reset_index()
-            frame = pd.DataFrame({headings[name]: written[name](values[name]) for name in self.columns})
-            yield frame
-            done += len(frame)
-            if progress and self.rows > _MOST_ROWS:
-                progress(done, self.rows)
+            yield pd.DataFrame({headings[name]: written[name](values[name]) for name in self.columns})
 
 
 def table_of(ds: xr.Dataset, variables: Sequence[str] = ()) -> ResultTable:
@@ -116,13 +110,10 @@ def _by_node(ds: xr.Dataset) -> xr.Dataset:
     return nodes.assign_coords(line=("node", number, {"long_name": "number of the line"}))
 
 
-def write_table(
-    ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = (), *, progress: Progress | None = None,
-) -> ResultTable:  # fmt: skip
+def write_table(ds: xr.Dataset, path: str | os.PathLike[str], variables: Sequence[str] = ()) -> ResultTable:
     """Write a result as CSV or Excel, by the suffix of the path, replacing the file only once the new one is whole.
 
-    progress : called with (rows done, rows in all) from time to time. Returns the table, which knows what was left out.
-    Raises StoreError.
+    Returns the table, which knows what was left out. Raises StoreError.
     """
     target = Path(path)
     check_target(target, "table")
@@ -135,9 +126,9 @@ def write_table(
         )
     with replaced(target) as temporary:
         if is_workbook:
-            _write_excel(ds, table.frames(progress), temporary)
+            _write_excel(ds, table.frames(), temporary)
         else:
-            _write_csv(table.frames(progress), temporary)
+            _write_csv(table.frames(), temporary)
     return table
 
 
@@ -146,7 +137,8 @@ def _write_csv(frames: Iterator[pd.DataFrame], path: Path) -> None:
         for number, frame in enumerate(frames):
             for name in frame.select_dtypes(exclude=["number", "bool"]):
                 frame[name] = _each(lambda value: inert(str(value)), frame[name])
-            frame.rename(columns=inert).to_csv(file, header=number == 0, index=False, lineterminator="\n")
+            frame.rename(columns=inert).to_csv(file, header=number == 0, index=False, lineterminator="\n",
+                                               float_format=_NUMBER)  # fmt: skip
 
 
 def _write_excel(ds: xr.Dataset, frames: Iterator[pd.DataFrame], path: Path) -> None:
@@ -157,11 +149,10 @@ def _write_excel(ds: xr.Dataset, frames: Iterator[pd.DataFrame], path: Path) -> 
     about |= {str(name): unit_of(c).text(c.item()) if c.dtype.kind in "fiu" else str(c.item())
               for name, c in ds.coords.items() if not c.ndim}  # fmt: skip
     with path.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
-        pd.concat(frames, ignore_index=True).to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0))
+        rows = pd.concat(frames, ignore_index=True)
+        rows.to_excel(writer, sheet_name="data", index=False, freeze_panes=(1, 0), float_format=_NUMBER)
         pd.DataFrame(about.items(), columns=["what", "value"]).to_excel(writer, sheet_name="about", index=False)
         for sheet in writer.sheets.values():
-            for cell in sheet[1]:
-                sheet.column_dimensions[cell.column_letter].width = max(len(str(cell.value)) + 2, 12)
             _write_texts_as_texts(sheet)
 
 
@@ -187,8 +178,7 @@ def _written(array: xr.DataArray, unit: Unit) -> Callable[[pd.Series], Any]:
         return lambda values: _each(lambda text: visible(str(text)), values)
     if array.dtype.kind != "f" and not unit.name:
         return lambda values: values
-    digits = _digits(array)
-    return lambda values: _rounded(unit.of(values.to_numpy()), digits)
+    return lambda values: unit.of(values.to_numpy())
 
 
 def _each(text_of: Callable[[Any], str], values: pd.Series) -> pd.Series:
@@ -216,22 +206,3 @@ def _unit(array: xr.DataArray) -> Unit:
         return unit_of(array, np.zeros(1))
     parts = (array.isel(chunk).values for chunk in chunks(array))
     return unit_of(array, np.array([np.abs(part[np.isfinite(part)]).max(initial=0.0) for part in parts]))
-
-
-def _digits(array: xr.DataArray) -> int:
-    """The number of digits of a column: six, more where neighbours on an axis lie closer."""
-    if array.dims != (array.name,) or array.dtype.kind != "f" or array.size < 2:
-        return _DIGITS
-    step = float(np.min(np.abs(np.diff(array.values)), where=np.diff(array.values) != 0, initial=np.inf))
-    most = float(np.max(np.abs(array.values)))
-    return min(max(_DIGITS, ceil(log10(most / step)) + 3), _ALL_DIGITS) if 0 < step < np.inf else _DIGITS
-
-
-def _rounded(values: NDArray[Any], digits: int) -> NDArray[np.float64]:
-    """Numbers with so many significant digits, each the nearest double to that decimal number."""
-    values = np.asarray(values, np.float64)
-    with np.errstate(all="ignore"):
-        places = digits - 1 - np.floor(np.log10(np.abs(values)))
-        places = np.where(np.isfinite(places), np.clip(places, -300, 300), 0.0)
-        up, down = 10.0 ** np.maximum(places, 0), 10.0 ** np.maximum(-places, 0)
-        return np.where(np.isfinite(values), np.round(values * up / down) * down / up, values)

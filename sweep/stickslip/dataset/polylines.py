@@ -93,34 +93,24 @@ def joined_crossings(
     growing: list[tuple[Kind, list[tuple[float, float]]]] = []
     for place, row, low, high in zip(places, border, below, above, strict=True):
         new = [((int(b), int(a)), float(v)) for v, b, a in zip(row, low, high, strict=True) if not np.isnan(v)]
-        pairs = dict(matched([kind for kind, _ in growing], [points[-1][1] for _, points in growing],
-                             [kind for kind, _ in new], [value for _, value in new]))  # fmt: skip
-        following = {j: growing[i] for i, j in pairs.items()}
-        finished += [line for i, line in enumerate(growing) if i not in pairs]
-        growing = []
-        for j, (kind, value) in enumerate(new):
-            line = following.get(j, (kind, []))
-            line[1].append((float(place), value))
-            growing.append(line)
+        before = _matched([kind for kind, _ in growing], [points[-1][1] for _, points in growing], new)
+        finished += [line for i, line in enumerate(growing) if i not in before.values()]
+        growing = [growing[before[j]] if j in before else (kind, []) for j, (kind, _) in enumerate(new)]
+        for (_, points), (_, value) in zip(growing, new, strict=True):
+            points.append((float(place), value))
     return [(*np.array(points).T, kind) for kind, points in finished + growing]
 
 
-def matched(
-    kinds: Sequence[Kind], values: Sequence[float], next_kinds: Sequence[Kind], next_values: Sequence[float]
-) -> list[tuple[int, int]]:
-    """Pairs of crossings of two lines with equal kinds, in order, as many as possible, as near as possible."""
-    best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
-    for i in range(len(kinds), -1, -1):
-        for j in range(len(next_kinds), -1, -1):
-            if i == len(kinds) or j == len(next_kinds):
-                best[i, j] = (0, 0.0, [])
-                continue
-            choices = [best[i + 1, j], best[i, j + 1]]
-            if kinds[i] == next_kinds[j]:
-                count, away, pairs = best[i + 1, j + 1]
-                choices.append((count + 1, away + abs(values[i] - next_values[j]), [(i, j), *pairs]))
-            best[i, j] = max(choices, key=lambda choice: (choice[0], -choice[1]))
-    return best[0, 0][2]
+def _matched(kinds: Sequence[Kind], values: Sequence[float], new: Sequence[tuple[Kind, float]]) -> dict[int, int]:
+    """Crossings of a line by those of the next line that go on there: of equal kinds, as many and as near as can be."""
+    from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
+
+    if not (kinds and new):
+        return {}
+    away = np.abs(np.subtract.outer(values, [value for _, value in new]))
+    alike = np.array([[kind == other for other, _ in new] for kind in kinds])
+    pairs = linear_sum_assignment(np.where(alike, away, 1.0 + 2.0 * away.size * away.max()))
+    return {int(j): int(i) for i, j in zip(*pairs, strict=True) if alike[i, j]}
 
 
 def other_cells(ds: xr.Dataset, at: Mapping[Hashable, object]) -> str | None:

@@ -18,8 +18,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import as_cells, parameters_of
 from stickslip.vocabulary.models import MODELS, model_with
 from stickslip.vocabulary.own_laws import is_law
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.suggest import listed, or_meant
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, listed, or_meant
 
 MAX_PANELS = 16
 _NO_PANELS = ("state",)  # one of it is drawn
@@ -35,16 +34,6 @@ def selected(ds: xr.Dataset, select: Mapping[str, Any]) -> tuple[xr.Dataset, lis
     ds = ascending(ds)
     at = places(ds, select)
     return ds.isel(at), [MapAxis(ds, dim).heading(i) for dim, i in at.items()]
-
-
-def points_taken(ds: xr.Dataset, select: Mapping[str, Any]) -> list[str]:
-    """The points that `selected` takes, as plain text, and the value that was given where that is another one."""
-    ds = ascending(ds)
-    taken = []
-    for (dim, i), value in zip(places(ds, select).items(), select.values(), strict=True):
-        near = _is_numeric(ds, dim) and not math.isclose(_number(dim, value), ds[dim][i])
-        taken.append(MapAxis(ds, dim, plain=True).heading(i) + f" (the point nearest to {value})" * near)
-    return taken
 
 
 def places(ds: xr.Dataset, select: Mapping[str, Any]) -> dict[Hashable, int]:
@@ -95,7 +84,7 @@ def _cell_of(ds: xr.Dataset, dim: Hashable, value: Any) -> int:
     axis = MapAxis(ds, dim, plain=True)
     number, low, high = axis.unit.of(_number(dim, value)), axis.centres[0], axis.centres[-1]
     if not (low <= number <= high or any(math.isclose(number, end, rel_tol=_AS_SHOWN) for end in (low, high))):
-        raise PlotError(f"cannot select {dim}={value}; the axis {_runs(axis)}{unit_suggestion(ds, dim, value)}")
+        raise PlotError(f"cannot select {dim}={value}; the axis {_runs(axis)}")
     cell = int(np.searchsorted(axis.edges, number, side="right")) - 1
     return min(max(cell, 0), axis.length - 1)
 
@@ -105,20 +94,6 @@ def span(ds: xr.Dataset, dim: Hashable) -> tuple[float, float, str]:
     axis = MapAxis(ds, dim, plain=True)
     low, high = (float(axis.unit.to_si(end)) for end in (axis.edges[0], axis.edges[-1]))
     return low, high, _runs(axis)
-
-
-def unit_suggestion(ds: xr.Dataset, dim: Hashable, value: Any) -> str:
-    """`; 25 is read as 25 m/s; did you mean 25 mm/s?` of a number that lies on an axis only when it has its unit."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        return ""
-    low, high, _ = span(ds, dim)
-    unit, name = MapAxis(ds, dim, plain=True).unit, quantity_of(str(dim))
-    if unit.size == 1.0 or name not in QUANTITIES or not low <= unit.to_si(number) <= high:
-        return ""
-    read = f"{number:g} {units.spelled(QUANTITIES[name].units)}"
-    return f"; {number:g} is read as {read}; did you mean {number:g} {unit.name}?"
 
 
 def _runs(axis: MapAxis) -> str:
@@ -173,41 +148,19 @@ def _is_numeric(ds: xr.Dataset, dim: Hashable) -> bool:
 # --- panels -----------------------------------------------------------------------------------------------------------
 
 
-def _panels(sizes: Mapping[Hashable, int]) -> tuple[dict[Hashable, int], list[Hashable]]:
-    """The dimensions of panels, and those to fix so that no more panels than fit are left, the longest first.
-
-    sizes : of all dimensions, in order.
-    """
-    outer = {dim: size for dim, size in list(sizes.items())[:-2] if size > 1}
-    longest = sorted(outer, key=lambda dim: -outer[dim])
-    fixed = next(i for i in range(len(outer) + 1) if prod(outer[dim] for dim in longest[i:]) <= MAX_PANELS)
-    return outer, longest[:fixed]
-
-
-def left_out(sizes: Mapping[Hashable, int]) -> str | None:
-    """The panels that a picture of dimensions of these sizes leaves out, in words; None for none."""
-    outer, fixed = _panels(sizes)
-    if not fixed:
-        return None
-    counts = ", ".join(f"{dim} ({size:,})" for dim, size in outer.items())
-    at = " and ".join(f"the middle {dim}" for dim in fixed)
-    return (
-        f"{prod(outer.values()):,} panels over {counts} are more than the {MAX_PANELS} that fit: a plot of the whole "
-        f"shows {at}; stickslip plot --select {fixed[0]}=VALUE shows another"
-    )
-
-
 def part_that_fits(ds: xr.Dataset, dims: Sequence[Hashable]) -> tuple[xr.Dataset, list[str]]:
-    """The dataset at the middle of dimensions that would be too many panels, which its title then says; and these
-    points, as plain text.
+    """The dataset at the middle of the longest dimensions that would be too many panels, which its title then says; and
+    these points, as plain text.
 
     dims : of what is drawn.
     """
-    _, fixed = _panels({dim: ds.sizes[dim] for dim in dims if dim not in _NO_PANELS})
-    if not fixed:
+    outer = [dim for dim in dims if dim not in _NO_PANELS][:-2]
+    longest, at = sorted(outer, key=lambda dim: -ds.sizes[dim]), dict[Hashable, int]()
+    while prod(ds.sizes[dim] for dim in longest) > MAX_PANELS:
+        at[longest[0]] = ds.sizes[longest.pop(0)] // 2
+    if not at:
         return ds, []
     ds = ascending(ds)
-    at = {dim: ds.sizes[dim] // 2 for dim in fixed}
     headings, points = ([MapAxis(ds, dim, plain).heading(i) for dim, i in at.items()] for plain in (False, True))
     title = f"{ds.attrs.get('title', '')}\n{', '.join(headings)}"
     return ds.isel(at).assign_attrs(title=title.strip()), points
@@ -217,15 +170,9 @@ def part_that_fits(ds: xr.Dataset, dims: Sequence[Hashable]) -> tuple[xr.Dataset
 
 
 def check_dataset(ds: object) -> None:
-    """Raise PlotError, which says what to give, for anything but a dataset."""
-    if isinstance(ds, xr.Dataset):
-        return
-    if isinstance(ds, xr.DataArray):
-        name = "period" if ds.name is None else str(ds.name)
-        raise PlotError(f"got the variable {name} alone, expected the dataset it is in\n"
-                        f"hint: give the dataset, and name the variable: ds, {name!r}")  # fmt: skip
-    raise PlotError(f"got a value of type {type(ds).__name__}, expected a dataset\n"
-                    "hint: `stickslip.open` reads one from a file; run, evaluate and others return one")  # fmt: skip
+    """Raise PlotError for anything but a dataset."""
+    if not isinstance(ds, xr.Dataset):
+        raise PlotError(f"got a value of type {type(ds).__name__}, expected a dataset, as run, evaluate, ... return")
 
 
 # --- one cell ---------------------------------------------------------------------------------------------------------
@@ -251,10 +198,9 @@ def one_cell(ds: xr.Dataset, at: Mapping[str, Any]) -> dict[str, float]:
     arrays = parameters_of({name: np.array([value]) for name, value in known.items()})
     try:
         law = str(shared_by(ds)["law"])
-        is_known = is_law(law)
     except ConfigError:
-        is_known = False
-    if not is_known:  # any law of the model, whose quantities are the same
+        law = ""
+    if not is_law(law):  # any law of the model, whose quantities are the same
         whole = any(all(name in arrays for name in model.needed) for model in MODELS)
         law = next(iter((model_with(arrays) if whole else MODELS[0]).laws))
     cells = as_cells({name: arrays[name] for name in PARAMETERS if name in arrays}, law)

@@ -1,11 +1,11 @@
-"""The contents of a map: shares of its regimes, cells that need attention, variables that it does not hold.
+"""The contents of a map: shares of its regimes, cells that need attention.
 
 Flags are counted in one pass, a chunk at a time, whatever the size of the map.
 """
 
 import shlex
 from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from stickslip.config.reader import parse_config
 from stickslip.dataset.coarse import chunks
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.flags import FLAGS, REGIMES
-from stickslip.vocabulary.models import MODELS
 from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
-from stickslip.vocabulary.suggest import did_you_mean, listed
+from stickslip.vocabulary.quantities import did_you_mean, listed
+from stickslip.vocabulary.results import FLAGS
 
 BAD_REGIMES = ("failed", "unresolved", "not_computed")  # cells that say nothing about the contact
 NOT_KEPT = "not kept"  # in place of a status
@@ -47,26 +45,17 @@ def flag_counts(flags: xr.DataArray) -> dict[str, int]:
     counts, flag = np.zeros(_CODES, np.int64), str(flags.name)
     for chunk in chunks(flags):
         part = flags.isel(chunk).values
-        counts += np.bincount(_codes(part[~np.isnan(part)] if part.dtype.kind == "f" else part), minlength=_CODES)
+        counts += np.bincount(part[~np.isnan(part)].astype(np.uint8), minlength=_CODES)
     return {_name(flag, code): int(n) for code, n in enumerate(counts) if n or code < len(FLAGS[flag])}
 
 
-def _codes(flags: NDArray[Any]) -> NDArray[np.uint8]:
-    """The values of a flag as unsigned bytes in one row."""
-    return np.ascontiguousarray(flags, np.int8).view(np.uint8).ravel()
+def remark(parts: Mapping[str, Share], file: str) -> str | None:
+    """A line about cells without a result, and the command that lists them; None if there are none.
 
-
-def remark(parts: Mapping[str, Share], file: str | None = None, bad: Collection[str] = BAD_REGIMES) -> str | None:
-    """A line about cells without a result; None if there are none.
-
-    parts : as `summary` gives them. file : of the map, for the command that lists them.
+    parts : as `summary` gives them. file : of the map.
     """
-    counts = [f"{parts[name].cells:,} {name.replace('_', ' ')}" for name in REGIMES if name in bad and name in parts]
-    if not counts:
-        return None
-    cells = sum(parts[name].cells for name in bad if name in parts)
-    text = f"{listed(counts, 'and')} cell{'s' * (cells != 1)}"
-    return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)}"
+    counts = [f"{parts[name].cells:,} {name.replace('_', ' ')}" for name in BAD_REGIMES if name in parts]
+    return f"{listed(counts, 'and')} cells: stickslip inspect {shlex.quote(file)}" if counts else None
 
 
 def table_remark(ds: xr.Dataset) -> str | None:
@@ -78,46 +67,6 @@ def table_remark(ds: xr.Dataset) -> str | None:
     parts = ((speeds.isel(chunk), known.isel(chunk, missing_dims="ignore")) for chunk in chunks(speeds))
     beyond = (beyond_points(law, *(array.values for array in xr.broadcast(*part))) for part in parts)
     return next(filter(None, beyond), None)
-
-
-def step_limit_remark(ds: xr.Dataset, file: str | None = None) -> str | None:
-    """A line about cells that ran out of steps; None if there are none. file : as for `remark`.
-
-    Of a map that does not keep `status`, that it could tell why cells are unresolved.
-    """
-    if "status" not in ds:
-        open_cells = flag_counts(ds["regime"])["unresolved"]
-        return "why cells are unresolved is in status, which output.variables leaves out" if open_cells else None
-    limited = flag_counts(ds["status"])["step_limit"]
-    if not limited:
-        return None
-    text = f"{limited:,} cell{'s' * (limited != 1)} ended at the step limit; solver: {{max_steps: ...}} raises it"
-    return text if file is None else f"{text}: stickslip inspect {shlex.quote(file)} --status step_limit"
-
-
-def why_absent(ds: xr.Dataset, *names: str) -> str | None:
-    """The reason why a map lacks the variables `names`, and how to get them; None if it holds them or never would.
-
-    Two lines: `holds no damping_ratio, ...` and the hint. `output: {variables: [...]}` may leave variables out; a map
-    to the horizon (early_stop: false) has some that no other has.
-    """
-    there = [str(name) for name in ds.data_vars if name in VARIABLES]
-    absent = [name for name in names if name in VARIABLES and name not in there]
-    if not absent or "regime" not in there:
-        return None
-    to_horizon = [name for name in absent if VARIABLES[name].when == "full"]
-    full = {row.name for row in VARIABLES.values() if row.when == "full"}
-    if to_horizon and any(VARIABLES_OF[model].keys() - set(there) == full for model in MODELS):
-        return (
-            f"holds no {listed(absent, 'and')}, which only a run to a horizon defines\n"
-            "hint: solver: {early_stop: false, horizon: ...} computes to a horizon"
-        )
-    variables = ", ".join(name for name in VARIABLES if name in there or name in absent)
-    return (
-        f"holds no {listed(absent, 'and')}, since output.variables kept {listed(there, 'and')} alone\n"
-        f"hint: stickslip run CONFIG --set 'output.variables=[{variables}]' -o other.nc computes the map with "
-        f"{'it' if len(absent) == 1 else 'them'}"
-    )
 
 
 # --- cells one by one -------------------------------------------------------------------------------------------------
@@ -156,23 +105,21 @@ def survey(ds: xr.Dataset, *, regimes: Collection[str] = (), statuses: Collectio
     chosen = np.logical_and.outer(chosen_regimes, _chosen("status", statuses))
     has_status = "status" in ds.data_vars
     if statuses and not has_status:
-        reason, _, hint = str(why_absent(ds, "status")).partition("\nhint: ")
-        raise ConfigError.of("--status", f"the map {reason}", hint)
+        raise ConfigError.of("--status", "the map holds no status", "output.variables says what a map holds")
 
     def names(regime: int, status: int) -> tuple[str, str]:
         return _name("regime", regime), _name("status", status) if has_status else NOT_KEPT
 
     counts, cells = np.zeros(chosen.size, np.int64), list[MapCell]()
     for chunk in chunks(ds["regime"]):
-        regime = _codes(ds["regime"].isel(chunk).values)
-        status = _codes(ds["status"].isel(chunk).values) if has_status else np.zeros_like(regime)
-        counts += np.bincount(regime.astype(np.intp) * _CODES + status, minlength=chosen.size)
-        for i in np.flatnonzero(chosen[regime, status])[: limit - len(cells)]:
-            inside = np.unravel_index(i, [part.stop - part.start for part in chunk.values()])
-            place = [int(part.start + j) for part, j in zip(chunk.values(), inside, strict=True)]
+        regime = ds["regime"].isel(chunk).values.astype(np.uint8)
+        status = ds["status"].isel(chunk).values.astype(np.uint8) if has_status else np.zeros_like(regime)
+        counts += np.bincount(regime.ravel().astype(np.intp) * _CODES + status.ravel(), minlength=chosen.size)
+        for inside in np.argwhere(chosen[regime, status])[: limit - len(cells)].tolist():
+            place = [part.start + i for part, i in zip(chunk.values(), inside, strict=True)]
+            position, at = dict(zip(map(str, chunk), place, strict=True)), tuple(inside)
             number = int(np.ravel_multi_index(place, ds["regime"].shape))
-            position = dict(zip(map(str, chunk), place, strict=True))
-            cells.append(MapCell(number, position, *names(regime[i], status[i])))
+            cells.append(MapCell(number, position, *names(regime[at], status[at])))
     present = np.flatnonzero(counts)
     ranked = present[np.argsort(-counts[present], kind="stable")]
     counted = {names(*divmod(int(code), _CODES)): int(counts[code]) for code in ranked}

@@ -1,8 +1,7 @@
 """The seam to the kernels: SI outside, kernel units inside.
 
-Only this package knows the kernels. `dispatch.py` converts, and has the kernels that suit a cell compute it; `cells.py`
-has blocks of cells on a pool of threads, `traces.py` cells over time and specimens on a belt that follows a drive;
-`compiled.py` knows what is in the cache.
+Only this package knows the kernels. `dispatch.py` converts, and has the kernels that suit a cell compute it, also over
+time; `cells.py` has blocks of cells on a pool of threads; `compiling.py` knows what is in the cache, and fills it.
 """
 
 from stickslip.engine.cells import (
@@ -15,13 +14,22 @@ from stickslip.engine.cells import (
     processors,
     solve,
     spread,
-    stop_flag,
 )
-from stickslip.engine.compiled import is_cached, kernels_digest, processor, warm_up, will_compile
-from stickslip.engine.dispatch import by_theory, friction_at_belt_speed, kernels_for, to_kernel
-from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns
-from stickslip.engine.traces import RigRuns, Sampling, compute_rigs, flows, sampled, trajectory
-from stickslip.vocabulary.scales import Scales
+from stickslip.engine.compiling import is_cached, kernels_digest, processor, warm_up, will_compile
+from stickslip.engine.dispatch import (
+    RigRuns,
+    Sampling,
+    by_theory,
+    compute_rigs,
+    flows,
+    friction_at_belt_speed,
+    kernels_for,
+    sampled,
+    to_kernel,
+    trajectory,
+)
+from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns, stop_flag
+from stickslip.vocabulary.models.model import Scales
 
 __all__ = [
     "Computed", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",

@@ -17,13 +17,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.engine.compiled import warm_up
+from stickslip.engine.compiling import warm_up
 from stickslip.engine.dispatch import has_own_kernels, run_regimes, to_kernel, to_si
-from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns
+from stickslip.engine.options import Computed, Options, Progress, Results, StopFlag, columns, stop_flag
 from stickslip.errors import StoppedError
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip_kernels import layout
-from stickslip_kernels.allocate import new_regimes
+from stickslip_kernels.layout import new_regimes
 
 T = TypeVar("T")
 Item = TypeVar("Item")
@@ -43,11 +43,6 @@ _PATIENCE = 0.2  # s between checks for Ctrl-C where waiting cannot be interrupt
 def processors() -> int:
     """Processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def stop_flag() -> StopFlag:
-    """A flag that the kernels poll; once it is 1 they return within milliseconds."""
-    return np.zeros(1, np.int64)
 
 
 def spread(

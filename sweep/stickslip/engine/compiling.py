@@ -1,20 +1,25 @@
-"""Compiling the kernels in a separate process.
+"""The compiled kernels: in the cache or not, which they are, and compiling them in a separate process.
 
-It needs Numba, and memory, which the run does not. What it makes is a file of machine code that any number of processes
-load, so that all of them run the same instructions.
+That needs Numba, and memory, which the run does not. What it makes is a file of machine code that any number of
+processes load, so that all of them run the same instructions.
 """
 
 import logging
 import os
 import subprocess
 import sys
+import threading
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 
-from stickslip_kernels import objects
+import llvmlite.binding as llvm
+
+from stickslip.vocabulary.models import kernel_of, own_law
+from stickslip_kernels import objects, runtime
+from stickslip_kernels.layout import NO_STATIONS
 from stickslip_kernels.objects import Object
 
 _log = logging.getLogger("stickslip")  # of what has to be known while it lasts; Python writes it to standard error
@@ -22,6 +27,77 @@ _OWN_FOLDER = "name a folder of your own by the environment variable NUMBA_CACHE
 _WITH_ITS_PARENT = (
     "import os, threading; threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start(); "
 )
+_loading = threading.Lock()
+_machines: dict[tuple[str, bool], runtime.Kernels] = {}
+_loaded: dict[tuple[str, bool], runtime.Addresses] = {}  # by the names of kernels, which several laws may share
+
+
+def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
+    """Return whether a computation with this law compiles the kernels first: once per machine, version and law.
+
+    signals : for trajectories and rigs rather than for regimes.
+    """
+    return (kernel_of(name), signals) not in _loaded and not is_cached(name, signals)
+
+
+def is_cached(name: str, signals: bool = False) -> bool:
+    """Return whether other processes will find the kernels of a law compiled."""
+    law = stored(kernel_of(name))
+    return law is not None and stored(law.machine(signals)) is not None
+
+
+def warm_up(name: str = "stribeck", signals: bool = False) -> None:
+    """Load the kernels from the cache, and have them compiled into it before if need be; one thread at a time."""
+    kernels(name, signals)
+
+
+def kernels(name: str, signals: bool = False) -> runtime.Kernels:
+    """The kernels of a law for regimes or for signals, as `warm_up` gets them."""
+    key, own = (kernel_of(name), signals), own_law(name)
+    stations = NO_STATIONS if own is None else own.stations
+    machine = _machines.get((name, signals))
+    if machine is None or machine.stations is not stations:  # a law of one's own may have been registered anew
+        with _loading:
+            if key not in _loaded:
+                _loaded[key] = _addresses(*key)
+        machine = _machines[name, signals] = runtime.Kernels(_loaded[key], signals, stations)
+    return machine
+
+
+def _addresses(name: str, signals: bool) -> runtime.Addresses:
+    try:
+        law = compile_apart(name)
+        return runtime.load(law, compile_apart(law.machine(signals)), signals)
+    except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
+        made = _compile_here(name, signals)
+        text = f"the kernels are compiled in this process, and again in the next: {error}"
+        warnings.warn(text, RuntimeWarning, stacklevel=5)
+        return made
+
+
+def _compile_here(name: str, signals: bool) -> runtime.Addresses:
+    from stickslip_kernels import contacts, exports
+
+    _, file = contacts.of_law(name)
+    functions = exports.c_functions(file, file.LAWS[name], signals)
+    _compiled_here.append(functions)
+    return {name: function.address for name, function in functions.items()}
+
+
+_compiled_here: list[object] = []  # what holds code that was compiled here
+
+
+def kernels_digest() -> str:
+    """Names the kernels by their sources: equal digests compute equal bits (on one kind of machine)."""
+    return objects.source_digest()
+
+
+def processor() -> str:
+    """The kind of processor the kernels are compiled for: another kind may round differently."""
+    return objects.shipped_kind() or str(llvm.get_host_cpu_name())
+
+
+# --- in another process -----------------------------------------------------------------------------------------------
 
 
 def stored(name: str) -> Object | None:
@@ -72,34 +148,12 @@ def _cached(path: Path) -> Object | None:
 def _compile(name: str) -> Object:
     began = perf_counter()
     _log.info("Compiling %s for this machine, once ...", name)
-    made = _made(name, objects.file_of(name), {})
+    made = compiled(name, objects.file_of(name), {})
     _log.info("Compiled in %.0f s.", perf_counter() - began)
     return made
 
 
-def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
-    """Write the objects of laws for kinds of processors (`objects.KINDS`), for a wheel to bring, and give their files.
-
-    Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes some 11 s, a law 3 to 6.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    written: list[Path] = []
-
-    def put(name: str, kind: str) -> Object:
-        file = objects.shipped_file(name, kind)
-        made = _made(name, file, {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""})
-        objects.write(folder / file, made)
-        written.append(folder / file)
-        return made
-
-    for kind in kinds:
-        machines = {made.machine(signals) for made in [put(law, kind) for law in laws] for signals in (False, True)}
-        for machine in sorted(machines):
-            put(machine, kind)
-    return written
-
-
-def _made(name: str, file: str, settings: Mapping[str, str]) -> Object:
+def compiled(name: str, file: str, settings: Mapping[str, str]) -> Object:
     """The object of this name, from another process with these settings. Raises RuntimeError with what that says."""
     done = _python(f"from stickslip_kernels.building import main; main({name!r}, {file!r})", settings)
     if made := objects.unpacked(file, done.stdout):

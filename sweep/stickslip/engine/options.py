@@ -26,6 +26,11 @@ StopFlag = NDArray[np.int64]
 _CHECKED = (SOLVER["rtol"], SOLVER["max_steps"], EXECUTION["block"], EXECUTION["threads"])
 
 
+def stop_flag() -> StopFlag:
+    """A flag that the kernels poll; once it is 1 they return within milliseconds."""
+    return np.zeros(1, np.int64)
+
+
 class SolverKeywords(TypedDict, total=False):
     """Keywords of calls that say how to integrate; what is None or left out is as in `options`, or the default."""
 

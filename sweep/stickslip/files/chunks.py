@@ -1,4 +1,4 @@
-"""A chunk of a file: packed, by threads, and known again by its digest, wherever it is.
+"""A chunk of a file, packed by threads; and the seal over what is in no chunk.
 
 Filters. Our netCDF files have Fletcher-32, shuffle and deflate, which the HDF5 library runs one chunk at a time. Here
 they run in as many threads as one likes, since none of them holds Python's global lock for long: whoever computes
@@ -9,21 +9,16 @@ leaves open.
 The seal. Chunks carry a checksum each (Fletcher-32 in netCDF, CRC-32C in Zarr), but names, units, texts and single
 numbers are stored without. The seal is a digest over those, kept in a global attribute: a flipped bit in the
 configuration or in the mass of all cells is found when the file is opened. History, title and the like may be edited
-freely. A checksum says that a chunk is whole, not that it is where it belongs. So a table of the file, in a group of
-its own, holds a mark of every chunk: a digest of its values, of their variable and place, and of the seal, which covers
-the configuration and the version that computed it. What no checksum can detect is a chunk that is not there, because
-its place in the file's table of chunks was damaged: it reads as fill values. So these differ from all values that are
-written.
+freely. What no checksum can detect is a chunk that is not there, because its place in the file's table of chunks was
+damaged: it reads as fill values. So these differ from all values that are written.
 """
 
 import hashlib
 import os
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import product
-from math import prod
 from typing import Any, Self
 
 import numpy as np
@@ -41,13 +36,9 @@ _NO_SHUFFLE = (_SHUFFLE, (1,))  # of single bytes: it does nothing
 _LEVEL = 2  # of 0 to 3: as fast as 1, two percent smaller; 3 takes twice as long and gains nothing
 _ROW = 512  # words; a chunk has about as many rows
 
-MARKED = "chunk_marks"  # global attribute of files that have the table of marks, which says where it is
-GROUP, TABLE = "seal", "chunk_marks"
 NOBODY_WROTE = np.array(0x7FF8_0000_0571_C511, np.uint64).view(np.float64)[()]  # a NaN no computation ends with
-_NETCDF_FILL = {"i1": -127, "i4": -2147483647, "f8": 9.969209968386869e36}  # where a variable has no fill value
+NETCDF_FILL = {"i1": -127, "i4": -2147483647, "f8": 9.969209968386869e36}  # where a variable has no fill value
 _SEALED_ATTRIBUTES = ("units", "axis_spacing", "flag_values", "flag_meanings")
-Shapes = tuple[tuple[int, ...], tuple[int, ...]]  # of a variable: its shape, that of its chunks
-Contents = dict[tuple[str, tuple[int, ...]], bytes]  # what identifies chunks (`content_of`), by variable and number
 
 
 # --- filters ----------------------------------------------------------------------------------------------------------
@@ -155,16 +146,13 @@ def _reduced(total: int) -> int:
 
 def sealed(ds: xr.Dataset) -> xr.Dataset:
     """The dataset as it goes into a file, with its seal."""
-    marked = ds.assign_attrs({MARKED: f"{GROUP}/{TABLE}"})
-    return marked.assign_attrs({SEAL: digest(marked)})
+    return ds.assign_attrs({SEAL: digest(ds)})
 
 
 def digest(ds: xr.Dataset) -> str:
     """Digest of the configuration, of names, dimensions and units of all variables, and of values without chunks."""
     hasher = hashlib.sha256()
     hasher.update(_text(ds.attrs.get("configuration", "")))
-    if MARKED in ds.attrs:
-        hasher.update(_text(MARKED, ds.attrs[MARKED], ds.attrs.get("source", "")))
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
         is_number = variable.dtype.kind in "fiu"  # texts of any length are one type, in any kind of file
@@ -178,56 +166,10 @@ def digest(ds: xr.Dataset) -> str:
     return hasher.hexdigest()
 
 
-@dataclass(frozen=True)
-class Marks:
-    """The marks of all chunks of a file. seal : of the file. places : by variable, where in `table` those of its chunks
-    are, an array with an element for each chunk.
-    """
-
-    seal: str
-    places: Mapping[str, NDArray[np.intp]]
-    table: NDArray[np.uint64]
-
-    @classmethod
-    def of(cls, seal: str, shapes: Mapping[str, Shapes], table: NDArray[np.uint64] | None = None) -> Self:
-        """Those of the variables of these shapes and chunks; without a table, an empty one."""
-        places, first = dict[str, NDArray[np.intp]](), 0
-        for name in sorted(shapes):
-            counts = [-(-length // chunk) for length, chunk in zip(*shapes[name], strict=True)]
-            places[name] = np.arange(first, first + prod(counts)).reshape(counts)
-            first += prod(counts)
-        return cls(seal, places, np.zeros(max(first, 1), np.uint64) if table is None else table)
-
-    def noted(self, contents: Contents) -> NDArray[np.uint64]:
-        """The table, with the marks of chunks put in."""
-        for (name, number), content in contents.items():
-            self.table[self.places[name][number]] = self._mark(name, number, content)
-        return self.table
-
-    def fit(self, name: str, number: tuple[int, ...], values: NDArray[Any]) -> bool:
-        """Tell whether these values were written as this chunk of this file."""
-        at = self.places[name][number]
-        return bool(at < self.table.size and self.table[at] == self._mark(name, number, content_of(values)))
-
-    def _mark(self, name: str, number: tuple[int, ...], content: bytes) -> np.uint64:
-        digest = hashlib.sha256(_text(self.seal, name, *number) + content).digest()
-        return np.uint64(int.from_bytes(digest[:8], "little"))
-
-
-def chunks_in(
-    shape: tuple[int, ...], lengths: tuple[int, ...], whole: tuple[slice, ...] | None = None
-) -> Iterator[tuple[tuple[int, ...], tuple[slice, ...]]]:
-    """The chunks of an array that a part of it touches: their numbers along each dimension, and their slices."""
-    sides = whole or tuple(slice(0, length) for length in shape)
-    touched = (range(s.start // n, -(-s.stop // n)) for s, n in zip(sides, lengths, strict=True))
-    for number in product(*touched):
-        ends = zip(number, lengths, shape, strict=True)
-        yield number, tuple(slice(i * n, min((i + 1) * n, end)) for i, n, end in ends)
-
-
-def content_of(values: NDArray[Any]) -> bytes:
-    """SHA-256 of the values of a chunk in C order, without those that fill it up at an edge."""
-    return hashlib.sha256(np.ascontiguousarray(values, values.dtype.newbyteorder("<")).data).digest()
+def chunks_in(shape: tuple[int, ...], lengths: tuple[int, ...]) -> Iterator[tuple[slice, ...]]:
+    """The chunks of an array, each as its slices."""
+    for corner in product(*map(range, (0,) * len(shape), shape, lengths)):
+        yield tuple(slice(i, min(i + n, end)) for i, n, end in zip(corner, lengths, shape, strict=True))
 
 
 def has_bare_values(variable: xr.Variable) -> bool:
@@ -237,7 +179,7 @@ def has_bare_values(variable: xr.Variable) -> bool:
 
 def is_unwritten(values: NDArray[Any]) -> bool:
     """Tell whether some values are fill values, as they are where a chunk got lost."""
-    fill = _NETCDF_FILL.get(values.dtype.str[1:])
+    fill = NETCDF_FILL.get(values.dtype.str[1:])
     if fill is not None and bool((values == fill).any()):
         return True
     return values.dtype == np.float64 and bool((values.view(np.uint64) == NOBODY_WROTE.view(np.uint64)).any())
@@ -262,7 +204,6 @@ class ChunkFile:
     def __init__(self, threads: int | None) -> None:
         self._threads = threads or os.cpu_count() or 1
         self._pool, self._waiting = ThreadPoolExecutor(self._threads), deque[Future[Any]]()
-        self._contents: Contents = {}
 
     def __enter__(self) -> Self:
         return self
@@ -271,24 +212,17 @@ class ChunkFile:
         try:
             while self._waiting and not error:
                 self._store(self._waiting.popleft().result())
-            if not error:
-                self._complete()
         finally:
             self._pool.shutdown(cancel_futures=True)
             self._close()
 
-    def _submit(self, make: Callable[..., tuple[Any, ...]], *arguments: Any) -> None:
+    def _submit(self, make: Callable[..., Any], *arguments: Any) -> None:
         self._waiting.append(self._pool.submit(make, *arguments))
         if len(self._waiting) > 2 * self._threads:
             self._store(self._waiting.popleft().result())
 
-    def _store(self, made: tuple[Any, ...]) -> None:
+    def _store(self, made: Any) -> None:
         """Take what `make` has given, in the order in which that was submitted."""
-        raise NotImplementedError
-
-    def _complete(self) -> None:
-        """Say in the file that all is there."""
-        raise NotImplementedError
 
     def _close(self) -> None:
         """Let go of the file, whatever happened."""

@@ -2,13 +2,18 @@
 
 Data variables come back as dask arrays with the chunks of the file; a chunk is read when it is used, and a corrupt one
 is a StoreError that names file, variable and place. Chunks carry checksums and the rest of the file is sealed
-(`chunks.py`), so a flipped bit, a missing piece, or a chunk that belongs elsewhere is refused, not drawn.
+(`chunks.py`), so a flipped bit or a missing piece is refused, not drawn.
 
-Threads: netCDF files are opened, read and closed under one lock (`netcdf.py`); Zarr needs none.
+netCDF and HDF5 are not safe for more than one thread. xarray locks reading and writing of values, but not what it asks
+a file for when it opens, describes or closes it. So whatever of ours touches a netCDF file holds NETCDF_LOCK, and what
+xarray does later with a file of ours (a lazy chunk, closing, the garbage collector) takes the same lock, because it was
+given to it. Holding it includes holding xarray's own lock: plain xarray in another thread waits wherever it locks at
+all. Never wait for other threads while holding it: dask's read our files. Zarr needs no lock.
 """
 
 import os
 import sys
+import threading
 from collections.abc import Callable, Hashable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -18,18 +23,65 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import BackendArray
+from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexedArray, explicit_indexing_adapter
 from xarray.namedarray import pycompat, utils
 
 from stickslip.errors import StoreError, reason
-from stickslip.files.chunks import GROUP, MARKED, SEAL, TABLE, Marks, chunks_in, digest, has_bare_values, is_unwritten
+from stickslip.files.chunks import SEAL, digest, is_unwritten
 from stickslip.files.locations import RESULTS, UNCACHED, Url, location, neighbours, wrong_file_type
-from stickslip.files.netcdf import NETCDF_LOCK
 
 _REMEDY = "hint: copy it again, or compute it again"
-_ELSEWHERE = "is not what was written there: it belongs to another place, variable or file"
 _UNSEAL = f"remove the global attribute {SEAL}"
 Lazily = Callable[[xr.Variable, "_Guarded"], xr.Variable]
+
+
+class _NetcdfLock:
+    """A re-entrant lock with the interface xarray asks for; a pickled one is that of the process that unpickles it."""
+
+    def __init__(self) -> None:
+        self._ours, self._xarrays, self._depth = threading.RLock(), NETCDF4_PYTHON_LOCK, 0
+
+    def acquire(self, blocking: bool = True) -> bool:
+        """Tell whether this thread holds the lock now; the garbage collector asks without blocking."""
+        if not self._ours.acquire(blocking):
+            return False
+        try:
+            free = self._depth > 0 or bool(self._xarrays.acquire(blocking))
+        except BaseException:  # Ctrl-C while waiting
+            self._ours.release()
+            raise
+        if free:
+            self._depth += 1
+        else:
+            self._ours.release()
+        return free
+
+    def release(self) -> None:
+        """Give up what one `acquire` took."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._xarrays.release()
+        self._ours.release()
+
+    def locked(self) -> bool:
+        """Tell whether any thread holds it."""
+        return self._depth > 0
+
+    def __enter__(self) -> None:
+        self.acquire()
+
+    def __exit__(self, *_: Any) -> None:
+        self.release()
+
+    def __reduce__(self) -> str:
+        return "NETCDF_LOCK"
+
+
+NETCDF_LOCK = _NetcdfLock()
+
+
+# --- a file -----------------------------------------------------------------------------------------------------------
 
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -59,12 +111,10 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
     with ExitStack() as to_close:
         try:
             opened = _opened(source, engine, to_close)
-            marks = _marks(source, opened, engine)
-            objection = _objection(opened, marks)
+            objection = _objection(opened)
             waiting = {str(name): array.variable for name, array in opened.data_vars.items() if array.ndim}
             ds = _as_in_memory(opened.assign({
-                name: lazily(v, _Guarded(v, name, str(path), None if has_bare_values(v) else marks))
-                for name, v in waiting.items()
+                name: lazily(v, _Guarded(v, name, str(path))) for name, v in waiting.items()
             }))  # fmt: skip
         except Exception as error:  # a damaged file can make these libraries raise whatever there is
             kind = "Zarr" if engine == "zarr" else "netCDF"
@@ -72,29 +122,12 @@ def _checked(path: str | os.PathLike[str], source: Path | str, engine: str, lazi
         if objection:
             raise StoreError(f"{path}: {objection}")
         to_close.pop_all()
-    ds.attrs = {name: value for name, value in opened.attrs.items() if name not in (SEAL, MARKED)}
+    ds.attrs = {name: value for name, value in opened.attrs.items() if name != SEAL}
     ds.set_close(opened.close)
     return ds
 
 
-def _marks(source: Path | str, ds: xr.Dataset, engine: str) -> Marks | None:
-    """The marks of the chunks; None where the seal has been removed on purpose."""
-    if MARKED not in ds.attrs or SEAL not in ds.attrs:
-        return None
-    shapes = {
-        str(name): (variable.shape, _chunk_lengths(variable))
-        for name, variable in ds.variables.items()
-        if variable.ndim and variable.dtype.kind in "fiu"
-    }
-    try:
-        with _as_stored(source, engine, GROUP) as group:
-            table = group[TABLE].values
-    except (OSError, KeyError):  # no such group, or nothing in it
-        table = np.zeros(0, np.uint64)
-    return Marks.of(ds.attrs[SEAL], shapes, table)
-
-
-def _objection(ds: xr.Dataset, marks: Marks | None) -> str | None:
+def _objection(ds: xr.Dataset) -> str | None:
     """The reason not to work with a file; None if there is none."""
     if not str(ds.attrs.get("source", "")).startswith("stickslip "):
         return "not written by stickslip (its attribute `source` does not say so)"
@@ -106,20 +139,6 @@ def _objection(ds: xr.Dataset, marks: Marks | None) -> str | None:
     if ds.attrs[SEAL] != digest(ds):
         changed = "names, units, parameters or configuration are not those that were written"
         return f"damaged or changed, {changed}\nhint: if it was changed on purpose, {_UNSEAL}"
-    return None if marks is None else _misplaced(ds, marks)
-
-
-def _misplaced(ds: xr.Dataset, marks: Marks) -> str | None:
-    """The coordinate that is not the one that was written, or that the marks are not there; None if all is well."""
-    if sum(places.size for places in marks.places.values()) > marks.table.size:
-        return f"damaged or written by another program, {MARKED} is not there\nhint: if that was on purpose, {_UNSEAL}"
-    for name in map(str, ds.coords):
-        variable = ds.variables[name]
-        if name in marks.places and not all(
-            marks.fit(name, number, variable.values[part])
-            for number, part in chunks_in(variable.shape, _chunk_lengths(variable))
-        ):
-            return f"damaged, {name} {_ELSEWHERE}\n{_REMEDY}"
     return None
 
 
@@ -156,19 +175,18 @@ def _opened(source: Path | str, engine: str, to_close: ExitStack) -> xr.Dataset:
     return ds
 
 
-def _as_stored(source: Path | str, engine: str, group: str | None = None) -> xr.Dataset:
+def _as_stored(source: Path | str, engine: str) -> xr.Dataset:
     options: dict[str, Any] = {"lock": NETCDF_LOCK}
     if engine == "zarr":
         import zarr
 
         remote = UNCACHED if isinstance(source, str) else None
         root = zarr.open_group(source, mode="r", storage_options=remote)
-        listed = group is None and root.metadata.consolidated_metadata is not None  # the arrays, in their order
+        listed = root.metadata.consolidated_metadata is not None  # the arrays, in their order
         options = {"consolidated": listed, "storage_options": remote}
     return xr.open_dataset(
-        source, engine=engine, group=group, decode_times=False, decode_timedelta=False, chunks=None, cache=False,
-        **options,
-    )  # fmt: skip
+        source, engine=engine, decode_times=False, decode_timedelta=False, chunks=None, cache=False, **options
+    )
 
 
 def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:
@@ -182,9 +200,9 @@ def _native(dtype: np.dtype[Any]) -> np.dtype[Any]:
 class _Guarded(BackendArray):
     """A variable of a file as dask and xarray read it: a part at a time, errors in the words of StoreError."""
 
-    def __init__(self, variable: xr.Variable, name: str, path: str, marks: Marks | None) -> None:
+    def __init__(self, variable: xr.Variable, name: str, path: str) -> None:
         self.shape, self.dtype = variable.shape, _native(variable.dtype)
-        self._variable, self._name, self._path, self._marks = variable, name, path, marks
+        self._variable, self._name, self._path = variable, name, path
 
     def __getitem__(self, key: tuple[slice | int, ...] | ExplicitIndexer) -> NDArray[Any]:
         if isinstance(key, ExplicitIndexer):
@@ -195,25 +213,7 @@ class _Guarded(BackendArray):
     def _read(self, key: tuple[slice | int, ...]) -> NDArray[Any]:
         # Steps are taken in memory: the HDF5 library takes them one value at a time.
         whole, inside = zip(*(_hull(part, length) for part, length in zip(key, self.shape, strict=True)), strict=True)
-        values = self._values(whole) if self._marks is None else self._marked(whole, self._marks)
-        return values[inside].astype(self.dtype, copy=False)
-
-    def _marked(self, whole: tuple[slice, ...], marks: Marks) -> NDArray[Any]:
-        """Chunk after chunk, each compared with its mark, which is that of all its values."""
-        joined = np.empty([side.stop - side.start for side in whole], self._variable.dtype)
-        for number, part in chunks_in(self.shape, _chunk_lengths(self._variable), whole):
-            values = self._values(part)
-            if not marks.fit(self._name, number, values):
-                raise self._damaged(part, _ELSEWHERE)
-            if part == whole:  # as dask asks for it
-                return values
-            common = [(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(part, whole, strict=True)]
-            of_part, of_whole = (
-                tuple(slice(start - of.start, stop - of.start) for (start, stop), of in zip(common, sides, strict=True))
-                for sides in (part, whole)
-            )
-            joined[of_whole] = values[of_part]
-        return joined
+        return self._values(whole)[inside].astype(self.dtype, copy=False)
 
     def _values(self, whole: tuple[slice, ...]) -> NDArray[Any]:
         try:

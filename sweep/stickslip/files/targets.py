@@ -35,7 +35,6 @@ _LONGEST_TARGET = 180  # bytes of the target's name in that of the temporary fil
 _PART = re.compile(r"(?P<machine>[0-9a-f]{8})-(?P<pid>\d+)-[0-9a-f]{8}\.part")
 NO_FILE_NAME = re.compile(r"[^\w.+-]+")  # what names of files that are made up do without
 Move = Callable[[Path, Path], None]
-Check = Callable[[], None]
 
 
 # --- checked beforehand -----------------------------------------------------------------------------------------------
@@ -132,15 +131,15 @@ def _behind(path: str | os.PathLike[str], *, zarr: bool = False) -> Path:
 
 
 @contextmanager
-def replaced(path: str | os.PathLike[str], check: Check | None = None, *, zarr: bool = False) -> Iterator[Path]:
+def replaced(path: str | os.PathLike[str], *, zarr: bool = False) -> Iterator[Path]:
     """A temporary file, or `zarr` folder, to be written inside `with`, that replaces the one behind `path` at its end.
 
-    Whatever goes wrong leaves that alone and becomes a StoreError that names it. check : as for `placed`.
+    Whatever goes wrong leaves that alone and becomes a StoreError that names it.
     """
     try:
         target = _behind(path, zarr=zarr)
         with _neighbour(target) as temporary:
-            with placed(temporary, target, _replace_folder if zarr else os.replace, check):
+            with placed(temporary, target, _replace_folder if zarr else os.replace):
                 yield temporary
     except StoreError:
         raise
@@ -171,16 +170,11 @@ def _neighbour(target: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def placed(temporary: Path, target: Path, move: Move, check: Check | None = None) -> Iterator[None]:
-    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed.
-
-    check : called right before that; what it raises is such an error.
-    """
+def placed(temporary: Path, target: Path, move: Move) -> Iterator[None]:
+    """Whatever is written to `temporary` inside `with` goes to `target` at its end; after an error it is removed."""
     try:
         yield
         _flush_all(temporary)
-        if check:
-            check()
         move(temporary, target)
         _flush(target.parent)
     except BaseException:
@@ -279,14 +273,6 @@ class Folder:
         """Remove the folder, if it is empty."""
         with suppress(OSError):
             self.path.rmdir()
-
-    def size(self) -> int:
-        """Bytes of all names."""
-        total = 0
-        for name in self.names():
-            with suppress(OSError):  # it may be renamed or removed just now
-                total += os.stat(self.path / name).st_size
-        return total
 
     def _make(self) -> None:
         if self.path.is_dir():

@@ -4,8 +4,10 @@ Writing is all or nothing (`targets.py`; behind a URL only Zarr is written, and 
 opened for writing would truncate the target first. These files are results, not checkpoints.
 
 The file and all it says of itself are made by xarray with netCDF4 or Zarr; what is in chunks is put in afterwards, so
-that threads compress it. Every chunk carries a checksum, and a seal covers the rest, and where chunks belong
-(`chunks.py`). `reading.py` is the other half.
+that threads compress it. Every chunk carries a checksum, and a seal covers the rest (`chunks.py`). `reading.py` is the
+other half. netCDF4 and h5py may each bring an HDF5 library of their own, or share one: so h5py, too, is used under
+NETCDF_LOCK, and a file is open in one of them at a time. h5py has a lock of its own, which is always taken after this
+one.
 
 Labels of a dimension have its name, ``pad`` = felt, rubber, in files as in memory, so that plain xarray selects by it.
 In netCDF they are rows of characters, ``pad(pad, pad_letters)``: CF wants a variable of one dimension and its name to
@@ -16,7 +18,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Sequence
+from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -29,30 +32,26 @@ from xarray.backends.common import ArrayWriter
 
 from stickslip.errors import StoreError
 from stickslip.files.chunks import (
-    GROUP,
-    NETCDF,
+    NETCDF_FILL,
     NOBODY_WROTE,
-    SEAL,
-    TABLE,
     ChunkFile,
-    Marks,
+    Filter,
     chunks_in,
-    content_of,
-    packed,
+    filtered,
+    packing_of,
     sealed,
 )
 from stickslip.files.locations import ROOT, UNCACHED, Location, Url, explained, location
-from stickslip.files.netcdf import NETCDF_LOCK, NetcdfChunks
-from stickslip.files.reading import open, require_zarr
-from stickslip.files.targets import Check, replaced
+from stickslip.files.reading import NETCDF_LOCK, open, require_zarr
+from stickslip.files.targets import replaced
 
 __all__ = ["StoreError", "open", "write"]
 
 _CHUNK_VALUES = 2**17  # 1 MiB of float64: large enough to compress well, small enough to read a corner of a map
 _LARGER = 4  # times are chunks of Zarr, each of which is a file
 _ZSTD_LEVEL = 3  # 5 takes nearly three times as long, for stores that are 7 % smaller
-_MARKS = "digests that bind each chunk to its place, variable and file"
 Fill = Callable[[Any], None]
+Packed = Any  # bytes, or an array or view of them
 Encoding = dict[str, dict[str, Any]]
 
 
@@ -61,7 +60,6 @@ def write(
     path: str | os.PathLike[str],
     fill: Fill | None = None,
     chunks: tuple[int, ...] | None = None,
-    check: Check | None = None,
     threads: int | None = None,
 ) -> Location:
     """Write to a path or URL: Zarr if it ends in ``.zarr``, netCDF if in ``.nc``. Returns it.
@@ -70,8 +68,6 @@ def write(
     fill : writes the values of the variables in chunks, whatever they are in the dataset; called with the file
         (`NetcdfChunks` or `ZarrChunks`), in which all else is written.
     chunks : of variables that have so many dimensions; by default such that a chunk takes 1 MiB.
-    check : called at last, before what is new takes the place of what is there; what it raises leaves that alone.
-        Not called behind a URL.
     threads : that compress, all processors if None.
     """
     place = location(path)
@@ -87,12 +83,14 @@ def write(
             plain.load()  # its values may be read from the older store
         place.begin_store()
         with explained(place, "written", answers=()):
-            _fill(plain, ZarrChunks(plain, chunks, place, names, threads), fill)
+            _fill(plain, ZarrChunks(plain, chunks, place, threads), fill)
+            _consolidate(place, names)
     elif place.suffix == ".zarr":
-        with replaced(place, check, zarr=True) as temporary:
-            _fill(plain, ZarrChunks(plain, chunks, temporary, names, threads), fill)
+        with replaced(place, zarr=True) as temporary:
+            _fill(plain, ZarrChunks(plain, chunks, temporary, threads), fill)
+            _consolidate(temporary, names)
     else:
-        with replaced(place, check) as temporary:
+        with replaced(place) as temporary:
             _create_netcdf(plain, _netcdf_encoding(plain, chunks), temporary)
             _fill(plain, NetcdfChunks(temporary, threads), fill)
     return place
@@ -104,7 +102,7 @@ def _fill(ds: xr.Dataset, file: NetcdfChunks | ZarrChunks, fill: Fill | None) ->
         for name in _in_chunks(ds):
             if fill is None or name not in ds.data_vars:
                 variable = ds.variables[name]
-                for _, part in chunks_in(variable.shape, file.chunks(name)):
+                for part in chunks_in(variable.shape, file.chunks(name)):
                     file.write(name, variable[part].values, [side.start for side in part])
         if fill:
             fill(file)
@@ -122,11 +120,6 @@ def _create_netcdf(ds: xr.Dataset, encoding: Encoding, path: Path) -> None:
     try:
         with NETCDF_LOCK:
             ds.dump_to_store(file, writer=_Without(_in_chunks(ds)), encoding=encoding)
-            shapes = {name: (ds[name].shape, options["chunksizes"]) for name, options in encoding.items()
-                       if "chunksizes" in options}  # fmt: skip
-            group = file.ds.createGroup(GROUP)
-            group.createDimension("chunk", Marks.of("", shapes).table.size)
-            group.createVariable(TABLE, "u8", ("chunk",)).long_name = _MARKS
     finally:
         file.close()
 
@@ -155,22 +148,6 @@ def _with_plain_texts(ds: xr.Dataset) -> xr.Dataset:
 
 def _is_text(ds: xr.Dataset, dim: Hashable) -> bool:
     return dim in ds.coords and ds[dim].dtype.kind in "OTU"
-
-
-def packed_bytes(columns: Mapping[str, NDArray[Any]]) -> int:
-    """The bytes that these values take in a file: those of netCDF, of which Zarr has about as many."""
-    return sum(packed(np.ascontiguousarray(values), NETCDF).size for values in columns.values())
-
-
-def count_files(ds: xr.Dataset, place: Location) -> int:
-    """The number of files, or objects, in which a dataset is written."""
-    if place.suffix == ".nc":
-        return 1
-    described = 3 + len(ds.variables)  # by a file each: the root, the group and the table of marks, and variables
-    count = described + 1
-    for name, options in _zarr_encoding(ds, None).items():
-        count += prod(-(-length // chunk) for length, chunk in zip(ds[name].shape, options["chunks"], strict=True))
-    return count
 
 
 # --- how values are laid out ------------------------------------------------------------------------------------------
@@ -205,6 +182,8 @@ def _zarr_encoding(ds: xr.Dataset, chunks: tuple[int, ...] | None) -> Encoding:
     for name, options in encoding.items():
         variable = ds.variables[name]
         options |= {"compressors": _compressors(variable.dtype), "chunks": _chunks(variable.shape, chunks, _LARGER)}
+        if variable.dtype.str[1:] in NETCDF_FILL:
+            options["fill_value"] = NETCDF_FILL[variable.dtype.str[1:]]  # 0, Zarr's own, may be a value; so may NaN
     return encoding
 
 
@@ -222,35 +201,111 @@ def _chunks(shape: tuple[int, ...], given: tuple[int, ...] | None = None, larger
     return tuple(chunks)
 
 
+# --- netCDF -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A variable as the file declares it.
+
+    fill : one value, for what lies outside of the array in its last chunks. packing : the name in `chunks.py` of what
+    its filters make; None for what is not there.
+    """
+
+    variable: Any
+    dtype: np.dtype[Any]
+    chunks: tuple[int, ...]
+    fill: NDArray[Any]
+    pipeline: tuple[Filter, ...]
+    packing: str | None
+
+    def packed(self, values: NDArray[Any]) -> Packed:
+        """The bytes of one chunk as they are in the file."""
+        whole = np.ascontiguousarray(values, self.dtype)
+        if values.shape != self.chunks:
+            whole = np.full(self.chunks, self.fill, self.dtype)
+            whole[tuple(map(slice, values.shape))] = values
+        return filtered(whole.reshape(-1).view(np.uint8), self.pipeline)
+
+
+class NetcdfChunks(ChunkFile):
+    """The chunks of a netCDF file: packed by threads, stored by the thread that gives them."""
+
+    def __init__(self, path: Path, threads: int | None = None) -> None:
+        super().__init__(threads)
+        self._layouts: dict[str, Layout] = {}
+        import h5py  # which takes its time: for whoever writes a file
+
+        with NETCDF_LOCK:
+            self._file = h5py.File(path, "r+")
+
+    def _close(self) -> None:
+        self._layouts.clear()
+        with NETCDF_LOCK:
+            self._file.close()
+
+    def layout(self, name: str) -> Layout:
+        """The layout of a variable in the file."""
+        if name not in self._layouts:
+            with NETCDF_LOCK:
+                variable = self._file[name]
+                declared = variable.id.get_create_plist()
+                fill = np.empty((), variable.dtype)
+                declared.get_fill_value(fill)
+                filters = [declared.get_filter(i) for i in range(declared.get_nfilters())]
+                pipeline = tuple((number, parameters) for number, _, parameters, _ in filters)
+                packing = packing_of(pipeline, variable.dtype)
+                layout = Layout(variable, variable.dtype, variable.chunks, fill, pipeline, packing)
+            self._layouts[name] = layout
+        return self._layouts[name]
+
+    def chunks(self, name: str) -> tuple[int, ...]:
+        """The lengths of the chunks of a variable."""
+        return self.layout(name).chunks
+
+    def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
+        """Values of whole chunks, the first at index `start` of the variable."""
+        layout = self.layout(name)
+
+        def made(origin: tuple[int, ...], part: NDArray[Any]) -> tuple[str, tuple[int, ...], Packed]:
+            return name, origin, layout.packed(part)
+
+        for part in chunks_in(values.shape, layout.chunks):
+            origin = tuple(side.start + first for side, first in zip(part, start or (0,) * values.ndim, strict=True))
+            self._submit(made, origin, values[part])
+
+    def put(self, name: str, origin: Sequence[int], data: Packed) -> None:
+        """A chunk that is packed as the file has it."""
+        self._submit(lambda: (name, tuple(origin), data))
+
+    def _store(self, made: tuple[Any, ...]) -> None:
+        name, origin, data = made
+        with NETCDF_LOCK:
+            self.layout(name).variable.id.write_direct_chunk(origin, data)
+
+
 # --- Zarr -------------------------------------------------------------------------------------------------------------
 
 
 class ZarrChunks(ChunkFile):
-    """A new Zarr store in which all of a dataset but its chunks is written, open for these.
+    """A new Zarr store in which all of a dataset but its chunks is written, open for these."""
 
-    names : of all variables, in the order in which libraries are to list them. Only at the end the root lists them:
-    before that, nobody takes it for a store.
-    """
-
-    def __init__(
-        self, ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, names: Sequence[str], threads: int | None
-    ) -> None:
+    def __init__(self, ds: xr.Dataset, chunks: tuple[int, ...] | None, place: Location, threads: int | None) -> None:
         import zarr
         from xarray.backends import ZarrStore
 
-        self._options = UNCACHED if isinstance(place, Url) else None
-        self._place, self._names = str(place), names
+        options = UNCACHED if isinstance(place, Url) else None
         # Zarr leaves out chunks that hold nothing but the fill value, which makes a lost chunk look like one of them.
         # Chunks of dask need not be those of the store: `_fill` cuts them.
         store = ZarrStore.open_group(
-            self._place, mode="w", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False,
-            storage_options=self._options,
+            str(place), mode="w", consolidated=False, zarr_format=3, write_empty=True, safe_chunks=False,
+            storage_options=options,
         )  # fmt: skip
         ds.dump_to_store(store, writer=_Without(_in_chunks(ds)), encoding=_zarr_encoding(ds, chunks))
         store.close()
         with zarr.config.set({"array.write_empty_chunks": True}):
-            self._group: Any = zarr.open_group(self._place, mode="r+", storage_options=self._options)
-            self._arrays: dict[str, Any] = {name: self._group[name] for name in names}
+            group: Any = zarr.open_group(str(place), mode="r+", storage_options=options)
+            self._arrays: dict[str, Any] = {str(name): group[str(name)] for name in ds.variables}
         super().__init__(threads)
 
     def chunks(self, name: str) -> tuple[int, ...]:
@@ -260,43 +315,25 @@ class ZarrChunks(ChunkFile):
 
     def write(self, name: str, values: NDArray[Any], start: Sequence[int] | None = None) -> None:
         """Values of whole chunks, the first at index `start` of the variable."""
-        self._submit(self._written, name, values, np.asarray(start or (0,) * values.ndim))
+        begin = start or (0,) * values.ndim
+        part = tuple(slice(i, i + length) for i, length in zip(begin, values.shape, strict=True))
+        self._submit(self._arrays[name].__setitem__, part, values)
 
-    def _written(self, name: str, values: NDArray[Any], begin: NDArray[np.intp]) -> tuple[()]:
-        array = self._arrays[name]
-        array[tuple(map(slice, begin, begin + values.shape))] = values
-        first = begin // array.chunks
-        for number, part in chunks_in(values.shape, array.chunks):
-            self._contents[name, tuple(map(int, first + number))] = content_of(values[part])
-        return ()
 
-    def _store(self, made: tuple[Any, ...]) -> None:
-        """Nothing: it is stored."""
+def _consolidate(place: Location, names: Sequence[str]) -> None:
+    """Have the root of a store say what its arrays say of themselves, as xarray looks for it first, and warns where it
+    is not. Only then the root lists them: before that, nobody takes it for a store. names : in their order.
 
-    def _complete(self) -> None:
-        self._mark()
-        self._consolidate()
+    By hand, because zarr warns in turn that its third format knows no such thing (`must_understand` says that), and
+    lists arrays at random.
+    """
+    import fsspec
 
-    def _mark(self) -> None:
-        """Add the table that binds chunks to their places."""
-        numbers = {name: a for name, a in self._arrays.items() if a.ndim and a.dtype.kind in "fiu"}
-        marks = Marks.of(self._group.attrs[SEAL], {name: (a.shape, a.chunks) for name, a in numbers.items()})
-        table = marks.noted(self._contents)
-        self._group.create_group(GROUP).create_array(TABLE, data=table, chunks=table.shape, dimension_names=("chunk",))
-
-    def _consolidate(self) -> None:
-        """Have the root say what its arrays say of themselves, as xarray looks for it first, and warns where it is not.
-
-        By hand, because zarr warns in turn that its third format knows no such thing (`must_understand` says that), and
-        lists arrays at random.
-        """
-        import fsspec
-
-        files = fsspec.get_mapper(self._place, **(self._options or {}))
-        root = json.loads(files[ROOT])
-        arrays = {name: json.loads(files[f"{name}/{ROOT}"]) for name in self._names}
-        root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
-        files[ROOT] = json.dumps(root, indent=2).encode()
+    files = fsspec.get_mapper(str(place), **(UNCACHED if isinstance(place, Url) else {}))
+    root = json.loads(files[ROOT])
+    arrays = {name: json.loads(files[f"{name}/{ROOT}"]) for name in names}
+    root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
+    files[ROOT] = json.dumps(root, indent=2).encode()
 
 
 def _compressors(dtype: np.dtype[Any]) -> tuple[Any, ...]:

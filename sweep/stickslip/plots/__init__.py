@@ -18,12 +18,10 @@ from stickslip.dataset.selection import MAX_PANELS, check_dataset, part_that_fit
 from stickslip.errors import PlotError
 from stickslip.plots.attractors import plot_attractors, plot_branches, plot_of_ramp, plot_ramp
 from stickslip.plots.layout import DPI, Figure, name_of, save
+from stickslip.plots.lines import plot_probability, plot_trace
 from stickslip.plots.maps import plot_map
-from stickslip.plots.marks import BORDERS
-from stickslip.plots.options import PLAIN, Look, Mark
-from stickslip.plots.traces import plot_trace
-from stickslip.plots.uncertainty import plot_probability
-from stickslip.vocabulary.studies import kind_of
+from stickslip.plots.marks import BORDERS, PLAIN, Look, Mark
+from stickslip.vocabulary.results import kind_of
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "check_plain", "is_drawn", "is_over_map", "kind_of",

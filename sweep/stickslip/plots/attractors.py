@@ -7,21 +7,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import check_dataset, selected
 from stickslip.errors import PlotError
-from stickslip.plots.fixed_values import fixed_note
-from stickslip.plots.layout import Figure, apply, entitle, labelled, legend, shade, wrapped
-from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, GREY, SKY, VERMILLION, regime_label
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.plots.layout import Figure, apply, entitle, fixed_note, labelled, legend, shade
+from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, GREY, SKY, VERMILLION
+from stickslip.vocabulary.results import REGIMES
 
-_TITLE_WIDTH, _WIDTH = 70, 60  # letters in a line of what is drawn, and of the title
 BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0, "label": "bistable"}
-_RISING = "#707070"
+_WAYS: dict[str, dict[str, Any]] = {
+    "up": {"label": "rising", "color": "#707070", "linewidth": 2.6, "marker": ">"},
+    "down": {"label": "falling", "color": BLACK, "linewidth": 1.2, "linestyle": "dashed", "marker": "<"},
+}
 _ERRORS: dict[str, Any] = {"color": SKY, "alpha": 0.6, "linewidth": 0, "label": "three standard errors"}
 _NONE: dict[str, Any] = {"facecolor": "none", "edgecolor": GREY, "hatch": "////", "linewidth": 0,
                          "label": "no shock is enough"}  # fmt: skip
@@ -44,16 +44,12 @@ Flags = NDArray[np.bool_]
 def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, title: str | None = None) -> Figure:
     """The share that settles and the critical shocks over one dimension; select fixes the others.
 
-    A list of cells is drawn over the parameter in which they differ; cells that differ in several, or have names, are
-    points on no line.
-
     Raises PlotError for a dataset that is none of attractors, or has more than one dimension left.
     """
     check_dataset(ds)
     if "settling_share" not in ds.data_vars:
         raise PlotError("not a dataset of attractors: no settling_share")
     ds, title = line_of(ds, "settling_share", 1, select, title)
-    ds = _over_what_varies(ds, str(ds["settling_share"].dims[0]))
     x = MapAxis(ds, ds["settling_share"].dims[0])
     joined: dict[str, Any] = {"linewidth": 1.4} if x.is_numeric else {"marker": "o", "linestyle": "none"}
     figure = Figure(figsize=(7.6, 6.2), layout="constrained")
@@ -67,14 +63,14 @@ def plot_attractors(ds: xr.Dataset, *, select: Mapping[str, Any] | None = None, 
             upper.fill_between(x.centres, share - error, share + error, where=part, **_ERRORS)
     if (high > low).any():
         upper.vlines(x.centres, low, high, color=BLACK, linewidth=1.0, label="undecided starting states")
-    upper.set(ylabel="share of starting states that settle", ylim=(-0.03, 1.03))
+    upper.set(ylabel="share of\nstarting states\nthat settle", ylim=(-0.03, 1.03))
     unit = unit_of(ds["critical_shock"])
     for name, colour, style in (("along", VERMILLION, "solid"), ("against", BLUE, "dashed")):
         shock = unit.of(ds[f"critical_shock_{name}"].values)
         shock = np.where(np.isfinite(shock), shock, np.nan)
         look = {"linestyle": style, **joined}
         lower.plot(x.centres, shock, color=colour, label=f"shock {name} the belt", **look)
-    lower.set(ylabel=f"critical shock ({unit.printed})", xlabel=x.title)
+    lower.set(ylabel=f"critical shock\n({unit.printed})", xlabel=x.title)
     lower.set_ylim(bottom=0.0)
     shade(lower, x.edges, safe, _NONE)
     for ax in (upper, lower):
@@ -103,49 +99,29 @@ def plot_ramp(
     variable: str = "velocity_amplitude",
     *,
     select: Mapping[str, Any] | None = None,
-    attractors: xr.Dataset | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Both branches of a ramp: the amplitude while the parameter rises, and while it falls.
+    """A variable of a ramp while the parameter rises, and while it falls.
 
-    variable : of the ramp. select : fixes the lines. attractors : of the same cells along the same parameter, whose
-    unstable cycle is drawn between the branches. Raises PlotError.
+    variable : of the ramp. select : fixes the lines. Raises PlotError.
     """
     check_dataset(ds)
     if "direction" not in ds.dims or variable not in ds.data_vars:
         raise PlotError(f"not a ramp with {variable}")
     ds, title = line_of(ds, variable, 2, select, title)
-    along = ds[variable].dims[-1]
-    x, unit = MapAxis(ds, along), unit_of(ds[variable])
+    x, unit = MapAxis(ds, ds[variable].dims[-1]), unit_of(ds[variable])
     figure = Figure(figsize=(7.6, 4.8), layout="constrained")
     ax = figure.subplots()
-    handles = []
-    for name, word, marker, colour, style, width in (
-        ("up", "rising", ">", _RISING, "solid", 2.6), ("down", "falling", "<", BLACK, "dashed", 1.2),
-    ):  # fmt: skip
-        branch, look = ds.sel(direction=name), dict[str, Any](color=colour, linestyle=style, linewidth=width)
-        values, few = unit.of(branch[variable].values), slice(None, None, max(1, x.length // 25))
-        ax.plot(x.centres, values, zorder=2, **look)
-        colours = [FLAG_COLOURS["regime"][REGIMES[int(code)]] for code in branch["regime"].values[few]]
-        ax.scatter(x.centres[few], values[few], marker=marker, s=34, c=colours, edgecolors="black", linewidths=0.5,
-                   zorder=3)  # fmt: skip
-        handles.append(Line2D([], [], marker=marker, markerfacecolor="white", label=word, **look))
-    if attractors is not None:
-        if variable not in _UNSTABLE:
-            raise PlotError(f"the unstable cycle has no {variable}")
-        unstable = x.unit.of(attractors[along].values), unit.of(attractors[_UNSTABLE[variable]].values)
-        ax.plot(*unstable, color=VERMILLION, linestyle="dotted", linewidth=1.8, label="unstable cycle")
-    drawn = np.isfinite(ds[variable].values) & (ds["regime"].values > 0)
-    for name in (REGIMES[int(code)] for code in np.unique(ds["regime"].values[drawn])):
-        ax.plot([], [], linestyle="none", marker="o", color=FLAG_COLOURS["regime"][name], markeredgecolor="black",
-                label=regime_label(name))  # fmt: skip
+    for name, look in _WAYS.items():
+        values = unit.of(ds[variable].sel(direction=name).values)
+        ax.plot(x.centres, values, markevery=max(1, x.length // 25), markerfacecolor="white", **look)
     settles = ds["regime"].where(ds["regime"] != REGIMES.index("creep"), REGIMES.index("damped"))  # one as the other
     up, down = (settles.sel(direction=name).values for name in ("up", "down"))
     shade(ax, edges_of(ds, x), up != down, BAND)
-    ax.set(xlabel=x.title, ylabel=wrapped(array_title(ds[variable], unit), 45))
+    ax.set(xlabel=x.title, ylabel=array_title(ds[variable], unit))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     apply(x, ax, "x")
-    legend(figure, [*handles, *labelled(ax)], fixed_note(ds))
+    legend(figure, labelled(ax), fixed_note(ds))
     entitle(figure, ax, title)
     return figure
 
@@ -270,19 +246,8 @@ def line_of(
         raise PlotError(f"more than one dimension: {', '.join(more)}\nhint: fix all but one with select")
     if ds[variable].ndim < dims:
         raise PlotError("nothing to draw a line through: no dimension is left")
-    title = wrapped(str(ds.attrs.get("title", "")), _WIDTH) if title is None else title
-    return ds, "\n".join(filter(None, [title, wrapped(", ".join(places), _TITLE_WIDTH)]))
-
-
-def _over_what_varies(ds: xr.Dataset, dim: str) -> xr.Dataset:
-    """Cells of a list in the order of the parameter in which they differ, if that is one."""
-    if dim in ds.coords:
-        return ds
-    values = {name: v.values for name, v in ds.coords.items() if v.dims == (dim,) and v.dtype.kind == "f"}
-    varied = [name for name, v in values.items() if np.unique(v).size > 1]
-    if len(varied) != 1 or np.unique(values[varied[0]]).size < ds.sizes[dim] or np.isnan(values[varied[0]]).any():
-        return ds
-    return ds.swap_dims({dim: varied[0]}).sortby(varied[0])
+    title = str(ds.attrs.get("title", "")) if title is None else title
+    return ds, "\n".join(filter(None, [title, ", ".join(places)]))
 
 
 def _bistable(ds: xr.Dataset) -> Flags:

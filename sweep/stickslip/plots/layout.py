@@ -1,6 +1,6 @@
-"""Figure, title, legend and file of a plot; texts are shown as they are.
+"""Figure, title, legend, notes and file of a plot, and axes as the dimensions of a dataset require them.
 
-Axes of plots, drawn as the dimensions of a dataset require.
+Texts are shown as they are, in as many lines as they need.
 """
 
 import os
@@ -12,6 +12,7 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as PlainFigure
@@ -20,22 +21,23 @@ from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from stickslip.dataset.display import MapAxis
-from stickslip.errors import PlotError, StoreError, reason, visible
+from stickslip.dataset.display import MapAxis, short_name, unit_of
+from stickslip.errors import PlotError, QuantityError, StoreError, reason, visible
 from stickslip.files.targets import NO_FILE_NAME, check_target, replaced
-from stickslip.plots.options import PLAIN, Look, inches
+from stickslip.plots.marks import PLAIN, Look
+from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import Unit
+from stickslip.vocabulary.quantities import QUANTITIES
 
+BESIDE = 15  # letters in a line beside one of several axes
 DPI = 150  # of pictures unless asked for
 _NOTEBOOK_DPI = 100
-TITLE_WIDTH = 70  # letters in a line above a plot
-NOTE_WIDTH = 110  # in small print
-_LETTERS_PER_INCH = 9.5  # of a title over a whole figure
 _LEGEND_SIZE, _SMALL_SIZE = 8.3, 7.0  # points, of the letters of a legend, and of one of many entries and of notes
 _MANY, _MOST_COLUMNS = 6, 4
 _LETTER, _HANDLE = 0.6, 8  # width of a letter in sizes; letters as wide as what stands beside a label
-_BESIDE_AXES = 1.1  # times the height of axes: how long the words along them are
-_FEWEST_LETTERS = 8  # in a line
+_INCH = 0.0254  # m
+_SMALLEST, _LARGEST = 1.0, 100.0  # inches of a side of a picture
+_SIZE = re.compile(r"(?P<width>[\d.]+)\s*(?P<of_width>[a-zµ]*)\s*[x×]\s*(?P<height>[\d.]+)\s*(?P<unit>[a-zµ]+)")
 _NOTE_COLOUR = "#555555"
 _FIRM_SPACE = "\N{NO-BREAK SPACE}"
 
@@ -53,12 +55,17 @@ class Figure(PlainFigure):
     entries: tuple[Sequence[Any], Sequence[str | None]] = (), ()  # handles and notes of the legend
 
     def draw(self, renderer: Any) -> None:
-        """Draw, texts as they are."""
+        """Draw, texts as they are, in lines that fit: where they are is known once the axes are laid out."""
         show_verbatim(self)
+        texts = [*self.texts, *(text for ax in self.axes for text in (ax.title, ax.xaxis.label, ax.yaxis.label))]
+        for wraps in (False, True):
+            for text in texts:
+                text.set_wrap(wraps and "$" not in text.get_text())  # matplotlib measures formulas, which it may not
+            if (engine := self.get_layout_engine()) is not None:
+                engine.execute(self)
         super().draw(renderer)
 
     def _repr_png_(self) -> bytes:
-        fit(self)
         picture = BytesIO()
         self.savefig(picture, format="png", dpi=_NOTEBOOK_DPI)
         return picture.getvalue()
@@ -68,21 +75,39 @@ class Figure(PlainFigure):
 
 
 def wrapped(text: str, width: int) -> str:
-    """`text` in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
+    """Text in lines of about `width` letters; a value stays with its name, and so does what is in brackets."""
     joined = re.sub(r"\([^)]*\)|[^\s,=][^,=]* = [^,]+", lambda part: part[0].replace(" ", _FIRM_SPACE), text)
-    return fill(joined, width).replace(_FIRM_SPACE, " ")
-
-
-def folded(text: str, width: int) -> str:
-    """Lines of text, those that are too long broken, and those broken before joined again: a break leaves its space."""
-    lines = text.replace(" \n", " ").splitlines()
-    return "\n".join(wrapped(line, width).replace("\n", " \n") for line in lines)
+    return "\n".join(fill(line, width) for line in joined.splitlines()).replace(_FIRM_SPACE, " ")
 
 
 def annotate(figure: PlainFigure, notes: Sequence[str | None]) -> None:
     """Lines in small print below a plot without a legend there."""
     if note := "\n".join(filter(None, notes)):
         figure.supxlabel(note, fontsize="x-small", color=_NOTE_COLOUR)
+
+
+def fixed_values(ds: xr.Dataset) -> list[tuple[str, str]]:
+    """Quantities that are equal in all cells and matter, with their values as people write them.
+
+    Those at their default are left out (no damper, a start at rest).
+    """
+    rows = []
+    for name, coordinate in ds.coords.items():
+        declared = QUANTITIES.get(str(name))
+        if declared is None or coordinate.dims or not np.isfinite(value := float(coordinate)):
+            continue
+        if name == "ageing_time" and "ageing_rate" in ds.coords and not ds["ageing_rate"].values.any():
+            continue  # says nothing
+        if value != declared.default or name == "damping":  # none decides everything
+            unit = unit_of(coordinate)
+            rows.append((short_name(coordinate), f"{unit.of(value):.4g} {unit.printed}".rstrip()))
+    return rows
+
+
+def fixed_note(ds: xr.Dataset, first: Sequence[str] = ()) -> list[str]:
+    """The note below a plot of what is held fixed, a line or none. first : what is chosen for this plot."""
+    fixed = [*first, *(f"{name} = {value}" for name, value in fixed_values(ds))]
+    return [f"held fixed: {', '.join(fixed)}"] if fixed else []
 
 
 # --- legend -----------------------------------------------------------------------------------------------------------
@@ -105,14 +130,16 @@ def legend(figure: Figure, handles: Sequence[Any], notes: Sequence[str | None] =
         old.remove()
     figure.entries = handles, notes
     size = _LEGEND_SIZE if len(handles) <= _MANY else _SMALL_SIZE
-    room = int(72 * figure.get_figwidth() / (_LETTER * size)) - _HANDLE
-    labels = [folded(str((handle[0] if isinstance(handle, tuple) else handle).get_label()), room) for handle in handles]
+    letters = 72 * figure.get_figwidth() / _LETTER
+    room = int(letters / size) - _HANDLE
+    firsts = [handle if hasattr(handle, "get_label") else handle[0] for handle in handles]
+    labels = [wrapped(str(first.get_label()), room) for first in firsts]
     longest = max(map(len, "\n".join(labels).splitlines()))
     columns = max(1, min(_MOST_COLUMNS, len(labels), (room + _HANDLE) // (longest + _HANDLE)))
     drawn = figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=size,
                           handler_map={tuple: HandlerTuple(ndivide=None, pad=0.0)})  # fmt: skip
     if note := "\n".join(filter(None, notes)):
-        drawn.set_title(folded(note, int(72 * figure.get_figwidth() / (_LETTER * _SMALL_SIZE))))
+        drawn.set_title(wrapped(note, int(letters / _SMALL_SIZE)))
         drawn.get_title().set(fontsize=_SMALL_SIZE, color=_NOTE_COLOUR, multialignment="center")
 
 
@@ -121,10 +148,7 @@ def legend(figure: Figure, handles: Sequence[Any], notes: Sequence[str | None] =
 
 def entitle(figure: PlainFigure, top: Axes, title: str, *, above_all: bool = False) -> None:
     """The title, over the axes it belongs to, or over the whole figure."""
-    if above_all:
-        figure.suptitle(folded(title, int(_LETTERS_PER_INCH * figure.get_figwidth())), fontsize="large")
-    else:
-        top.set_title(folded(title, TITLE_WIDTH), fontsize="large")
+    (figure.suptitle if above_all else top.set_title)(title, fontsize="large")
 
 
 def resize(figure: PlainFigure, width: float, height: float) -> None:
@@ -132,38 +156,24 @@ def resize(figure: PlainFigure, width: float, height: float) -> None:
     figure.set_size_inches(width, height)
     if isinstance(figure, Figure) and figure.legends:
         legend(figure, *figure.entries)
-    fit(figure)
 
 
-def fit(figure: PlainFigure) -> None:
-    """Break what is written along axes and over them so that nothing of it is cut off at the edges of the figure."""
-    show_verbatim(figure)
-    for text in figure.texts:
-        _fit(text, figure.bbox.width)
-    if (engine := figure.get_layout_engine()) is None:
-        return
-    for _ in range(2):  # names of axes in several lines move the axes
-        engine.execute(figure)
-        for ax in figure.axes:
-            box = ax.get_window_extent()
-            upright = 2.0 * min(0.5 * (box.y0 + box.y1), figure.bbox.y1 - 0.5 * (box.y0 + box.y1))
-            _fit(ax.yaxis.label, min(upright, _BESIDE_AXES * box.height))
-            across = 2.0 * min(0.5 * (box.x0 + box.x1), figure.bbox.x1 - 0.5 * (box.x0 + box.x1))
-            for text in (ax.xaxis.label, ax.title):
-                _fit(text, across)
-
-
-def _fit(text: Text, room: float) -> None:
-    """Break a text into lines that are no longer than `room`, in pixels; what fits already stays as it is."""
-    if not text.get_text():
-        return
-    for _ in range(3):  # letters are not equally wide
-        box = text.get_window_extent()
-        length = box.height if text.get_rotation() == 90.0 else box.width
-        if length <= room:
-            return
-        letters = max(map(len, text.get_text().splitlines()))
-        text.set_text(folded(text.get_text(), max(_FEWEST_LETTERS, int(0.97 * letters * room / length))))
+def inches(text: str, dpi: float) -> tuple[float, float]:
+    """`16 cm x 9 cm` or `1920 px x 1080 px` as width and height; a width without a unit has that of the height."""
+    example = "such as '16 cm x 9 cm' or '1920 px x 1080 px'"
+    sides = _SIZE.fullmatch(text.strip())
+    try:
+        if sides is None:
+            raise QuantityError("two lengths")
+        width, height = (
+            float(number) / dpi if unit == "px" else units.si_value(f"{number} {unit}", "m") / _INCH
+            for number, unit in ((sides["width"], sides["of_width"] or sides["unit"]), (sides["height"], sides["unit"]))
+        )
+    except QuantityError:
+        raise PlotError(f"--size: got {text!r}, expected a width and a height {example}") from None
+    if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
+        raise PlotError(f"--size: got {text!r}, expected sides between 2.54 cm and 2.54 m, {example}")
+    return width, height
 
 
 def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, size: str | None = None) -> None:
@@ -173,7 +183,6 @@ def save(figure: PlainFigure, path: str | os.PathLike[str], dpi: float = DPI, si
     """
     if size is not None:
         resize(figure, *inches(size, dpi))
-    fit(figure)
     try:
         check_target(path, "plot")
         with replaced(path) as temporary:

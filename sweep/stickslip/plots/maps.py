@@ -22,13 +22,22 @@ from stickslip.dataset.coarse import Pixel, pixel_for, pixel_note
 from stickslip.dataset.display import MapAxis, unit_of
 from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import MAX_PANELS, check_dataset, selected
-from stickslip.dataset.summary import why_absent
+from stickslip.dataset.summary import summary
 from stickslip.errors import PlotError
 from stickslip.plots import marks
-from stickslip.plots.fixed_values import fixed_note, why_nothing
-from stickslip.plots.layout import Figure, apply, entitle, folded, labelled, legend, plain_numbers, scaled, wrapped
-from stickslip.plots.marks import BORDERS, border_handles, draw_borders, levels_inside, over_panel
-from stickslip.plots.options import PLAIN, Look
+from stickslip.plots.layout import (
+    BESIDE,
+    Figure,
+    apply,
+    entitle,
+    fixed_note,
+    labelled,
+    legend,
+    plain_numbers,
+    scaled,
+    wrapped,
+)
+from stickslip.plots.marks import BORDERS, PLAIN, Look, border_handles, draw_borders, levels_inside, over_panel
 from stickslip.plots.palette import (
     BLUE,
     FLAG_COLOURS,
@@ -40,10 +49,10 @@ from stickslip.plots.palette import (
     ink,
     marked,
     paint,
+    regime_label,
 )
 from stickslip.vocabulary.display_units import Unit
-from stickslip.vocabulary.flags import FLAGS
-from stickslip.vocabulary.suggest import or_meant
+from stickslip.vocabulary.quantities import listed, or_meant
 
 
 def painted(
@@ -76,9 +85,9 @@ _MOST = 50_000  # changes along rows of a regime; more are single cells here and
 
 def hatch(ax: Axes, variable: str, codes: NDArray[np.generic], x_edges: Floats, y_edges: Floats) -> None:
     """Hatch the cells of those flags that have a pattern. codes : (rows, columns), edges one longer."""
-    for name, pattern in patterns(variable).items():
-        inside = np.asarray(codes == list(FLAGS[variable]).index(name))
-        hatch_cells(ax, inside, pattern, FLAG_COLOURS[variable][name], x_edges, y_edges)
+    for code, colour in enumerate(FLAG_COLOURS.get(variable, {}).values()):
+        if pattern := HATCHES.get(colour):
+            hatch_cells(ax, np.asarray(codes == code), pattern, colour, x_edges, y_edges)
 
 
 def hatch_cells(
@@ -92,13 +101,7 @@ def hatch_cells(
     area.set(edgecolor=ink(colour), linewidth=0.0, zorder=1.5)
 
 
-def patterns(variable: str) -> Mapping[str, str]:
-    """Matplotlib's patterns by flag, of a variable that has some."""
-    return HATCHES if FLAG_COLOURS.get(variable) is FLAG_COLOURS["regime"] else {}
-
-
 _MAX_PANEL_COLUMNS = 4
-_BAR_WIDTH = 45  # letters along a colour bar
 _PANEL_WIDTH, _PANEL_HEIGHT = 36, 30  # letters along the sides of one of several panels
 _PANEL_PIXELS = (270, 340)  # rows and columns of one of several panels
 
@@ -119,7 +122,7 @@ def plot_map(
         unless given; then the note below says them.
     borders : draw the borders of linear theory: of stability, and of overshoot. lines : exact borders to draw over maps
         of two dimensions and more, what `border` or `contours` returned for the same cells.
-    look : scales, limits, operating points, hatching.
+    look : scales, limits, operating points.
     A map of one dimension becomes a strip of regimes with the variable below it (for a flag, the damping ratio).
     Maps of more cells than pixels are reduced to pixels (`coarse.py`), which a note below says; no cell is skipped,
     and memory stays small. Raises PlotError, also where the variable has no value at all, saying why; StoreError where
@@ -128,8 +131,7 @@ def plot_map(
     check_dataset(ds)
     if variable not in ds.data_vars:
         known = [str(name) for name in ds.data_vars]
-        unknown = f"no variable {variable!r}; there are {', '.join(known)}{or_meant(variable, known)}"
-        raise PlotError(why_absent(ds, variable) or unknown)
+        raise PlotError(f"no variable {variable!r}; there are {', '.join(known)}{or_meant(variable, known)}")
     whole = ds
     ds, places = selected(ds, select or {})
     ds, look = look.part(ds), look.within_limits()
@@ -140,7 +142,7 @@ def plot_map(
     if not dims:
         raise PlotError("nothing to map: every parameter is fixed\nhint: look at one cell over time with `simulate`")
     marks.check(look.marks, dims, dims[-2:])
-    notes = fixed_note(whole, places) if look.held else []
+    notes = fixed_note(whole, places)
     if len(dims) == 1:
         return _strip(ds, variable, title, look, notes)
     return _panels(ds, variable, title, borders, lines, look, notes)
@@ -163,17 +165,16 @@ def _panels(
     arrays = [panel[variable].transpose(y_dim, x_dim) for panel in panels]
     values, paint, unit = painted(arrays, variable, pixel, look)
     if not is_flag and not any(np.isfinite(cells).any() for cells in values):
-        raise PlotError(why_nothing(ds, variable))
+        raise _nothing(ds, variable)
     edges = x.pixel_edges(pixel[1]), y.pixel_edges(pixel[0])
     headings = [MapAxis(ds, dim) for dim in outer]
     drawn: set[float] = set()
     for ax, panel, cells, combination in zip(grid.flat, panels, values, combinations, strict=False):
         ax.set_facecolor(UNDEFINED_COLOUR)
-        if paint.has_gaps and look.hatched:
+        if paint.has_gaps:
             ax.patch.set(hatch=UNDEFINED_HATCH, edgecolor=ink(UNDEFINED_COLOUR), linewidth=0.0)
         ax.pcolormesh(*edges, np.ma.masked_invalid(cells), cmap=paint.colours, norm=paint.norm, rasterized=True)
-        if look.hatched:
-            hatch(ax, variable, cells, *edges)
+        hatch(ax, variable, cells, *edges)
         if borders:
             drawn |= draw_borders(ax, panel, x, y, pixel)
         if lines is not None:
@@ -189,15 +190,21 @@ def _panels(
     if not is_flag:
         bar = figure.colorbar(ScalarMappable(paint.norm, paint.colours), ax=grid, pad=0.02, extend=paint.beyond)
         if isinstance(paint.norm, AsinhNorm):
-            bar.locator = AsinhLocator(paint.norm.linear_width, numticks=7)  # more stand in each other's way near 0
+            bar.locator = AsinhLocator(5.0 * paint.norm.linear_width, numticks=7)  # apart near 0
         bar.ax.set_ylim(*paint.span)
         plain_numbers(bar.ax, "y")
-        bar.set_label(folded(array_title(ds[variable], unit), _BAR_WIDTH))
-    handles = [*paint.handles(patterns(variable) if look.hatched else None), *border_handles(drawn)]
+        bar.set_label(array_title(ds[variable], unit))
+    handles = [*paint.handles(), *border_handles(drawn)]
     handles += [*labelled(*grid.flat), *marks.entries(look.marks, ds)]
     legend(figure, handles, [pixel_note(pixel, is_flag), *notes])
     entitle(figure, grid.flat[0], title, above_all=bool(outer))
     return figure
+
+
+def _nothing(ds: xr.Dataset, variable: str) -> PlotError:
+    """The error of a variable that has no value in any cell."""
+    regimes = listed([*map(regime_label, summary(ds))], "and") if "regime" in ds else "not told"
+    return PlotError(f"no cell has a value of {variable}: nothing to draw (regimes: {regimes})")
 
 
 def _panel_layout(ds: xr.Dataset, outer: Sequence[Hashable]) -> tuple[int, int]:
@@ -258,16 +265,15 @@ def _strip(ds: xr.Dataset, variable: str, title: str, look: Look, notes: Sequenc
     rows = {name: ds[name].expand_dims(_ROW) for name in shown}
     if flag in axes:
         (codes,), paint, _ = painted([rows[flag]], flag, pixel, look)
-        handles += paint.handles(patterns(flag) if look.hatched else None)
+        handles += paint.handles()
         colours = {"c": np.ma.filled(codes[0].astype(np.float64), np.nan), "cmap": paint.colours, "norm": paint.norm}
         edges = x.pixel_edges(pixel[1]), np.array([0.0, 1.0])
         axes[flag].pcolormesh(*edges, codes, cmap=paint.colours, norm=paint.norm)
-        if look.hatched:
-            hatch(axes[flag], flag, codes, *edges)
+        hatch(axes[flag], flag, codes, *edges)
         axes[flag].set_yticks([])
         axes[flag].set_ylabel(flag.replace("_", " "), rotation=0, ha="right", va="center")
     if number in axes and number == variable and not np.isfinite(ds[number].values).any():
-        raise PlotError(why_nothing(ds, variable))
+        raise _nothing(ds, variable)
     if number in axes:
         handles += _points(axes[number], rows[number], x, pixel, colours, look)
     for ax in axes.values():
@@ -295,7 +301,7 @@ def _points(
     if x.is_numeric:  # between named points there is nothing
         ax.plot(points, values, color="#888888", linewidth=0.8, zorder=1)
     ax.scatter(points, values, s=18, zorder=2, edgecolors="black", linewidths=0.3, **colours)
-    ax.set_ylabel(array_title(row, unit))
+    ax.set_ylabel(wrapped(array_title(row, unit), BESIDE))
     scaled(ax, "y", name, unit, look)
     if name != "damping_ratio":
         return []

@@ -22,15 +22,14 @@ from matplotlib.figure import Figure
 from stickslip.config.studies import Regime, ReportTable, Study, result_class
 from stickslip.config.yaml import section_in
 from stickslip.dataset.display import MapAxis
-from stickslip.dataset.summary import BAD_REGIMES, Share, flag_counts, summary, survey
+from stickslip.dataset.summary import BAD_REGIMES, Share, summary, survey
 from stickslip.errors import PlotError
 from stickslip.files.targets import check_target, replaced
 from stickslip.plots import plot_map, plot_result, subject
-from stickslip.plots.fixed_values import fixed_values
-from stickslip.plots.layout import fit
-from stickslip.plots.options import PLAIN, Look
+from stickslip.plots.layout import fixed_values
+from stickslip.plots.marks import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, VERMILLION, regime_label
-from stickslip.vocabulary.flags import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
+from stickslip.vocabulary.results import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 
 _DOTS = 200  # per inch
 _MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset
@@ -118,7 +117,6 @@ def table(columns: Sequence[Column], rows: Iterable[Sequence[str | PageCell]]) -
 def embedded(figure: Figure, alt: str, *, caption: str = "") -> str:
     """A plot embedded in the page, with its alternative text. caption : below it, unless empty."""
     png = BytesIO()
-    fit(figure)
     figure.savefig(png, format="png", dpi=_DOTS)
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     return _part("figure", b64encode(png.getvalue()).decode("ascii"), width, height, alt, caption)
@@ -149,7 +147,6 @@ _STYLE = """\
   border: 1px solid #000; vertical-align: -.05em; -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 th.regime { text-align: left; }
 """ + "".join(f".is-{name}::before {{ background: {colour}; }}\n" for name, colour in FLAG_COLOURS["regime"].items())
-_OBSERVED = ("settling_observed", "too_slow_to_tell", "irregular")  # ends that are seen, not proven
 
 
 class Picture(NamedTuple):
@@ -194,10 +191,7 @@ def result_page(ds: xr.Dataset, pictures: Sequence[Picture], title: str | None =
         shown = [paragraph(text) if plot is None else embedded(plot, text, caption=text) for text, plot in pictures]
         sections.append(PageSection("The pictures" if len(pictures) > 1 else "The picture", "\n".join(shown)))
     if regimes is not None:
-        columns = Column("regime", is_text=True), Column("cells"), Column("share")
-        rows = [(_swatch(name), f"{share.cells:,}", f"{share.fraction:.2%}") for name, share in regimes.items()]
-        sections.append(PageSection("Shares of the regimes", table(columns, rows)))
-        sections.append(PageSection("Cells that are not decided", _undecided(ds, regimes)))
+        sections.append(PageSection("Regimes of the cells, and how they were found", _regimes(ds)))
     if study and (own_table := study.table(ds)):
         sections.append(PageSection(own_table.title, _table_of(own_table)))
     own = {name: value for name, value in ds.attrs.items() if name not in _COMMON and getattr(value, "ndim", 0) == 0}
@@ -267,16 +261,13 @@ def _own_dims(ds: xr.Dataset) -> set[str]:
     return study.own_dims() if study else set()
 
 
-def _undecided(ds: xr.Dataset, regimes: Mapping[str, Share]) -> str:
-    """Table of cells without a regime, by the reason."""
-    if not {*BAD_REGIMES} & {*regimes}:
-        return paragraph("None: every cell has a regime.")
-    if "status" not in ds.data_vars:
-        return paragraph("The reasons were not stored (variable status).")
+def _regimes(ds: xr.Dataset) -> str:
+    """Table of the cells by regime and status."""
     counts = survey(ds, limit=0).counts
-    rows = [[_spoken(status), f"{cells:,}", STATUS_MESSAGES.get(status, "")]
-            for (regime, status), cells in counts.items() if regime in BAD_REGIMES]  # fmt: skip
-    columns = Column("reason", is_text=True), Column("cells"), Column("what it means", is_text=True)
+    total = sum(counts.values())
+    rows = [(_swatch(regime), f"{cells:,}", f"{cells / total:.2%}", STATUS_MESSAGES.get(status, status))
+            for (regime, status), cells in counts.items()]  # fmt: skip
+    columns = Column("regime", is_text=True), Column("cells"), Column("share"), Column("status", is_text=True)
     return table(columns, rows)
 
 
@@ -325,10 +316,6 @@ def _accuracy(ds: xr.Dataset) -> Iterator[tuple[str, str]]:
         meaning = "each step keeps its error below it, in units of the load over the stiffness"
         yield "relative tolerance", f"{rtol:g}: {meaning}"
     yield "horizon", "none: a cell ends when its regime is certain" if horizon is None else f"{horizon:g} s"
-    if "regime" in ds.data_vars and "status" in ds.data_vars:
-        counts = flag_counts(ds["status"])
-        seen = sum(counts[name] for name in _OBSERVED)
-        yield "proven", "all regimes" if not seen else f"all regimes but {seen:,}, which were observed"
     if _is_of_cells(ds):
         meaning = "a border between regimes lies within the width of a cell"
         yield "edges", f"{meaning}; stickslip border and stickslip contours find it exactly"

@@ -4,7 +4,7 @@ The palette is that of Okabe and Ito, which colour-blind readers can tell apart;
 black.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.coarse import Coarse
 from stickslip.errors import PlotError
-from stickslip.vocabulary.flags import FLAGS, flag_label
+from stickslip.vocabulary.results import FLAGS, flag_label
 
 WHITE, GREY, BLACK = "#ffffff", "#b8b8b8", "#000000"
 VERMILLION, ORANGE, YELLOW = "#d55e00", "#e69f00", "#f0e442"
@@ -61,15 +61,15 @@ FLAG_COLOURS |= {
     "regime_from_sliding": FLAG_COLOURS["regime"],
     "share_method": {"not_computed": WHITE, "exact": BLUE, "sampled": ORANGE},
 }
-# Vermillion and green, and some greys, are alike on a page without colours: these regimes are hatched as well.
-HATCHES = {"creep": "...", "stuck": "---", "unresolved": "xxx"}
+# On a page without colours areas are told apart by their hatching; the most frequent of the bright ones has none.
+HATCHES = {VERMILLION: "//", BLUE: "...", GREEN: "---", YELLOW: "++", GREY: "xxx"}
 DIVERGING = ("damping_ratio", "restick_margin", "tendency")  # whose sign matters: colours part at 0
 UNDEFINED_COLOUR = "#dddddd"  # cells where a continuous variable has no value
 UNDEFINED_HATCH = "////"  # for in grey the brightest values look like them
 _LOG_FROM = 100.0  # ratio of largest to smallest value from which colours are logarithmic
 _MOST_RATIO = 1e4  # of the largest value to those around zero on a scale that is linear there and logarithmic beyond
 _SEQUENTIAL, _ABOUT_ZERO = "viridis", "RdBu"  # the second: red below zero, where sliding is unstable
-_INK = 0.5  # how far the colour of hatching lies from that of its area on the way to black or white
+_INK = 0.4  # how far the colour of hatching lies from that of its area on the way to black or white
 _BRIGHTNESS = (0.299, 0.587, 0.114)  # of red, green and blue
 _PALENESS = 0.62  # how far the colour of a mixed pixel lies on the way to white
 _PALE_WHITE = "#ececec"
@@ -96,17 +96,13 @@ class Paint:
     beyond: str = "neither"
     span: tuple[float, float] = (0.0, 1.0)
 
-    def handles(self, hatches: Mapping[str, str] | None = None) -> list[Entry]:
-        """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value.
-
-        hatches : patterns by flag.
-        """
+    def handles(self) -> list[Entry]:
+        """Legend entries: the flags that occur, and mixed pixels; or the colour of cells without a value."""
         if self.flags is None:
-            pattern = None if hatches is None else UNDEFINED_HATCH
-            return [_swatch("undefined", UNDEFINED_COLOUR, pattern)] if self.has_gaps else []
+            return [_swatch("undefined", UNDEFINED_COLOUR, UNDEFINED_HATCH)] if self.has_gaps else []
         remark = dict.fromkeys(self.hidden, " (only in mixed)")
         entries: list[Entry] = [
-            _swatch(regime_label(name) + remark.get(name, ""), colour, (hatches or {}).get(name))
+            _swatch(regime_label(name) + remark.get(name, ""), colour, HATCHES.get(colour))
             for name, colour in self.flags.items()
         ]
         mixed = tuple(_swatch("mixed (pale: the most frequent)", colour) for colour in self.mixed)

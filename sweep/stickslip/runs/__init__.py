@@ -1,7 +1,7 @@
 """Runs of any size that survive interruption: working store, resume, shards, and the result put together at the end.
 
-    session     run, retry_failed                          collecting   collect, status
-    threads     missing blocks here, studies in memory     cluster, worker   blocks on a Dask cluster
+    session     run, retry_failed                          report       estimate, status, collect
+    threads     missing blocks here, studies in memory     cluster      blocks on a Dask cluster, and its workers
     work        configuration and number of a block in, arrays out; what any worker calls
     block_store, formats, lock   the store: its blocks; what its files hold; who works on it
     output      a result at the same place, whose cells are taken over, and blocks into one result

@@ -1,4 +1,4 @@
-"""Blocks of a run computed by the workers of a Dask cluster, which run `worker.py`.
+"""Blocks of a run computed by the workers of a Dask cluster, which load this file, too, as does the scheduler.
 
 A scheduler is found, and its workers are held against this process before anything is sent to them; then a bounded
 number of blocks is in flight. Nothing is kept on the cluster. A worker that sees the store writes its blocks there;
@@ -7,18 +7,20 @@ from others they are sent back here.
 
 from __future__ import annotations
 
-import asyncio
 import json
 import logging
 import pickle
+import platform
 import signal
 import threading
 import uuid
-from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterator
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Mapping
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from time import monotonic, sleep
@@ -26,16 +28,16 @@ from typing import TYPE_CHECKING, Any
 
 import dask.config
 
+from stickslip import engine, errors
+from stickslip._version import __version__
 from stickslip.config.sections import LOCAL
-from stickslip.engine import Progress, StopFlag, processor, processors
-from stickslip.errors import ClusterError, DamagedBlockError, Interrupted, UnlikeWorkerError, reason
-from stickslip.files.targets import TEMPORARY
+from stickslip.errors import ClusterError
+from stickslip.files.targets import TEMPORARY, folder_at, host
 from stickslip.runs.block_store import BlockStore
-from stickslip.runs.lock import Notice
+from stickslip.runs.formats import Manifest
 from stickslip.runs.threads import Tally
 from stickslip.runs.work import Work
-from stickslip.runs.worker import Job, compute_block, describe, loaded, unlike, versions
-from stickslip.vocabulary.own_laws import pickled_law
+from stickslip.vocabulary.models import own_law
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -48,8 +50,7 @@ _NAMED = 3  # workers named in a message
 _PER_THREAD = 3  # blocks in flight for each thread of a worker: one is computed, the others are ready
 _FEWEST = 4  # in flight at least, so that workers that join find some
 _RETRIES = 2  # of a block whose computing raised something; it may have been the machine
-_ALONE = 16  # blocks that are tried once more alone after workers died over them
-_LOOK, _COUNT, _LONELY, _SETTLE = 0.2, 2.0, 5.0, 60.0  # s: at the keyboard, workers; without workers; for slow folders
+_LOOK, _COUNT, _SETTLE = 0.2, 2.0, 60.0  # s: at the keyboard, workers; for slow folders
 _LEAN = {  # of workers on this machine, which have one kind of task and no dashboard
     # At 64 KiB, as Dask has it, all arrays of all blocks are mapped anew: a quarter of a worker's time.
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
@@ -63,11 +64,10 @@ _HOW = (
 
 @dataclass(frozen=True)
 class Cluster:
-    """A scheduler that answered. `where` names it for people, `notice` tells them something."""
+    """A scheduler that answered. `where` names it for people."""
 
     client: Client
     where: str
-    notice: Notice
 
     def ask(self, question: Callable[[], Any]) -> Any:
         """The answer of the scheduler. Raises ClusterError if it is gone."""
@@ -86,7 +86,7 @@ class Cluster:
 
 
 @contextmanager
-def connected(cluster: Any, threads: int | None, notice: Notice) -> Iterator[Cluster]:
+def connected(cluster: Any, threads: int | None) -> Iterator[Cluster]:
     """The cluster a run is to be computed on, quiet, its workers of the same versions as this process.
 
     cluster : address of a scheduler, its file, `local` for so many processes on this machine; or a client.
@@ -98,10 +98,10 @@ def connected(cluster: Any, threads: int | None, notice: Notice) -> Iterator[Clu
                 client, where = _connect(stack, cluster, threads)
             else:
                 client, where = cluster, cluster.scheduler.address
-            connection = Cluster(client, where, notice)
+            connection = Cluster(client, where)
             _check_alike(connection)
         except KeyboardInterrupt:
-            raise Interrupted(0, 0, during=f"connecting to the Dask scheduler ({cluster})") from None
+            raise errors.Interrupted(0, 0, during=f"connecting to the Dask scheduler ({cluster})") from None
         yield connection
 
 
@@ -126,40 +126,20 @@ def _connect(stack: ExitStack, address: str, threads: int | None) -> tuple[Clien
     else:
         target = where = _address_in(Path(address)) if address.endswith(".json") else address
     try:
-        if address != LOCAL:
-            _knock(target)
         client = Client(target, timeout=PATIENCE, set_as_default=False, name="stickslip")
-    except (OSError, TimeoutError) as error:
-        raise ClusterError(f"{where}: no Dask scheduler answered within {PATIENCE:g} s\n{_HOW}") from error
-    except Exception as error:  # a URL without port or of an unknown kind, TLS without keys, ...
-        raise ClusterError(f"{where}: cannot be connected to ({reason(error)})\n{_HOW}") from error
+    except Exception as error:  # none there, a URL without port or of an unknown kind, TLS without keys, ...
+        raise ClusterError(f"{where}: no Dask scheduler answered ({errors.reason(error)})\n{_HOW}") from error
     stack.callback(client.close, timeout=PATIENCE)
     return client, where
-
-
-def _knock(address: str) -> None:
-    """Raises OSError or TimeoutError where no scheduler answers: a client waits for ever for one that is silent."""
-    from distributed.core import connect
-    from distributed.security import Security
-
-    async def answer() -> None:
-        arguments = Security().get_connection_args("client")
-        comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
-        comm.abort()
-
-    pool = ThreadPoolExecutor(1)  # a thread, since notebooks have a loop already
-    heard = pool.submit(lambda: asyncio.run(answer()))
-    pool.shutdown(wait=False)
-    heard.result()
 
 
 def _local_cluster(threads: int | None) -> Any:
     """Worker processes on this machine, one thread each; nothing listens but on the loopback interface."""
     from distributed import LocalCluster
 
-    count = threads or processors()
+    count = threads or engine.processors()
     own = dask.config.get("distributed.worker.preload", None) or []
-    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.worker"]
+    preload = [*([own] if isinstance(own, str) else own), "stickslip.runs.cluster"]
     # Ctrl-C is ignored for a second or two: here, since half of a cluster cannot be closed, and in what starts.
     is_main = threading.current_thread() is threading.main_thread()  # signals are set there and nowhere else
     before = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
@@ -195,68 +175,121 @@ def _silenced() -> Iterator[None]:
 def _address_in(file: Path) -> str:
     """The address in a scheduler file; it may take the scheduler a while to write it."""
     end = monotonic() + PATIENCE
-    while True:
-        try:
-            return str(json.loads(file.read_text())["address"])
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            if monotonic() > end:
-                why = reason(error) if isinstance(error, OSError) else "it names no address"
-                message = f"{file}: not the file of a Dask scheduler, {PATIENCE:g} s long ({why})"
-                raise ClusterError(f"{message}\n{_HOW}") from error
+    while not file.exists() and monotonic() < end:
         sleep(0.1)
-
-
-# --- workers ----------------------------------------------------------------------------------------------------------
+    try:
+        return str(json.loads(file.read_text())["address"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ClusterError(f"{file}: not the file of a Dask scheduler ({errors.reason(error)})\n{_HOW}") from error
 
 
 def _check_alike(cluster: Cluster) -> None:
-    """Raise ClusterError unless scheduler and workers run what this process runs; workers to come check themselves."""
+    """Raise ClusterError unless the workers run what this process runs; workers to come check themselves."""
     try:
-        cluster.client.run_on_scheduler(loaded)
-    except OSError as error:
-        raise cluster.lost() from error
+        workers = cluster.ask(lambda: cluster.client.run(versions))
     except Exception as error:  # what could not be loaded is told in many ways
-        hint = "hint: its scheduler needs stickslip too: install it there"
-        raise ClusterError(f"{cluster.where}: {reason(error)}\n{hint}") from error
-    workers = cluster.ask(lambda: cluster.client.run(describe, on_error="return"))
-    wrong = []
-    for address, worker in workers.items():
-        if isinstance(worker, BaseException):
-            wrong.append(f"{address}: {str(worker) or type(worker).__name__}")
-        elif differing := unlike(versions(), worker["versions"]):
-            wrong.append(f"{address} on {worker['host']}: {differing}")
+        hint = "hint: install stickslip where scheduler and workers run"
+        raise ClusterError(f"{cluster.where}: {errors.reason(error)}\n{hint}") from error
+    wrong = [f"\n  {address}: {text}" for address, there in workers.items() if (text := unlike(versions(), there))]
     if wrong:
-        named = "\n".join(f"  {text}" for text in wrong[:_NAMED])
-        more = f"\n  and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
         raise ClusterError(
-            f"{cluster.where}: {len(wrong)} of {len(workers)} workers do not run what runs here\n{named}{more}\n"
-            "hint: install the same versions there and start the workers again"
+            f"{cluster.where}: {len(wrong)} of {len(workers)} workers do not run what runs here"
+            f"{''.join(wrong[:_NAMED])}\nhint: install the same versions there and start the workers again"
         )
-    if kinds := Counter(kind for worker in workers.values() if (kind := worker["processor"]) != processor()):
-        counts = ", ".join(f"{count} on {kind}" for kind, count in kinds.items())
-        cluster.notice(f"workers on another processor than this one ({processor()}): {counts}; last digits may differ")
+
+
+# --- on the workers ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Job:
+    """The data that all blocks of a run have in common.
+
+    work : pickled, behind the law of one's own that it may need. packing : of blocks. place : path of the store.
+    token : a name that exists in the store while the run lasts. versions : those of the process that runs it.
+    """
+
+    work: bytes
+    packing: str
+    place: str
+    token: str
+    versions: dict[str, str]
+
+
+def versions() -> dict[str, str]:
+    """Versions that must be equal for equal bits, as this process loaded them."""
+    return {
+        "stickslip": __version__,
+        "kernels": engine.kernels_digest(),
+        "Python": ".".join(platform.python_version_tuple()[:2]),
+        "numba": version("numba"),
+        "numpy": version("numpy"),
+    }
+
+
+def unlike(here: Mapping[str, str], there: Mapping[str, str]) -> str:
+    """`numba 0.61.0 (here 0.68.1)` and so on for what differs between two processes; empty if nothing does."""
+    differing = [name for name in here if there.get(name) != here[name]]
+    return ", ".join(f"{name} {there.get(name, 'unknown')} (here {here[name]})" for name in differing)
+
+
+def dask_setup(_worker: object) -> None:
+    """Called as worker processes on this machine start, or start again: Ctrl-C in the terminal is not for them."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def compute_block(job: Job, number: int) -> bytes | None:
+    """Compute a block and write it into the store; give its bytes where the store is not to be seen.
+
+    Raises UnlikeWorkerError and UncomputedError.
+    """
+    if differing := unlike(job.versions, versions()):
+        raise errors.UnlikeWorkerError(f"a worker on {host()}: {differing}")
+    try:
+        return _computed(job, number)
+    except Exception as error:
+        raise errors.UncomputedError.of(error) from None
+
+
+def _computed(job: Job, number: int) -> bytes | None:
+    work, manifest = _loaded(job.work)
+    for law in work.study.kernels:
+        engine.warm_up(law)
+    store = BlockStore(folder_at(job.place), manifest, job.packing)
+    data = store.packed(number, work.compute(number))
+    try:
+        # If this machine sees the store too, the token is there. Another folder of that name has no such token, nor
+        # has the store once the run is over: a worker that comes late leaves nothing behind.
+        store.folder.read(job.token)
+        store.put(number, data)
+    except (FileNotFoundError, errors.StoreError):  # whatever keeps this machine from it may not keep the other
+        return data
+    return None
+
+
+@lru_cache(maxsize=2)
+def _loaded(pickled: bytes) -> tuple[Work, Manifest]:
+    """The work of a run, and its manifest, once per process."""
+    _, work = pickle.loads(pickled)
+    return work, Manifest.of(work)
 
 
 # --- blocks in flight -------------------------------------------------------------------------------------------------
 
 
 def compute_blocks(
-    cluster: Cluster, store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: StopFlag, *,
-    stop_on_error: bool, progress: Progress | None,
+    cluster: Cluster, store: BlockStore, work: Work, numbers: Collection[int], tally: Tally, stop: engine.StopFlag, *,
+    stop_on_error: bool, progress: engine.Progress | None,
 ) -> None:  # fmt: skip
     """As `threads.compute_blocks`, on a cluster; raises ClusterError if that is lost."""
     # A name in the store by which workers know it; being temporary it is swept away should we be killed.
     token = f".dask-{uuid.uuid4().hex}{TEMPORARY}"
-    job = Job(
-        configuration=work.config.to_yaml(), blocks=astuple(work.blocks), packing=store.packing,
-        place=store.folder.absolute, token=token, versions=versions(), law=pickled_law(work.config.friction.law),
-        grid=b"" if work.grid is None else pickle.dumps(work.grid),
-    )  # fmt: skip
+    pickled = pickle.dumps((own_law(work.config.friction.law), replace(work, known=None)))
+    job = Job(pickled, store.packing, store.folder.absolute, token, versions())
     flight = _Flight(cluster, store, work, job, tally, stop, stop_on_error, progress)
     store.folder.write(token, b"")
     try:
         flight.send_all(sorted(numbers))
-        flight.try_alone()
     finally:
         flight.cancel()
         store.folder.remove(token)
@@ -275,21 +308,19 @@ class _Flight:
     work: Work
     job: Job
     tally: Tally
-    stop: StopFlag
+    stop: engine.StopFlag
     stop_on_error: bool
-    progress: Progress | None
+    progress: engine.Progress | None
 
     def __post_init__(self) -> None:
         self._finished_before = self.store.cells(self.store.finished())
         self._run = f"stickslip-{uuid.uuid4().hex}"  # no other run's block has the name of one of ours
         self._under_way: dict[str, tuple[int, Future]] = {}
         self._arrived: SimpleQueue[Future] = SimpleQueue()
-        self._suspects: list[int] = []
-        self._alone = self._has_warned = False
-        self._threads, self._counted, self._had_workers = 0, -_COUNT, monotonic()
+        self._threads, self._counted = 0, -_COUNT
 
     def send_all(self, numbers: Collection[int]) -> None:
-        """Send these blocks and wait for them; those over which workers died are set aside, unless tried alone."""
+        """Send these blocks and wait for them."""
         waiting = deque(numbers)
         while (waiting or self._under_way) and not self.stop[0]:
             for _ in range(min(self._room() - len(self._under_way), len(waiting))):
@@ -297,18 +328,6 @@ class _Flight:
             self._receive_all()
             if self.progress:
                 self.progress(self._finished_before + self.tally.cells, self.work.size)
-
-    def try_alone(self) -> None:
-        """Compute the blocks set aside once more, one after the other: most merely ran beside the one that kills.
-
-        If there are very many the workers are at fault, and these blocks are recorded as failed at once.
-        """
-        suspects, self._suspects = self._suspects, []
-        self._alone = True
-        for number in suspects[:_ALONE]:
-            self.send_all([number])
-        for number in suspects[_ALONE:]:
-            self._fail(number, RuntimeError("workers were killed while they computed this block or others with it"))
 
     def cancel(self) -> None:
         """Cancel what is in flight. Workers finish their current block."""
@@ -321,11 +340,6 @@ class _Flight:
         now = monotonic()
         if now - self._counted > _COUNT:
             self._threads, self._counted = sum(self.cluster.ask(self.cluster.client.nthreads).values()), now
-            if self._threads:
-                self._had_workers = now
-            elif now - self._had_workers > _LONELY:
-                self.cluster.notice(f"{self.cluster.where}: no workers there; waiting for some to join")
-                self._had_workers = float("inf")  # said once, until some come
         return max(_PER_THREAD * self._threads, _FEWEST)
 
     def _send(self, number: int) -> None:
@@ -333,8 +347,8 @@ class _Flight:
         if known is not None and known[0].all():
             block = self.work.compute(number)
             self.store.save(number, block)
-            return self._count(number, block.reused)
-        key = f"{self._run}-{number}{'-alone' if self._alone else ''}"
+            return self.tally.finish(len(self.store.blocks.cells(number)), block.reused)
+        key = f"{self._run}-{number}"
         future = self.cluster.client.submit(compute_block, self.job, number, key=key, retries=_RETRIES, pure=False)
         self._under_way[key] = number, future
         future.add_done_callback(self._arrived.put)
@@ -366,32 +380,14 @@ class _Flight:
         """A block was computed: it is written already, or its bytes are fetched and written here."""
         data = None if future.type is type(None) else self.cluster.ask(future.result)
         if data is not None:
-            if not self._has_warned:
-                self._has_warned = True
-                self.cluster.notice(f"workers do not write to {self.store.where}: blocks are sent here to be written")
             try:
                 self.store.put(number, data, self.work)
-            except DamagedBlockError as error:
-                return self._fail(number, error)
-        self._count(number, 0)
-
-    def _count(self, number: int, reused: int) -> None:
-        self.tally.finish(len(self.store.blocks.cells(number)), reused)
+            except errors.DamagedBlockError as error:
+                return self.tally.fail(self.store, number, error, self.stop_on_error)
+        self.tally.finish(len(self.store.blocks.cells(number)), 0)
 
     def _handle_error(self, number: int, future: Future) -> None:
-        from distributed import KilledWorker
-
         error = self.cluster.ask(future.exception)
-        if isinstance(error, UnlikeWorkerError):
+        if isinstance(error, errors.UnlikeWorkerError):
             raise ClusterError(f"{self.cluster.where}: {error}\nhint: install the same versions there")
-        if isinstance(error, KilledWorker):
-            if not (self._alone or self.stop_on_error):
-                return self._suspects.append(number)
-            error = RuntimeError(
-                f"{error.allowed_failures + 1} workers were killed while they computed this block, the last at "
-                f"{error.last_worker.address}: too little memory, or the operating system or a job scheduler ended them"
-            )
-        self._fail(number, error)
-
-    def _fail(self, number: int, error: Exception) -> None:
         self.tally.fail(self.store, number, error, self.stop_on_error)

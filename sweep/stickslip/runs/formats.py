@@ -32,7 +32,7 @@ from stickslip.config.model import Config
 from stickslip.dataset.build import software
 from stickslip.engine import columns, kernels_digest
 from stickslip.errors import DamagedBlockError, DamagedManifestError
-from stickslip.files.chunks import PLAIN, content_of, packed, unpacked
+from stickslip.files.chunks import PLAIN, packed, unpacked
 from stickslip.runs.work import Blocks, Work
 
 MANIFEST = "manifest.json"
@@ -159,24 +159,16 @@ def _flat(plain: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, str]]
 
 @dataclass(frozen=True)
 class StoredColumn:
-    """A column as it is stored. packing : of `data`, which may hold more than the values of its `cells`.
-
-    sha256 : of the values, as `content` gives it; empty where it is not known yet.
-    """
+    """A column as it is stored. packing : of `data`, which may hold more than the values of its `cells`."""
 
     dtype: np.dtype[Any]
     cells: int
     packing: str
     data: memoryview
-    sha256: str = ""
 
     def is_one_value(self) -> bool:
         """Tell whether all cells share one value, and `data` is that."""
         return self.packing == _ONE
-
-    def content(self) -> bytes:
-        """The digest of the values (`files/chunks.py`), without unpacking them if whoever packed them noted it."""
-        return bytes.fromhex(self.sha256) if self.sha256 else content_of(self.values())
 
     def values(self) -> NDArray[Any]:
         """One value per cell. Raises ValueError for data that are not of that kind."""
@@ -206,10 +198,9 @@ def block_bytes(
     """The bytes of a block file: `header` as JSON, columns of results, packed as chunks of `length` cells."""
     stored = {name: column(values, packing, length) for name, values in results.items()}
     about = [
-        {"name": name, "type": c.dtype.str, "cells": c.cells, "packing": c.packing, "bytes": c.data.nbytes,
-         "sha256": content_of(results[name]).hex()}
+        {"name": name, "type": c.dtype.str, "cells": c.cells, "packing": c.packing, "bytes": c.data.nbytes}
         for name, c in stored.items()
-    ]  # fmt: skip
+    ]
     text = json.dumps({**header, "columns": about}).encode()
     whole = b"".join([_MAGIC, text, b"\n", *(c.data for c in stored.values())])
     return whole + hashlib.sha256(whole).digest()
@@ -238,8 +229,8 @@ def _columns(described: list[Header], data: memoryview) -> dict[str, StoredColum
         dtype, end = np.dtype(about["type"]), place + int(about["bytes"])
         if not place <= end <= len(data):
             raise ValueError("more columns than data")
-        packing, sha256 = str(about["packing"]), str(about["sha256"])
-        stored[str(about["name"])] = StoredColumn(dtype, int(about["cells"]), packing, data[place:end], sha256)
+        packing, cells = str(about["packing"]), int(about["cells"])
+        stored[str(about["name"])] = StoredColumn(dtype, cells, packing, data[place:end])
         place = end
     if place != len(data):
         raise ValueError("more data than columns")

@@ -26,7 +26,6 @@ from stickslip.engine import Progress, Results, in_order
 from stickslip.errors import ConfigError, DamagedBlockError, StoreError
 from stickslip.files import reading, writing
 from stickslip.files.locations import Location
-from stickslip.files.netcdf import NetcdfChunks
 from stickslip.runs.block_store import START_OVER, BlockStore, refuse, same_major
 from stickslip.runs.formats import StoredColumn, column, differences
 from stickslip.runs.lock import Notice
@@ -245,11 +244,8 @@ class Gathered:
         return {name: column(values) for name, values in results.items()}
 
 
-def assemble(
-    gathered: Gathered, store: BlockStore, work: Work, output: Location, progress: Progress | None,
-    check: Callable[[], None] | None = None,
-) -> None:  # fmt: skip
-    """Write the map of a store to `output`, all or nothing. Raises StoreError, and what `check` raises at last."""
+def assemble(gathered: Gathered, store: BlockStore, work: Work, output: Location, progress: Progress | None) -> None:
+    """Write the map of a store to `output`, all or nothing. Raises StoreError."""
     kernels = store.manifest.kernels
     action = "run" if len(kernels) == 1 else f"run, by kernels {' and '.join(kernels)}"
     attributes = provenance(work.config.to_yaml(), title=work.config.title, action=action)
@@ -263,7 +259,7 @@ def assemble(
     if canvas is None or not canvas.grid.shape:
         dataset = study.dataset(gathered.blocks(), attributes)
         dataset.attrs |= _lacking(gathered, work)
-        writing.write(dataset, output, check=check)
+        writing.write(dataset, output)
         return
     if refined:
         attributes |= refined.findings(gathered.blocks())
@@ -277,7 +273,7 @@ def assemble(
             if progress:
                 progress(done, canvas.grid.size)
 
-    writing.write(template, output, fill, chunks, check, threads)
+    writing.write(template, output, fill, chunks, threads)
 
 
 def _lacking(gathered: Gathered, work: Work) -> dict[str, str]:
@@ -300,7 +296,7 @@ def _computed(canvas: Canvas, target: Any) -> Iterator[int]:
         yield cells.stop
 
 
-def _copied(gathered: Gathered, store: BlockStore, target: NetcdfChunks, threads: int | None) -> Iterator[int]:
+def _copied(gathered: Gathered, store: BlockStore, target: writing.NetcdfChunks, threads: int | None) -> Iterator[int]:
     """Blocks that are chunks, in their order, read and checked by threads; yields cells done."""
     blocks, shape = store.blocks, target.layout("regime").variable.shape
 
@@ -314,9 +310,9 @@ def _copied(gathered: Gathered, store: BlockStore, target: NetcdfChunks, threads
         origin, extent = part_of(cells, shape)
         for name, stored in gathered.columns(number, block).items():
             if stored.is_one_value():
-                target.put(name, origin, of_one_value(name, bytes(stored.data)), stored.content())
+                target.put(name, origin, of_one_value(name, bytes(stored.data)))
             elif stored.packing == target.layout(name).packing:
-                target.put(name, origin, stored.data, stored.content())
+                target.put(name, origin, stored.data)
             else:
                 target.write(name, stored.values().reshape(extent), origin)
         yield cells.stop

@@ -181,7 +181,7 @@ def _machines(request: Request) -> Iterator[Machines]:
     from stickslip.runs import cluster as clusters
 
     threads = request.config.execution.threads
-    with clusters.connected(request.cluster, threads, request.notice) as cluster:
+    with clusters.connected(request.cluster, threads) as cluster:
         yield partial(clusters.compute_blocks, cluster), str(cluster)
 
 

@@ -22,7 +22,7 @@ from stickslip.studies.exact import exact_results, slips_on_curve
 from stickslip.studies.lines import CellsOrConfig, decided
 from stickslip.studies.study import MOST_ROWS, axis_names, joined, parts_over
 from stickslip.vocabulary.cells import Cells, Parameters, taken
-from stickslip.vocabulary.flags import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.results import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

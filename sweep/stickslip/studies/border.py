@@ -30,9 +30,9 @@ from stickslip.studies.lines import (
 from stickslip.studies.search import Floats, Integers, Looked, search_lines
 from stickslip.studies.study import axis_names, joined, parts_over, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import METHODS, REGIMES
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Parameter, Variable, table
+from stickslip.vocabulary.results import METHODS, REGIMES
 
 _OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line

@@ -1,10 +1,10 @@
 """Boxes of cells, split where the labels of their points differ.
 
 A window of points (cells, seen as points of a lattice) is covered by boxes of 2^depth + 1 points a side, which share
-their faces. Each is known by its corners and its centre. A box in whose closed hull two computed points differ is
-split into boxes of half the side, which are known by their corners and centres in turn; boxes of 2 points a side have
-nothing inside. So a point that is computed for one box is looked at by every box it touches, whatever their sizes: a
-border that leaves a box through a face splits its neighbour too, and is followed to its end.
+their faces. Each is known by its corners and its centre (for contours, by its corners). A box in whose closed hull two
+computed points differ is split into boxes of half the side, which are known in the same way; boxes of 2 points a side
+have nothing inside. So a point that is computed for one box is looked at by every box it touches, whatever their sizes:
+a border that leaves a box through a face splits its neighbour too, and is followed to its end.
 
 Points with labels below 0 are undecided: they differ from everything, themselves included, so that all around them is
 computed.
@@ -48,8 +48,8 @@ class Boxes:
     shape : points along each side, at least 2 each. Integers count points, the last dimension running fastest.
     """
 
-    def __init__(self, shape: tuple[int, ...], depth: int) -> None:
-        self.shape, self.depth = shape, depth
+    def __init__(self, shape: tuple[int, ...], depth: int, centres: bool = True) -> None:
+        self.shape, self.depth, self._centres = shape, depth, centres
         side = 1 << depth
         lengths = tuple(-(-(n - 1) // side) * side for n in shape)  # the last boxes may end outside the window
         padded = tuple(n + 1 for n in lengths)
@@ -57,11 +57,7 @@ class Boxes:
         self._labels = np.zeros(shape, np.int8)
         self._low, self._high = np.full(padded, _NOTHING[0], np.int8), np.full(padded, _NOTHING[1], np.int8)
         self._split = [np.zeros(tuple(n >> level for n in lengths), bool) for level in range(depth + 1)]
-
-    def first(self) -> Integers:
-        """The points that are computed in any case: corners and centres of the largest boxes."""
-        every = np.argwhere(np.ones(self._split[-1].shape, bool))
-        return self._places(every << self.depth, self.depth)
+        self._begun = False
 
     def learn(self, places: Integers, labels: Labels) -> None:
         """Take in the labels of points."""
@@ -71,15 +67,19 @@ class Boxes:
         self._high[at] = np.where(labels < 0, _OPEN[1], labels)
 
     def wanted(self) -> Integers:
-        """The points that must be computed next, because boxes are split; none once all boxes are uniform."""
-        places = []
+        """The points that must be computed next, none once all boxes are uniform: at first those of the largest boxes,
+        then those of boxes that are split."""
+        places = [np.zeros(0, np.int64)]
+        if not self._begun:
+            self._begun, every = True, np.argwhere(np.ones(self._split[-1].shape, bool))
+            places.append(self._places(every << self.depth, self.depth))
         for level, (low, high) in zip(range(1, self.depth + 1), self._hulls(), strict=True):
             split = low < high
             fresh = np.argwhere(split & ~self._split[level])
             self._split[level] |= split
             for half in product((0, 1 << (level - 1)), repeat=len(self.shape)):
                 places.append(self._places((fresh << level) + np.array(half), level - 1))
-        return np.unique(np.concatenate(places)) if places else np.zeros(0, np.int64)
+        return np.unique(np.concatenate(places))
 
     def inferred(self) -> Labels:
         """The labels of all points: where none is computed, that of the box, which is the same for all its points."""
@@ -105,7 +105,7 @@ class Boxes:
         """Corners and centres, where not yet known, of the boxes of a level with these first corners: (boxes, dims)."""
         side = 1 << level
         points = [first + np.array(corner) for corner in product((0, side), repeat=len(self.shape))]
-        if level:
+        if level and self._centres:
             points.append(first + side // 2)
         inside = np.minimum(np.concatenate(points), np.array(self.shape) - 1)
         places = np.unique(np.ravel_multi_index(tuple(inside.T), self.shape))
@@ -271,12 +271,14 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[In
             rounds.append((i, places))
         return of_tiles
 
-    def settle(wanted: list[Integers]) -> None:
-        while any(places.size for places in wanted):
-            learn(wanted)
+    def settle() -> None:
+        while True:
             wanted = [of_tile.wanted() for of_tile in boxes]
+            if not any(places.size for places in wanted):
+                return
+            learn(wanted)
 
-    settle([of_tile.first() for of_tile in boxes])
+    settle()
     audits, tried, inferred = [], [], [of_tile.inferred().ravel() for of_tile in boxes]
     for tile, of_tile in zip(tiles, boxes, strict=True):
         places = drawn(tile, density)
@@ -287,7 +289,7 @@ def refine(tiles: Sequence[Tile], depth: int, density: float, look: Callable[[In
         for i, labels in enumerate(learn([*different])):
             wrong = labels[which[i]] != inferred[i][tried[i]]
             audits[i] = audits[i]._replace(wrong=int(wrong.sum()))
-        settle([of_tile.wanted() for of_tile in boxes])
+        settle()
     return Refined(
         np.repeat([i for i, _ in rounds], [places.size for _, places in rounds]),
         np.concatenate([places for _, places in rounds]),

@@ -34,12 +34,11 @@ from stickslip.errors import ArgumentError
 from stickslip.studies.lines import PARAMETER, limits
 from stickslip.studies.search import Flags, Floats, Integers
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.flags import DECIDED, VIBRATING
 from stickslip.vocabulary.models import MODELS, model_with
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE
+from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE, listed
+from stickslip.vocabulary.results import DECIDED, VIBRATING
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
-from stickslip.vocabulary.suggest import listed
 
 SIDES = ("below", "above")
 OPPOSITE = "opposite"  # regimes, in a list of those to be entered: quiet ones of what vibrates, else vibrating ones

@@ -34,11 +34,11 @@ from stickslip.studies.plane import PlaneSearch
 from stickslip.studies.search import Integers
 from stickslip.studies.study import joined, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.models.memory import CONTOUR_POINTS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
+from stickslip.vocabulary.results import REGIMES
 
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold
@@ -83,9 +83,9 @@ class Contours(OpenSection):
         "contours",
         "a node",
         Parameter("points", "1", "points of the grid along both parameters, whose sides are crossed; "
-                  f"unless given {_POINTS}", key, at_least=2, at_most=65_536, whole=True, absent=_POINTS),
-        Parameter("scan", "1", "points of the grid along both parameters that are looked at first", key,
-                  default=64, at_least=2, at_most=65_536, whole=True),
+                  f"unless given {_POINTS}", key, at_least=2, at_most=8192, whole=True, absent=_POINTS),
+        Parameter("scan", "1", "points of the grid along both parameters that are looked at first, at least", key,
+                  default=64, at_least=2, at_most=8192, whole=True),
     )  # fmt: skip
     axes: Annotated[
         tuple[Annotated[str, PARAMETER], Annotated[str, PARAMETER]] | None,

@@ -25,10 +25,10 @@ from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, te
 from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
 from stickslip.studies.search import Flags, Floats, Integers
 from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import MEASURED
+from stickslip.vocabulary.results import REGIMES
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 BITS = 30  # of a coordinate, as SciPy has them
@@ -224,10 +224,7 @@ class Inputs:
         if "quantile" in used:
             about = {"units": "1", "long_name": "share of the draws below the quantile"}
             coordinates["quantile"] = xr.Variable("quantile", np.asarray(quantiles, np.float64), about, NO_FILL)
-        quantities = (f"{name}: {scatter.in_words(name)}" for name, scatter in uncertain.quantities.items())
-        attributes = dict(attributes) | {
-            "uncertain_method": uncertain.method_in_words, "uncertain_quantities": "; ".join(quantities),
-        }  # fmt: skip
+        attributes = {**attributes, "uncertain_method": uncertain.method_in_words}
         return study_dataset("uncertain", rows, results, self.grid.dims, self.grid.shape, coordinates, attributes)
 
 

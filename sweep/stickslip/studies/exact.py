@@ -19,35 +19,32 @@ The unstable cycle is found backwards in time, where it attracts, and sampled ov
 since the velocity is the derivative of the displacement. It crosses velocity zero twice only, so that its area in a box
 [x1, x2] x [v1, v2] is the integral of clip(v, v1, v2) over clip(x, x1, x2).
 
-x, v, a : displacements from steady sliding, velocities, accelerations (n, samples), evenly over a period, both ends
-included.
+x, v : displacements from steady sliding and velocities (n, samples), evenly over a period, both ends included.
 """
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy  # type: ignore[import-untyped]
 
 from stickslip.engine import Options, Results, Scales, flows, stop_flag
 from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.starts import Attractors, Motions, settled
 from stickslip.theory import stribeck, stribeck_slope, unstable_amplitude
 from stickslip.vocabulary.cells import Parameters, taken
-from stickslip.vocabulary.flags import REGIMES, STATUSES
 from stickslip.vocabulary.models import CURVE, STRIBECK
+from stickslip.vocabulary.results import REGIMES, STATUSES
 
 _INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
 _FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes
 _RTOL = 1e-11  # of the cycle, whatever that of the map is
 _CLOSED = 1e-8  # how well the cycle must be known, over the displacement in a radian at the speed of the belt
-_SAMPLES, _MOST_SAMPLES = 513, 2**15 + 1  # of a cycle
+_ROUGHLY, _SAMPLES = 513, 2**14 + 1  # of a cycle, to count its returns, and to measure it: to 1e-7 where it is round
 _STARTS = (1.0, 0.3, 0.03)  # of the guess
 _PATIENCE = 20_000  # steps
 _CORRECTIONS = 12
 _COLLAPSED = 0.2  # of where the iteration began: what is smaller is on the way to steady sliding
 _DISTURBANCE = 1e-5  # of the amplitude, for the slope of the return map
-_TRAPEZIA = 2**13
 _AREA_ERROR, _LEAST = 1e-6, 1e-3  # of the area, or of this share of the box, as half as many samples show it
 _SLIP_CYCLE = STATUSES.index("slip_cycle")
 _CYCLES = [REGIMES.index(name) for name in ("stick_slip", "sustained")]
@@ -192,7 +189,7 @@ def _corrected(back: Parameters, reach: Floats, period: Floats, options: Options
         closes &= (defect <= _CLOSED) & (reach > least)
     near = np.flatnonzero(closes)
     if near.size:
-        velocity = sampled_motion(taken(back, near), reach[near], period[near], _SAMPLES, options)["velocity"]
+        velocity = sampled_motion(taken(back, near), reach[near], period[near], _ROUGHLY, options)["velocity"]
         returns = ((velocity[:, 1:] > 0) & (velocity[:, :-1] <= 0)).sum(axis=1)
         slips = velocity.max(axis=1) < back["belt_speed"][near]  # what reaches w = 0 does not
         closes[near] = (returns > 0) & slips
@@ -225,41 +222,22 @@ def sampled_motion(back: Parameters, reach: Floats, period: Floats, samples: int
 # --- measures of a cycle ----------------------------------------------------------------------------------------------
 
 
-def area_in_box(
-    x: Floats, v: Floats, a: Floats, period: Floats, left: Floats, right: Floats, low: Floats, high: Floats
-) -> Floats:
-    """The area inside each cycle and its box, all of shape (n,): trapezia below cubics through the samples."""
-    left, right, low, high, period = (np.asarray(values)[:, np.newaxis] for values in (left, right, low, high, period))
-    samples, fine = np.linspace(0.0, 1.0, x.shape[1]), np.linspace(0.0, 1.0, _TRAPEZIA + 1)
-    spline = scipy.interpolate.CubicHermiteSpline
-    x, v = (spline(samples, values, slopes * period, axis=1)(fine) for values, slopes in ((x, v), (v, a)))
-    x, v = np.clip(x, left, right), np.clip(v, low, high)
+def area_in_box(x: Floats, v: Floats, left: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
+    """The area inside each cycle (n, samples) and its box (n,), by trapezia."""
+    x = np.clip(x, left[:, np.newaxis], right[:, np.newaxis])
+    v = np.clip(v, low[:, np.newaxis], high[:, np.newaxis])
     # Contiguous, for else sums depend on how many cycles there are.
-    trapezia = np.ascontiguousarray((v[:, 1:] + v[:, :-1]) * np.diff(x))
-    return np.asarray(0.5 * np.sum(trapezia, axis=1))
+    return np.asarray(0.5 * np.sum(np.ascontiguousarray((v[:, 1:] + v[:, :-1]) * np.diff(x)), axis=1))
 
 
-def largest(values: Floats) -> Floats:
-    """The maximum of each row, a period of samples both ends included: of the parabola about the largest."""
-    rows, at, samples = np.arange(len(values)), np.argmax(values, axis=1), values.shape[1] - 1
-    before, top, after = (values[rows, (at + step) % samples] for step in (-1, 0, 1))
-    bend = 2.0 * top - before - after
-    return np.asarray(top + np.divide((after - before) ** 2, 8.0 * bend, out=np.zeros_like(top), where=bend > 0))
-
-
-def velocities_at_rest_point(x: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
-    """The velocities above and below zero at which each cycle passes the displacement of steady sliding.
-
-    Between two samples v is the cubic over x through their values and slopes, a/v. NaN where there are more passes.
-    """
+def velocities_at_rest_point(x: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """The velocities above and below zero at which each cycle passes the displacement of steady sliding, on the line
+    between two samples; NaN where there are more passes."""
     beyond, velocities = x > 0, []
     for passes in (beyond[:, 1:] & ~beyond[:, :-1], ~beyond[:, 1:] & beyond[:, :-1]):  # upward, downward
         rows, at = np.arange(len(passes)), np.argmax(passes, axis=1)
-        (x0, x1), (v0, v1), (a0, a1) = ((values[rows, at], values[rows, at + 1]) for values in (x, v, a))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step, s = x1 - x0, x0 / (x0 - x1)
-            ends = (1 - s) ** 2 * (1 + 2 * s) * v0 + s**2 * (3 - 2 * s) * v1
-            velocity = ends + s * (1 - s) * step * ((1 - s) * a0 / v0 - s * a1 / v1)
+        (x0, x1), (v0, v1) = ((values[rows, at], values[rows, at + 1]) for values in (x, v))
+        velocity = v0 + (v1 - v0) * x0 / np.where(x0 == x1, np.nan, x0 - x1)
         velocities.append(np.where(passes.sum(axis=1) == 1, velocity, np.nan))
     return velocities[0], velocities[1]
 
@@ -302,22 +280,24 @@ def _inside_cycles(cells: Parameters, box: Attractors, work: Motions) -> Results
     ahead = forward(cells)
     cycles, back = find_cycles(ahead, work), backwards(ahead)
     results: Results = {name: np.full(cycles.period.size, np.nan) for name in _MEASURED}
-    left, samples = np.flatnonzero(cycles.closes), _SAMPLES
-    while left.size and samples <= _MOST_SAMPLES:
-        part = taken(back, left)
-        motion = sampled_motion(part, cycles.reach[left], cycles.period[left], samples, work.options)
-        x = motion["displacement"] - steady_displacement(part)[:, np.newaxis]
-        v, a, ends = motion["velocity"], motion["acceleration"], _mirrored_box(taken(cells, left), box)
-        area, coarse = (area_in_box(x[:, ::step], v[:, ::step], a[:, ::step], cycles.period[left], *ends)
-                        for step in (1, 2))  # fmt: skip
-        done = np.abs(area - coarse) <= _AREA_ERROR * np.maximum(area, _LEAST * box.area)
-        measures = _measures(x, v, a)
-        measures |= {"settling_share": area / box.area, "unstable_period": cycles.period[left]}
-        known = done & np.isfinite(list(measures.values())).all(axis=0)
-        known &= area <= 4.0 * measures["unstable_amplitude"] * measures["unstable_velocity_amplitude"]
-        for name, values in measures.items():
-            results[name][left[known]] = values[known]
-        left, samples = left[~done], 4 * (samples - 1) + 1
+    there = np.flatnonzero(cycles.closes)
+    if not there.size:
+        return results
+    part, ends = taken(back, there), _mirrored_box(taken(cells, there), box)
+    motion = sampled_motion(part, cycles.reach[there], cycles.period[there], _SAMPLES, work.options)
+    x, v = motion["displacement"] - steady_displacement(part)[:, np.newaxis], motion["velocity"]
+    area, coarse = (area_in_box(x[:, ::step], v[:, ::step], *ends) for step in (1, 2))
+    above, below = velocities_at_rest_point(x, v)
+    measures = {  # displacements backwards in time have the other sign
+        "settling_share": area / box.area, "unstable_period": cycles.period[there],
+        "unstable_amplitude": 0.5 * np.ptp(x, axis=1), "unstable_velocity_amplitude": 0.5 * np.ptp(v, axis=1),
+        "critical_shock_along": above, "critical_shock_against": -below,
+        "critical_shift_along": -x.min(axis=1), "critical_shift_against": x.max(axis=1),
+    }  # fmt: skip
+    known = np.abs(area - coarse) <= _AREA_ERROR * np.maximum(area, _LEAST * box.area)
+    known &= np.isfinite(list(measures.values())).all(axis=0)
+    for name, values in measures.items():
+        results[name][there[known]] = values[known]
     return results
 
 
@@ -330,17 +310,6 @@ def _mirrored_box(cells: Parameters, box: Attractors) -> tuple[Floats, Floats, F
     (left, right), (low, high) = box.displacement, box.velocity
     near, far = np.where(ahead, left, -right), np.where(ahead, right, -left)
     return steady - far, steady - near, np.where(ahead, low, -high), np.where(ahead, high, -low)
-
-
-def _measures(x: Floats, v: Floats, a: Floats) -> Results:
-    """Return what is read off cycles that run backwards in time, where displacements have the other sign."""
-    above, below = velocities_at_rest_point(x, v, a)
-    right, left, fastest, slowest = largest(x), -largest(-x), largest(v), -largest(-v)
-    return {
-        "unstable_amplitude": 0.5 * (right - left), "unstable_velocity_amplitude": 0.5 * (fastest - slowest),
-        "critical_shock_along": above, "critical_shock_against": -below,
-        "critical_shift_along": -left, "critical_shift_against": right,
-    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,12 +22,11 @@ from stickslip.engine import Options, Results, by_theory
 from stickslip.errors import ArgumentError
 from stickslip.studies.search import Flags, Floats, GuideAt, Integers, Labels, Scan
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import STRIBECK, model_of
 from stickslip.vocabulary.models.memory import BORDER_TOLERANCE
 from stickslip.vocabulary.parameter import NAN, Parameter, table
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE, listed
+from stickslip.vocabulary.results import REGIMES, UNDECIDED, VIBRATING
 
 AnySearch = TypeVar("AnySearch", bound=StudySection)
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config

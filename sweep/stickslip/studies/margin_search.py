@@ -19,8 +19,8 @@ from stickslip.studies.changes import Reach
 from stickslip.studies.lines import decided, growth_of, guide_of
 from stickslip.studies.search import Brackets, Flags, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, impossible, taken
-from stickslip.vocabulary.flags import REGIMES, UNDECIDED, VIBRATING
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.results import REGIMES, UNDECIDED, VIBRATING
 
 _MOST_STEPS = 1e7  # of integration for a cell, some ten seconds: where damping is weak, each of 20,000 takes 30,000
 _RAYS, _MOST_RAYS = 5, 9  # powers of two: rays for one parameter, and twice as many for every two more

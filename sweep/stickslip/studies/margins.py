@@ -24,11 +24,10 @@ from stickslip.studies.margin_search import Borders, MarginSearch, cheapest, nea
 from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.study import joined, search_attributes, search_settings
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import LAWS, laws_with, model_of
 from stickslip.vocabulary.parameter import NAN
-from stickslip.vocabulary.quantities import MEASURED
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import MEASURED, listed
+from stickslip.vocabulary.results import REGIMES
 
 _TOGETHER = 512  # cells whose rays are held at once
 _OF_JOINT_CHANGE = 20_000  # cells a joint change takes, about

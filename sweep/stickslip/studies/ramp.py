@@ -25,10 +25,9 @@ from stickslip.studies.starts import DISTURBANCE, SETTLED, Attractors, Motions, 
 from stickslip.studies.starts import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.study import axis_names, joined, parts_over, shown
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
 from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import REGIMES, VARIABLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,7 +17,7 @@ from stickslip.engine import Results
 from stickslip.studies.draws import Design
 from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.studies.study import joined
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 STATES = ("stick_slip", "damped", "creep", "sustained", "stuck")  # what a draw can be known to be
 _CODES = np.array([REGIMES.index(name) for name in STATES], np.int8)

@@ -15,10 +15,10 @@ from stickslip.engine import Options, Results, Scales, StopFlag, friction_at_bel
 from stickslip.studies.lines import decided
 from stickslip.studies.search import Flags, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, taken
-from stickslip.vocabulary.flags import REGIMES
 from stickslip.vocabulary.models import model_with
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import REGIMES
 from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
 
 RANDOMISATIONS = 16  # of Sobol points: so many that their scatter is known to a fifth

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.studies import Moved, ReportTable, Study
-from stickslip.config.uncertain import Subset, Uncertain
+from stickslip.config.uncertain import DRAWN, Subset, Uncertain
 from stickslip.engine import Options, Results, StopFlag, columns
 from stickslip.studies.draws import VARIABLES, Design, Inputs
 from stickslip.studies.lines import decided
@@ -33,8 +33,8 @@ from stickslip.studies.reduction import STATES, Summary, reduced
 from stickslip.studies.search import Floats
 from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.flags import REGIMES, flag_label
 from stickslip.vocabulary.models import model_of
+from stickslip.vocabulary.results import REGIMES, flag_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -219,9 +219,8 @@ class SampleStudy(Study):
     def explain(cls, section: Uncertain, config: Config) -> Iterator[tuple[str, str, str]]:
         """The quantities with their distributions, and how they are drawn."""
         for name, scatter in section.quantities.items():
-            yield name, "uncertain", scatter.in_words(name)
-        if section.correlation is not None:
-            yield "correlation", "of uncertain quantities", section.correlation_in_words
+            one_of = f"one of {len(scatter.numbers)} values"
+            yield name, "uncertain", one_of if scatter.kind == DRAWN else f"in SI {scatter.resolved()}"
         yield "sampling", "subset simulation" if section.subset else "Sobol points", section.method_in_words
 
     @classmethod
@@ -266,7 +265,7 @@ class SampleStudy(Study):
     ) -> Figure | None:
         """The probability of a state; metrics are maps."""
         from stickslip.dataset.selection import selected
-        from stickslip.plots.uncertainty import plot_probability
+        from stickslip.plots.lines import plot_probability
 
         if variable not in (None, "regime"):
             return None

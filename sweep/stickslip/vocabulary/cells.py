@@ -20,14 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.errors import QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import LAWS, MODELS, Rule, coefficients_of, laws_with, model_of
+from stickslip.vocabulary.models.model import Scales
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, PARAMETERS_OF
-from stickslip.vocabulary.scales import Floats, Scales
-from stickslip.vocabulary.suggest import beyond_the_model, listed, or_meant
+from stickslip.vocabulary.quantities import MEASURED, OF_EXTENSIONS, PARAMETERS, PARAMETERS_OF, listed, or_meant
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Floats = NDArray[np.float64]
 Parameters = dict[str, Floats]  # of some cells, in SI, by names of `PARAMETERS`: arrays of one length
 _LARGEST = 1e300  # of whole numbers that are floats
 _NAMES = (*PARAMETERS, *OF_EXTENSIONS)
@@ -202,8 +202,6 @@ def named_values(given: Mapping[str, Any] | xr.Dataset) -> dict[str, Any]:
 def check_names(named: Iterable[str], known: Mapping[str, Parameter] = PARAMETERS) -> None:
     """Raises TypeError for a name of no parameter."""
     for name in (name for name in named if name not in known):
-        if sentence := beyond_the_model(str(name)):
-            raise TypeError(f"{name!r} is not a parameter of a cell; {sentence}")
         if len(laws := laws_with(str(name))) < len(laws_with("mass")):
             shipped = [law for law in laws if law in LAWS]
             raise TypeError(f"{name!r} is not a parameter of cells of this law, but of {listed(shipped)}")

@@ -9,7 +9,6 @@ ends and in the middle of each piece. A piece that would miss it is halved.
 from __future__ import annotations
 
 import hashlib
-import pickle
 import re
 from collections.abc import Callable
 from functools import cache, partial
@@ -317,12 +316,6 @@ def register_law(name: str, shape: Shape, slope: Shape) -> RegisteredLaw:
         return RegisteredLaw(name, text, tabulated(shape, slope))
     except ValueError as error:
         raise ValueError(f"law {name}: {error}") from error.__cause__
-
-
-def pickled_law(name: str) -> bytes:
-    """A registered law for another process, which knows it once it has unpickled this; nothing for other laws."""
-    own = own_law(name)
-    return pickle.dumps(own) if isinstance(own, RegisteredLaw) else b""
 
 
 def is_law(name: object) -> bool:

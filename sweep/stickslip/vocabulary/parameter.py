@@ -11,9 +11,9 @@ from stickslip.vocabulary import units
 NAN = float("nan")
 
 # The largest magnitudes that are plausible, in SI. Sliding contacts reach 30 m/s in brakes; friction falls within
-# millimetres per second, and within a metre per second at most. With a unit only what no contact does is doubted.
-SPEED, FALL = (30.0, 200.0), (1.0, 5.0)
-FRICTION = (1.5, 1.5)  # rubber on rough ground and clean metals in vacuum reach more
+# millimetres per second, and within a metre per second at most. Rubber on rough ground and clean metals in vacuum have
+# more friction.
+SPEED, FALL, FRICTION = 30.0, 1.0, 1.5
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Parameter:
     default : what holds when nothing is said; None: it must be given; NaN: "absent".
     above, at_least, at_most : bounds; `above` itself is not allowed. whole : only whole numbers.
     word : what people write for NaN. absent : what holds then.
-    plausible : the largest magnitudes that are taken as given, of a number without a unit and of one with its unit.
+    plausible : the largest magnitude of a number without a unit that is taken as given.
     synonyms : what others call it, words between spaces; they are suggested from, never read.
     """
 
@@ -40,7 +40,7 @@ class Parameter:
     whole: bool = False
     word: str | None = None
     absent: str | None = None
-    plausible: tuple[float, float] | None = None
+    plausible: float | None = None
     synonyms: str = ""
 
     @property

@@ -1,11 +1,13 @@
-"""Every quantity a configuration may name.
+"""Every quantity a configuration may name, and words in messages: the one that was probably meant, several in a row.
 
 These are the `PARAMETERS` of a cell (the inputs of the engine, all in SI): those of the oscillator and its start, and
 those of all models of the contact (`models/`); what people measure instead of some of them (`MEASURED`); and those of
-extensions. `settings.py` has all other numbers.
+extensions. Symbols of formulas and the field's other words for our quantities (`synonyms`) are never read, since a file
+should say the same to everyone; messages name ours.
 """
 
-from math import inf
+import difflib
+from collections.abc import Iterable
 
 from stickslip import extensions
 from stickslip.vocabulary.models import MODELS
@@ -14,7 +16,7 @@ from stickslip.vocabulary.parameter import NAN, SPEED, Parameter, table
 _BODY = table(
     # Oscillators that stick and slip weigh up to a machine table, and their specimens and strokes are shorter than a
     # metre.
-    Parameter("mass", "kg", "mass", "system", above=0, plausible=(50.0, inf), synonyms="m"),
+    Parameter("mass", "kg", "mass", "system", above=0, plausible=50.0, synonyms="m"),
     Parameter("stiffness", "N m-1", "spring stiffness", "system", above=0, synonyms="k spring spring_constant"),
     Parameter(
         "damping", "N s m-1", "viscous damping coefficient", "system", default=0.0, at_least=0,
@@ -27,7 +29,7 @@ _BODY = table(
     ),
 )  # fmt: skip
 _START = table(
-    Parameter("displacement", "m", "displacement at the start", "start", default=0.0, plausible=(10.0, inf)),
+    Parameter("displacement", "m", "displacement at the start", "start", default=0.0, plausible=10.0),
     Parameter(
         "velocity", "m s-1", "velocity at the start", "start",
         default=NAN, word="sticking", absent="that of the belt, sticking", plausible=SPEED,
@@ -37,7 +39,6 @@ _START = table(
 # Of a cell whose contact follows a model, in their order.
 PARAMETERS_OF = {model: {**_BODY, **model.parameters, **_START} for model in MODELS}
 
-OSCILLATOR = tuple(_BODY)
 PARAMETERS: dict[str, Parameter] = {**_BODY, **{n: row for m in MODELS for n, row in m.parameters.items()}, **_START}
 MEASURED: dict[str, Parameter] = {name: row for model in MODELS for name, row in model.measured.items()}
 SEARCHABLE = {**PARAMETERS, **MEASURED}  # what borders are searched along
@@ -104,3 +105,48 @@ CURVE_COLUMNS = (
     Parameter("sigma", "1", "standard deviation of mu", "points", default=NAN, above=0),
 )
 AGEING_COLUMNS = (Parameter("time", "s", "waiting time", "points", at_least=0), _MU)
+
+
+# --- words in messages ------------------------------------------------------------------------------------------------
+
+
+def suggest(word: str, among: Iterable[str]) -> str | None:
+    """The word `among` the possible ones that was probably meant: a synonym, or one that is spelled much like it."""
+    known = list(among)
+    return synonym_of(word, known) or nearest(word, known)
+
+
+def did_you_mean(word: str, among: Iterable[str]) -> str | None:
+    """The question `did you mean mass?` about a word that is none `among` the possible ones; None if none is near."""
+    near = suggest(word, among)
+    return f"did you mean {near}?" if near else None
+
+
+def or_meant(word: str, among: Iterable[str], before: str = "; ", otherwise: str = "") -> str:
+    """The end of a message about such a word: `; did you mean mass?`, or `otherwise`."""
+    question = did_you_mean(word, among)
+    return f"{before}{question}" if question else otherwise
+
+
+def synonym_of(word: str, among: Iterable[str]) -> str | None:
+    """Our quantity for what somebody else calls `word`, if it is `among` those that are possible."""
+    known, spelled = set(among), word.strip().lower().replace("-", "_").replace(" ", "_")
+    rows = (row for name, row in QUANTITIES.items() if name in known)
+    return next((row.name for row in rows if spelled in row.synonyms.lower().split()), None)
+
+
+def nearest(word: str, among: Iterable[str]) -> str | None:
+    """The word that is spelled most like `word`, if any comes close."""
+    known, spelled = [other for other in among if other != word], word.lower().replace("-", "_").replace(" ", "_")
+    if swapped := [other for other in known if sorted(other) == sorted(spelled)]:  # strokse is strokes, not stroke
+        return swapped[0]
+    if whole := [other for other in known if spelled in other.split("_")]:  # belt is belt_speed rather than delta
+        return whole[0]
+    close = difflib.get_close_matches(spelled, known, 1, 0.6)
+    return close[0] if close else None
+
+
+def listed(words: Iterable[str], last: str = "or") -> str:
+    """Words in a row: ``a, b or c``."""
+    *first, final = words
+    return f"{', '.join(first)} {last} {final}" if first else final

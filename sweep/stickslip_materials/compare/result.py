@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from stickslip.config.studies import ReportTable, Result
 from stickslip.dataset.build import NO_FILL, parameter_variable, shown_in, variable_of
 from stickslip.vocabulary.display_units import DISPLAY
-from stickslip.vocabulary.flags import FLAGS, QUIET_STATES
 from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.parameter import Variable, table
 from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.results import FLAGS, QUIET_STATES, VARIABLES
 from stickslip_materials.fit import CurveFit, MaterialFit
 
 Floats = NDArray[np.float64]

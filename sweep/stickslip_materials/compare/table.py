@@ -12,10 +12,9 @@ import xarray as xr
 from stickslip.config.studies import ReportTable
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import scales_of
-from stickslip.vocabulary.flags import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
 from stickslip.vocabulary.models import BREAKAWAY, FORMULA
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, listed
+from stickslip.vocabulary.results import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
 from stickslip_materials.compare.result import MATERIAL_VARIABLES, speeds_of
 
 _SIGNS = {"quiet_throughout": "< ", "vibrates_throughout": "> ", "unresolved": "<= "}  # of numbers that are bounds

@@ -29,8 +29,7 @@ from stickslip.files.texts import is_workbook
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import PARAMETERS, listed
 from stickslip_materials.fit.headings import Heading, are_units, below, heading, turns
 from stickslip_materials.fit.uncertainty import Floats
 from stickslip_materials.fit.words import PERCENT, POINTS, PURE

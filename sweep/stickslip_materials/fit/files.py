@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from stickslip.config.yaml import write_yaml
 from stickslip.errors import ConfigError
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, FITTED
-from stickslip.vocabulary.parameter import SPEED, Parameter
+from stickslip.vocabulary.parameter import FRICTION, SPEED, Parameter
 from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
 from stickslip_materials.fit.ageing import AgeingFit, Ranking, fit_ageing
 from stickslip_materials.fit.curve import CurveFit
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 NO_CURVE = "friction over waiting time, expected it over speed", "stickslip fit ranks lubricants by their ageing"
 _UNITS = {CURVE.slope: "s/m", CURVE.decay: "m/s", "t0": "s", "beta": "per decade"}
+_FASTEST = 200.0  # m/s, beyond which a speed is doubted that has a unit
 _WILD = 0.2  # share of its mean by which friction varies where it sticks and slips
 
 
@@ -153,16 +154,14 @@ def _cautious(fit: MaterialFit) -> MaterialFit:
 
 def question_of(material: MaterialFit) -> str | None:
     """The question about a fitted curve of implausible speeds, or implausible friction at its points or break-away."""
-    from stickslip.config.describe import DOUBTED_FRICTION, friction_question  # pydantic takes its time
-
     points, breakaway = material.points, material.curve.mu_start if material.curve else 0.0
     fastest, most = (float(np.max(points.get(name, 0.0))) for name in ("speed", "mu"))
-    if fastest > SPEED["speed" in points.units]:
+    if fastest > (_FASTEST if "speed" in points.units else SPEED):
         return f"measured at up to {fastest:.6g} m/s; did you mean {fastest:.6g} mm/s?"
-    if most > DOUBTED_FRICTION:
-        return friction_question(most, "measured friction")
-    follows = " It follows from the fit, not from a point."
-    return f"{friction_question(breakaway, BREAKAWAY)}{follows}" if breakaway > DOUBTED_FRICTION else None
+    for what, value in (("measured friction", most), (f"{BREAKAWAY} of the fit", breakaway)):
+        if value > FRICTION:
+            return f"{what} = {value:.3g} is more than the friction coefficient of most contacts ({FRICTION:g})"
+    return None
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:

@@ -165,8 +165,9 @@ class Likelihood:
         """Coefficients (count, m) and scales (count,) as likely as the points leave them, bounds apart.
 
         The scale has the profile likelihood's confidence distribution, the others are t-distributed about the best
-        ones for it: in a linear problem together the multivariate t distribution. among : where the points say nothing
-        of the scale, the range in which it may be, by ratio.
+        ones for it: nearly the multivariate t distribution of a linear problem, of one degree of freedom less, since
+        the scatter may be uneven. among : where the points say nothing of the scale, the range in which it may be, by
+        ratio.
         """
         known, free = math.isinf(self.freedom), replace(self, parts=np.eye(self.parts.shape[1]), bounded=0)
         variance = 1.0 if known else max(free._least, 1e-300) / self.freedom
@@ -188,6 +189,6 @@ class Likelihood:
         i = np.minimum(np.searchsorted(below, random.uniform(size=count)), u.size - 1)
         scatter = random.standard_normal((count, along.shape[1]))
         if not known:
-            scatter *= np.sqrt(left[i] / random.chisquare(self.freedom + 1.0, count))[:, None]
+            scatter *= np.sqrt(left[i] / random.chisquare(self.freedom, count))[:, None]
         values = np.linalg.solve(r[i], (along[i] + scatter)[:, :, None])[:, :, 0]
         return values / size[i], np.exp(u[i])

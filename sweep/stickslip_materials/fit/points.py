@@ -25,8 +25,7 @@ from stickslip.files import layout, tables
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS, listed
 from stickslip_materials.fit.columns import HeadedTable, example, titled
 from stickslip_materials.fit.headings import Heading, heading
 from stickslip_materials.fit.roles import GAPS, MU, WHOLE, PointsTable, Role, Wanted

@@ -14,7 +14,7 @@ from stickslip.files.layout import is_number
 from stickslip.files.tables import cells
 from stickslip.vocabulary.display_units import column_unit, is_column_unit
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.suggest import listed, nearest
+from stickslip.vocabulary.quantities import listed, nearest
 from stickslip_materials.fit.columns import MOST_FRICTION, HeadedTable, example, load_above, newtons
 from stickslip_materials.fit.headings import heading
 from stickslip_materials.fit.words import PERCENT, PURE, plain

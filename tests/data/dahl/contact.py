@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from .. import contacts
 from .. import layout as at
+from ..arithmetic import select
 from ..dense import interpolate
-from ..intrinsics import select
 from ..jit import compiled
-from ..machine import DONE, RUNNING
+from ..layout import DONE, RUNNING
 from ..observers.recurrence import Recurrence
 from . import smooth
 

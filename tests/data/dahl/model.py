@@ -10,7 +10,7 @@ from stickslip.vocabulary.parameter import Parameter, table
 
 if TYPE_CHECKING:
     from stickslip.vocabulary.cells import Floats
-    from stickslip.vocabulary.scales import Scales
+    from stickslip.vocabulary.models.model import Scales
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ axes:
 IN_BRACES = {  # what is written instead of what, and what is said
     ("mass: 1 kg", "mass: 1,5 kg"): "my.yaml:2:18: system.5 kg: unknown key",
     ("a1: 0.2", "a1:0.2"): "my.yaml:3:1: friction.a1: missing",
-    ("{start: 1 mm/s, stop: 200 mm/s, num: 80}", "1 mm/s to 200 mm/s"): "belt_speed: {start: 10 mm/s, stop: 100 mm/s",
+    ("{start: 1 mm/s, stop: 200 mm/s, num: 80}", "1 mm/s to 200 mm/s"): "belt_speed: {start: ..., stop: ...",
     ("a4: 20 mm/s}", "a4: 20 mm/s"): "while parsing a flow mapping that begins on line 3",
     ("20 mm/s}", "20 mm/s}}"): "found '}'",
     ("a1: 0.2, ", "a1: 0.2 "): "my.yaml:3:",

@@ -65,6 +65,9 @@ def test_a_configuration_keeps_what_was_set():
     ("axes.stiffness.num=[1", "my.yaml: --set axes.stiffness.num=[1: axes.stiffness.num: not valid YAML"),
     ("axes.mass.num=5", "my.yaml: --set axes.mass.num=5: axes.mass.start: missing"),
     ("system.stiffness=4", "given twice, as system.stiffness by --set system.stiffness=4 already"),
+    ("system.stiffness=4", "hint: --set axes.stiffness= removes the other"),
+    ("uncertain.quantities.mass={uniform: [1, 2]}", "hint: --set system.mass= removes the other"),
+    ("solver.draws=64", "hint: draws belongs to uncertain"),
     ("axes.stiffness={start: 1, start: 2}", "--set axes.stiffness={start: 1, start: 2}: axes.stiffness: given twice"),
 ])  # fmt: skip
 def test_errors_name_the_setting_in_place_of_a_line(text, said):

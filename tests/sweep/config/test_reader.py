@@ -14,8 +14,8 @@ from stickslip.config.reader import load_config, parse_config
 from stickslip.config.resolve import config_path
 from stickslip.config.sections import System
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.studies import BESIDE, STUDIES
-from stickslip.vocabulary.suggest import listed
+from stickslip.vocabulary.quantities import listed
+from stickslip.vocabulary.results import BESIDE, STUDIES
 
 
 def test_quantities_become_si():
@@ -26,6 +26,14 @@ def test_quantities_become_si():
 def test_a_power_of_ten_without_a_point_is_a_number():
     """YAML 1.1 reads 1e-3 as a word."""
     assert parse_config(with_line(3, "  mass: 1e-3")).system.mass == 0.001
+
+
+def test_a_damping_in_percent_is_a_share_of_critical_damping_of_one_spring():
+    system = "system: {mass: 2, stiffness: STIFFNESS, normal_load: 10, damping: 3 %, belt_speed: 0.1}\n"
+    text = system + "friction: {a1: 0.2, a2: 0.02, a3: 0.1, a4: 0.1}\n"
+    damping = parse_config(text.replace("STIFFNESS", "800")).system.damping
+    assert damping == pytest.approx(0.03 * 2.0 * (2.0 * 800.0) ** 0.5)
+    assert "1:67: system.damping: got '3 %'" in message(text.replace("stiffness: STIFFNESS, ", " " * 22))
 
 
 def test_words_stand_for_absent_quantities():

@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from stickslip.studies.boxes import CONFIDENCE, Audit, Boxes, Tiles, density, drawn, refine
 from stickslip.studies.refine import COMPUTED, Painter, labels_of
-from stickslip.vocabulary.flags import REGIMES
+from stickslip.vocabulary.results import REGIMES
 
 
 def refined(truth: np.ndarray, depth: int, share: float = 0.0, dims: tuple[int, ...] | None = None):

@@ -11,7 +11,6 @@ from helpers.runs import FEW, same, stop_early, with_axes
 from stickslip.errors import StoreError
 from stickslip.files import writing
 from stickslip.files.locations import Url
-from stickslip.files.writing import ZarrChunks
 
 ROOT = "zarr.json"
 
@@ -75,7 +74,7 @@ def test_a_map_is_collected_over_the_part_of_it_that_is_read_meanwhile(config, w
     same(stickslip.open(url), whole)
 
 
-@pytest.mark.parametrize("at, fresh", [("write", True), ("_mark", True), ("_consolidate", False)])
+@pytest.mark.parametrize("at, fresh", [("ZarrChunks.write", True), ("_consolidate", False)])
 def test_a_writer_that_is_killed_leaves_no_half_map_and_the_next_one_writes_it_from_the_blocks(
     config, whole, url, monkeypatch, computed, at, fresh
 ):
@@ -83,7 +82,7 @@ def test_a_writer_that_is_killed_leaves_no_half_map_and_the_next_one_writes_it_f
     if fresh:
         stickslip.run(config, url).close()
     with pytest.raises(Killed), monkeypatch.context() as patch:
-        patch.setattr(ZarrChunks, at, killed)
+        patch.setattr(f"stickslip.files.writing.{at}", killed)
         stickslip.run(config, url, fresh=fresh)
     assert not Url(url).exists() and Url(url).keys()
     with pytest.raises(StoreError, match="no Zarr store there, or not all of it"):

@@ -14,20 +14,19 @@ from typing import NamedTuple
 from ... import contacts, observers
 from ... import layout as at
 from ...drive import belt_in_lane, flip, next_segment, open_drive, segment_is_over
-from ...events import LEVEL_REACHED, NO_EVENT, TURNED, end_motion, grazes, may_turn, reaches, turn_time
 from ...jit import compiled
-from ...machine import DONE, RUNNING
+from ...layout import DONE, RUNNING
 from ...observers.regime import Regime
 from ...observers.settling import has_no_drag, least_drag
 from ...observers.spirals import relaxes_from
 from ...observers.tops import confirm_slopes, has_exact_derivatives
 from ...observers.weak import most_drag
-from ...roots import arrival
-from . import laws, stepping, table
-from .equations import jerk_in_lane, slope_in_lane, state_at, weakening_in_lane
-from .friction import coefficient, least_coefficient, speed_of_minimum, stable_speeds
+from ...roots import LEVEL_REACHED, NO_EVENT, TURNED, arrival, end_motion, grazes, may_turn, reaches, turn_time
+from ..smooth import close
+from . import equations, laws, runge_kutta, taylor
+from .equations import jerk_in_lane, know_steepness, slope_in_lane, state_at, weakening_in_lane
+from .friction import TABLES, coefficient, least_coefficient, speed_of_minimum, stable_speeds
 from .hysteresis import fall
-from .resolvable import know_steepness
 from .slip import begin_slip, displacement_in_lane, enter_curve, set_slip
 from .stick import stick
 
@@ -81,7 +80,7 @@ def find_event(law, s, i):
 
     Returns (kind, time from the step start, y, w, w', friction work up to there); for NO_EVENT the end of the step.
     """
-    h, side, level = s[at.TAKEN + i], s[at.SIDE + i], s[at.LEVEL + i]
+    h, level = s[at.TAKEN + i], s[at.LEVEL + i]
     w1, dw1 = s[at.W_NEW + i], s[at.DW_NEW + i]
     reached = reaches(s, i, w1)
     end, at_end = h, end_motion(s, i)  # the level, if reached, is reached before this
@@ -96,7 +95,7 @@ def find_event(law, s, i):
                 return TURNED, turn, y, w, 0.0, work
     if not reached:
         return NO_EVENT, h, s[at.Y_NEW + i], w1, dw1, s[at.WORK + i]
-    end, rise, work = arrival(s, i, level, side, end, at_end)
+    end, rise, work = arrival(s, i, level, end, at_end)
     y = s[at.Y + i] + rise
     return LEVEL_REACHED, end, y, level, slope_in_lane(law, s, i, y, level), work
 
@@ -118,7 +117,7 @@ def handle_event(m, i):
     if kind == NO_EVENT:
         observers.observe_no_event(m, i)
     else:
-        stepping.restart(m.law, s, i, s[at.TAKEN + i])
+        runge_kutta.restart(m.law, s, i, s[at.TAKEN + i])
         if change_mode(m, i, kind) == DONE:
             return DONE
     if observers.is_over(m, i):
@@ -127,13 +126,6 @@ def handle_event(m, i):
         if slip_into_next_segment(m, i) == DONE:
             return DONE
     return RUNNING
-
-
-@compiled
-def close(m, i, status):
-    """Finish a cell that is slipping."""
-    u = displacement_in_lane(m, i, m.s[at.Y + i], 0.0)
-    return observers.finish(m, i, status, u, belt_in_lane(m, i, 0.0) - m.s[at.W + i])
 
 
 @compiled
@@ -174,7 +166,7 @@ def slip_into_next_segment(m, i):
     if not next_segment(m, i):
         return observers.finish(m, i, at.HORIZON_REACHED, u, belt_in_lane(m, i, 0.0) - w)
     set_slip(m, i, u, w, False)
-    stepping.restart(m.law, s, i, s[at.TAKEN + i])
+    runge_kutta.restart(m.law, s, i, s[at.TAKEN + i])
     if s[at.DW + i] < 0.0 and w <= s[at.W_MIN + i]:
         return stick(m, i, u, True) if w == 0.0 else fall(m, i, u, w, s[at.DW + i])
     return RUNNING
@@ -189,17 +181,19 @@ class StribeckContact(NamedTuple):
     code: int
 
 
-TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS | table.LAWS, Regime
+TAG, LAWS, REGIMES = StribeckContact(0), laws.LAWS | TABLES, Regime
+for _function in (runge_kutta.try_step, runge_kutta.begin_stepping, runge_kutta.restart):
+    _function.of(*laws.RECURRENCES)(getattr(taylor, _function.__name__))
 LINKED = (
     laws.shape, laws.weakening_slope, laws.last_weakening, laws.hidden_depth, laws.next_station, laws.has_kinks,
     speed_of_minimum, least_coefficient, stable_speeds, has_no_drag, least_drag, most_drag, relaxes_from,
-    has_exact_derivatives, confirm_slopes, stepping.try_step, stepping.begin_stepping, stepping.restart,
-    stepping.extreme_slope,
+    has_exact_derivatives, confirm_slopes, runge_kutta.try_step, runge_kutta.begin_stepping, runge_kutta.restart,
+    equations.extreme_slope,
 )  # fmt: skip
 
 
 def try_step(m):
-    stepping.try_step(m.law, m.s, m.rtol)
+    runge_kutta.try_step(m.law, m.s, m.rtol)
 
 
 def steady_friction(contact, law, cells, c, w):
@@ -211,7 +205,7 @@ def friction(m, i, t, w):
 
 
 def extreme_slope(m, i, h, at_end):
-    return stepping.extreme_slope(m.law, m.s, i, h, at_end)
+    return equations.extreme_slope(m.law, m.s, i, h, at_end)
 
 
 contacts.register(StribeckContact, globals())

@@ -31,31 +31,21 @@ class Recurrence(NamedTuple):
     next_g: Any
 
 
+inline = compiled(inline=True)
+
 # --- parts of more than one ----------------------------------------------------------------------------------------
 
 
-@compiled(inline=True)
-def nothing(s, i):
-    """All is known."""
-
-
-@compiled(inline=True)
-def slope(s, i, dw_n, w_1):
-    """f = w'."""
-    return dw_n
-
-
-@compiled(inline=True)
-def weakening(s, i, x_n, w_n):
-    """g = x."""
-    return x_n
+nothing = inline(lambda s, i: None)  # all is known
+slope = inline(lambda s, i, dw_n, w_1: dw_n)  # f = w'
+weakening = inline(lambda s, i, x_n, w_n: x_n)  # g = x
 
 
 def square(n):
     """Coefficient n of w^2, given that of w: each product of two different coefficients comes twice."""
     w, odd = at.SERIES, n % 2 == 1
 
-    @compiled(inline=True)
+    @inline
     def coefficient(s, i, w_n):
         if n == 0:
             return w_n * w_n
@@ -74,36 +64,21 @@ def square(n):
 # --- x = drop e^(-rate w): x' = -rate w' x --------------------------------------------------------------------------
 
 
-@compiled(inline=True)
-def exponential_scale(s, i, per_m):
-    """-rate/m."""
-    return s[at.RATE + i] * -per_m
-
-
+exponential_scale = inline(lambda s, i, per_m: s[at.RATE + i] * -per_m)
 EXPONENTIAL = Recurrence(at.SERIES_DW, at.SERIES_WEAK, nothing, exponential_scale, lambda n: slope, lambda n: weakening)
 
 # --- x = drop/(1 + rate w): (1 + rate w) x has no coefficients but the first ----------------------------------------
 
 
-@compiled(inline=True)
+@inline
 def begin_quotient(s, i):
-    """-rate/(1 + rate w) at the start of the step, into the first row of SERIES_FACTOR."""
+    """-rate/(1 + rate w) at the start of the step, into the first row of SERIES_FACTOR: the scale for every m."""
     rate = s[at.RATE + i]
     s[at.SERIES_FACTOR + i] = -rate / (1.0 + rate * s[at.W + i])
 
 
-@compiled(inline=True)
-def quotient_scale(s, i, per_m):
-    """The same for every m."""
-    return s[at.SERIES_FACTOR + i]
-
-
-@compiled(inline=True)
-def speed_above(s, i, dw_n, w_1):
-    """f_n is coefficient n + 1 of w."""
-    return w_1
-
-
+quotient_scale = inline(lambda s, i, per_m: s[at.SERIES_FACTOR + i])
+speed_above = inline(lambda s, i, dw_n, w_1: w_1)  # f_n is coefficient n + 1 of w
 QUOTIENT = Recurrence(
     at.SERIES + at.WIDTH, at.SERIES_WEAK, begin_quotient, quotient_scale, lambda n: speed_above, lambda n: weakening
 )
@@ -111,43 +86,23 @@ QUOTIENT = Recurrence(
 # --- x = drop e^(-(rate w)^2): x' = -rate^2 (w^2)' x ----------------------------------------------------------------
 
 
-@compiled(inline=True)
-def gaussian_scale(s, i, per_m):
-    """-rate^2/m."""
-    return s[at.RATE + i] * s[at.RATE + i] * -per_m
-
-
 def slope_of_square(n):
     """f = (w^2)'."""
     above = square(n + 1)
-
-    @compiled(inline=True)
-    def coefficient(s, i, dw_n, w_1):
-        return (n + 1.0) * above(s, i, w_1)
-
-    return coefficient
+    return inline(lambda s, i, dw_n, w_1: (n + 1.0) * above(s, i, w_1))
 
 
+gaussian_scale = inline(lambda s, i, per_m: s[at.RATE + i] * s[at.RATE + i] * -per_m)
 GAUSSIAN = Recurrence(at.SERIES_FACTOR, at.SERIES_WEAK, nothing, gaussian_scale, slope_of_square, lambda n: weakening)
 
 # --- x = drop (1 - 3/2 rate w + 1/2 (rate w)^3): x' = 3/2 drop rate ((rate w)^2 - 1) w' -----------------------------
 
 
-@compiled(inline=True)
-def cubic_scale(s, i, per_m):
-    """3/2 drop rate/m."""
-    return s[at.DROP + i] * s[at.RATE + i] * (1.5 * per_m)
-
-
 def slope_of_cubic(n):
     """g = (rate w)^2 - 1."""
     square_n, constant = square(n), 1.0 if n == 0 else 0.0
-
-    @compiled(inline=True)
-    def coefficient(s, i, x_n, w_n):
-        return s[at.RATE + i] * s[at.RATE + i] * square_n(s, i, w_n) - constant
-
-    return coefficient
+    return inline(lambda s, i, x_n, w_n: s[at.RATE + i] * s[at.RATE + i] * square_n(s, i, w_n) - constant)
 
 
+cubic_scale = inline(lambda s, i, per_m: s[at.DROP + i] * s[at.RATE + i] * (1.5 * per_m))
 CUBIC = Recurrence(at.SERIES_DW, at.SERIES_FACTOR, nothing, cubic_scale, lambda n: slope, slope_of_cubic)

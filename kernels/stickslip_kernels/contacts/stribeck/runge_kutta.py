@@ -1,4 +1,5 @@
-"""One step of slip by the Runge-Kutta pair in every lane: for any law, smooth or not.
+"""One step of slip in every lane: by the Runge-Kutta pair, for any law, smooth or not. `taylor.py` has that of laws
+with a recurrence.
 
 Loops over the lanes of one flat buffer, as in `lanes.py`; a loop a stage, rather than one long loop: a single chain of
 six exponentials is too long for the processor to overlap two of them (measured on Zen 3: 50 ns a lane and step against
@@ -6,30 +7,45 @@ six exponentials is too long for the processor to overlap two of them (measured 
 """
 
 from ... import layout as at
+from ...arithmetic import rough_exp2, rough_log2, select, widest_vectors
 from ...dense import interpolate
-from ...exponential import rough_exp2, rough_log2
-from ...intrinsics import select, widest_vectors
 from ...jit import compiled, in_turn
-from ...tableau import TSITOURAS_54
-from .equations import jerk_in_lane, slope_in_lane
-from .extreme_slope import extreme_slope_of_motion as extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
+from ...linking import by_law
+from .equations import jerk_in_lane, may_hide, slope_in_lane
 from .friction import steepest
 from .laws import passes_unseen
-from .resolvable import may_hide
 
-STAGE_W = (at.W, at.W_2, at.W_3, at.W_4, at.W_5, at.W_6, at.W_NEW)
-STAGE_DW = (at.DW, at.K_2, at.K_3, at.K_4, at.K_5, at.K_6, at.DW_NEW)
-ERROR_WEIGHTS = TSITOURAS_54.error_weights
+# Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption, Computers &
+# Mathematics with Applications 62 (2011) 770-775; first same as last. Errors: the solution less the embedded one.
+NODES = (0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0)
+MATRIX = (
+    (),
+    (0.161,),
+    (-0.008480655492356989, 0.335480655492357),
+    (2.8971530571054935, -6.359448489975075, 4.3622954328695815),
+    (5.325864828439257, -11.748883564062828, 7.4955393428898365, -0.09249506636175525),
+    (5.86145544294642, -12.92096931784711, 8.159367898576159, -0.071584973281401, -0.028269050394068383),
+    (0.09646076681806523, 0.01, 0.4798896504144996, 1.379008574103742, -3.290069515436081, 2.324710524099774),
+)
+ERROR_WEIGHTS = (
+    -0.00178001105222577714, -0.0008164344596567469, 0.007880878010261995, -0.1447110071732629, 0.5823571654525552,
+    -0.45808210592918697, 0.015151515151515152,
+)  # fmt: skip
+ORDER = 5
+ROWS = at.Rows(at.CONTACT, at.SERIES)
+STAGE_W = (at.W, *ROWS.take(5), at.W_NEW)
+STAGE_DW = (at.DW, *ROWS.take(5), at.DW_NEW)
+ERROR_Y, ERROR_W = ROWS.take(2)
 # PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.
-BETA = 0.4 / TSITOURAS_54.order
-ALPHA = 1.0 / TSITOURAS_54.order - 0.75 * BETA
+BETA = 0.4 / ORDER
+ALPHA = 1.0 / ORDER - 0.75 * BETA
 LOG2_SAFETY = -0.152003093445  # log2(0.9)
 SHRINK_MOST, GROW_MOST = 0.2, 6.0
 TINIEST_ERROR2 = 1e-16
 ERROR_SHARE = 0.05  # of the tolerance that one step may spend, so that a whole slip stays within it
 
 
-@compiled
+@by_law("sf:")
 def try_step(law, s, rtol):
     """A step of the size STEP in every lane; nothing is committed."""
     stages(law, s)
@@ -43,7 +59,7 @@ def stage_loop(n):
     A function for each stage: its rows and weights are constants, so that the compiler sees straight-line code. y' =
     b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
     """
-    weights, node, row_w, row_dw = TSITOURAS_54.matrix[n], TSITOURAS_54.nodes[n], STAGE_W[n], STAGE_DW[n]
+    weights, node, row_w, row_dw = MATRIX[n], NODES[n], STAGE_W[n], STAGE_DW[n]
     first = n == 1
 
     @compiled
@@ -106,7 +122,7 @@ def control_step(law, s, rtol):
         for j in range(len(STAGE_W)):
             error_y -= ERROR_WEIGHTS[j] * s[STAGE_W[j] + i]
             error_w += ERROR_WEIGHTS[j] * s[STAGE_DW[j] + i]
-        s[at.ERROR_Y + i], s[at.ERROR_W + i] = h * error_y, h * error_w
+        s[ERROR_Y + i], s[ERROR_W + i] = h * error_y, h * error_w
     for i in range(at.WIDTH):  # what the law tells
         b = s[at.B + i] + s[at.TAKEN + i] * s[at.ALPHA + i]
         s[at.JERK_NEW + i] = jerk_in_lane(law, s, i, s[at.Y_NEW + i], s[at.W_NEW + i], s[at.DW_NEW + i], b)
@@ -119,7 +135,7 @@ def control_step(law, s, rtol):
         floor = s[at.FLOOR + i]
         amplitude = max(abs(s[at.Y + i] - s[at.Y_STAR + i]), abs(s[at.W + i] - s[at.B + i])) + 1e-3 * floor
         scale_w = min(amplitude, abs(s[at.W_NEW + i]) + abs(s[at.DW_NEW + i]) + floor)
-        error2 = squared_error(s[at.ERROR_Y + i], s[at.ERROR_W + i], rtol * amplitude, rtol * scale_w)
+        error2 = squared_error(s[ERROR_Y + i], s[ERROR_W + i], rtol * amplitude, rtol * scale_w)
         factor, error_log = step_factor(error2, s[at.ERROR_LOG + i])
         # A step that ends far below w = 0 has crossed the zone at once, and the error estimate may not know.
         hides = may_hide(s, i, s[at.TAKEN + i], s[at.W_NEW + i], s[at.DW_NEW + i]) | (
@@ -132,13 +148,13 @@ def control_step(law, s, rtol):
         s[at.ERROR_LOG_NEW + i] = error_log
 
 
-@compiled
+@by_law("sif:")
 def restart(law, s, i, h):
     """Let the next step of lane i be of size h, without a memory of errors."""
     s[at.STEP + i], s[at.ERROR_LOG + i] = h, 0.0
 
 
-@compiled
+@by_law("sici:")
 def begin_stepping(law, s, i, cells, c):
     """Size of the first step of a slip, where the speed may grow as fast as the curve falls, or be thrown across it."""
     growth = steepest(law, cells, c) + cells[at.GAMMA, c]

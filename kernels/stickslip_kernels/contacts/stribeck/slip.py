@@ -2,17 +2,17 @@
 
 from ... import layout as at
 from ... import observers
-from ...drive import acceleration, belt_in_lane, steady_load
+from ...drive import belt_in_lane, steady_load
 from ...jit import compiled
-from ...machine import RUNNING
+from ...layout import RUNNING
 from .equations import jerk_in_lane, slope_in_lane, weakening_in_lane
-from .stepping import begin_stepping
+from .runge_kutta import begin_stepping
 
 
 @compiled(inline=True)
 def displacement_in_lane(m, i, y, t):
     """u of lane i, from y, at t after its present state."""
-    return y + m.s[at.OFFSET + i] - acceleration(m, i) - m.s[at.G + i] * belt_in_lane(m, i, t)
+    return y + m.s[at.OFFSET + i] - m.s[at.ALPHA + i] - m.s[at.G + i] * belt_in_lane(m, i, t)
 
 
 @compiled(inline=True)
@@ -23,7 +23,7 @@ def set_slip(m, i, u, w, turning):
     """
     s, law, b = m.s, m.law, belt_in_lane(m, i, 0.0)
     to_y = s[at.G + i] * b - s[at.OFFSET + i]
-    s[at.Y + i], s[at.W + i] = u + to_y + acceleration(m, i), w
+    s[at.Y + i], s[at.W + i] = u + to_y + m.s[at.ALPHA + i], w
     s[at.WEAK + i] = weakening_in_lane(law, s, i, w)
     s[at.DW + i] = 0.0 if turning else slope_in_lane(law, s, i, s[at.Y + i], w)
     s[at.JERK + i] = jerk_in_lane(law, s, i, s[at.Y + i], w, s[at.DW + i], s[at.B + i])

@@ -16,14 +16,12 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop two orders, so
 from math import inf
 
 from ... import layout as at
+from ...arithmetic import rough_exp2, rough_log2, select, widest_vectors
 from ...dense import conservative_work, horner, subtract_damper_work
-from ...exponential import rough_exp2, rough_log2
-from ...intrinsics import select, widest_vectors
 from ...jit import compiled
 from ...linking import by_law
-from .extreme_slope import extreme_slope  # noqa: F401 (`stepping.py` asks every stepper for it)
+from .equations import may_bend_twice, may_hide
 from .laws import RECURRENCES, bends, shape, steps_over, weakening_slope
-from .resolvable import may_bend_twice, may_hide
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
 ERROR_SHARE = 0.1  # of the tolerance that each of the last two coefficients may spend, and the error of a step

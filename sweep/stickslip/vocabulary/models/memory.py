@@ -24,8 +24,7 @@ from stickslip.vocabulary.parameter import FRICTION, NAN, SPEED, Parameter, Vari
 
 if TYPE_CHECKING:
     from stickslip.theory.contacts import Slopes
-    from stickslip.vocabulary.models.model import Row
-    from stickslip.vocabulary.scales import Floats, Scales
+    from stickslip.vocabulary.models.model import Floats, Row, Scales
 
 RESULTS = (
     Variable("slip_speed_min", "m s-1", "least slip speed on the attractor"),
@@ -75,9 +74,9 @@ _STATE_LAWS = {
 _OF_STATE = table(
     Parameter("mu_0", "1", "friction coefficient in steady sliding at v_0", "friction", above=0, plausible=FRICTION),
     Parameter("v_0", "m s-1", "slip speed at which friction is mu_0", "friction", above=0, plausible=SPEED),
-    Parameter("a", "1", "direct effect a of rate-and-state friction", "friction", above=0, plausible=(0.2, 0.2)),
-    Parameter("b", "1", "evolution effect b of rate-and-state friction", "friction", at_least=0, plausible=(0.2, 0.2)),
-    Parameter("D_c", "m", "slip distance over which the state follows", "friction", above=0, plausible=(1e-2, 1.0)),
+    Parameter("a", "1", "direct effect a of rate-and-state friction", "friction", above=0, plausible=0.2),
+    Parameter("b", "1", "evolution effect b of rate-and-state friction", "friction", at_least=0, plausible=0.2),
+    Parameter("D_c", "m", "slip distance over which the state follows", "friction", above=0, plausible=1e-2),
     Parameter(
         "direct_cutoff_speed", "m s-1", "slip speed beyond which friction no longer grows by the direct effect",
         "friction", default=NAN, above=0, word="none", absent="it grows at any speed", plausible=SPEED,

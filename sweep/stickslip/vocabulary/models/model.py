@@ -1,4 +1,5 @@
-"""The contract of a model of the contact: its parameters, its rules, what comes out, and the way to the kernels.
+"""The contract of a model of the contact: its parameters, its rules, what comes out, and the way to the kernels, whose
+units follow from the scales of a cell.
 
 A model is a value, made in a file of its own beside this one. Reader, schema, `evaluate`, datasets and the engine take
 from it whatever they need to know of friction, and ask for groups of parameters (`curve`, `levels`), not for names.
@@ -11,17 +12,17 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.vocabulary.parameter import Parameter, Variable
 
 if TYPE_CHECKING:
-    from stickslip.vocabulary.scales import Floats, Scales
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
+    Floats = NDArray[np.float64]
     Row = Callable[[str], Floats]  # a row of the kernels, by its name in their `layout`
-    from numpy.typing import ArrayLike
-
-    from stickslip.vocabulary.scales import Floats
 
 Values = Mapping[str, Any]  # of quantities in SI: numbers, or arrays that broadcast
 
@@ -47,6 +48,71 @@ class OwnKernels(NamedTuple):
     rows: tuple[str, ...]
     by_value: Mapping[float, str]
     otherwise: str = ""
+
+
+def _floats(values: ArrayLike) -> Floats:
+    import numpy as np
+
+    return np.asarray(values, np.float64)
+
+
+def _root(values: Floats) -> Floats:
+    import numpy as np
+
+    return np.asarray(np.sqrt(values))
+
+
+class Scales:
+    """The scales of cells, each (n,).
+
+    They are the load N for forces, N/k for displacements, sqrt(m/k) for times, N/sqrt(k m) for speeds, N/m for
+    accelerations.
+    """
+
+    cells: Mapping[str, Floats]
+    mass: Floats
+    stiffness: Floats
+    load: Floats
+
+    def __init__(self, cells: Mapping[str, Floats]) -> None:
+        self.cells = cells
+        self.mass, self.stiffness = cells["mass"], cells["stiffness"]
+        self.load = cells["normal_load"]
+
+    @cached_property
+    def impedance(self) -> Floats:
+        """sqrt(k m), N s/m."""
+        return _root(self.stiffness * self.mass)
+
+    @property
+    def critical_damping(self) -> Floats:
+        """2 sqrt(k m), N s/m."""
+        return 2.0 * self.impedance
+
+    @property
+    def natural_frequency(self) -> Floats:
+        """Of the mass on its spring, Hz."""
+        return self.rate / (2.0 * pi)
+
+    @cached_property
+    def time(self) -> Floats:
+        """A radian of the free oscillation, s."""
+        return _root(self.mass / self.stiffness)
+
+    @cached_property
+    def rate(self) -> Floats:
+        """Its inverse, 1/s."""
+        return _root(self.stiffness / self.mass)
+
+    @cached_property
+    def length(self) -> Floats:
+        """Deflection of the spring by the load, m."""
+        return _floats(self.load / self.stiffness)
+
+    @cached_property
+    def speed(self) -> Floats:
+        """m/s."""
+        return _floats(self.load / self.impedance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +324,8 @@ def law_remedy(given: object) -> str | None:
         return "register_law(name, shape, slope) makes a law of a shape and its slope, and returns its name"
     if not isinstance(given, str):
         return None if given is None else "Table(w, mu) makes a law of measured speeds and friction coefficients"
+    if given in ("lugre", "dahl"):
+        return "bristles stand on any friction curve: give the contact_stiffness of the contact beside its law"
     if not re.match(OWN_NAME, given):
         return None
     return f"if {given} was registered in another process, call register_law here as well, before anything else"

@@ -18,7 +18,7 @@ from stickslip.vocabulary.parameter import FALL, FRICTION, NAN, Parameter, Varia
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from stickslip.vocabulary.scales import Floats, Scales
+    from stickslip.vocabulary.models.model import Floats, Scales
 
 FORMULA = "a1 + a2 w + a3 exp(-w/a4)"  # of the law stribeck
 OF_HYSTERESIS = ("mu_reversal", "tendency")  # results that only a curve with `mu_stop` has
@@ -78,7 +78,7 @@ _MEASURED = table(
     ),
     Parameter(
         "v_reversal", "m s-1", "speed at the minimum of the Stribeck curve", "friction", above=0,
-        plausible=(1.0, 20.0), synonyms="v_min vmin v_m",
+        plausible=FALL, synonyms="v_min vmin v_m",
     ),
 )  # fmt: skip
 

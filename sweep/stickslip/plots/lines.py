@@ -1,23 +1,83 @@
-"""Plots of scatter: the probability of a regime over the axes, and which uncertain quantity decides."""
+"""Trajectories with their phase portraits; the probability of a regime, with what decides it."""
 
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from stickslip.dataset.display import MapAxis
+from stickslip.dataset.display import MapAxis, unit_of
+from stickslip.dataset.display import title as array_title
 from stickslip.dataset.selection import check_dataset
 from stickslip.errors import PlotError
-from stickslip.plots.fixed_values import fixed_note
-from stickslip.plots.layout import Figure, annotate, apply, entitle
+from stickslip.plots.layout import BESIDE, Figure, apply, entitle, fixed_note, labelled, legend, shade, wrapped
 from stickslip.plots.maps import plot_map
-from stickslip.plots.options import PLAIN, Look
-from stickslip.plots.palette import BLACK, FLAG_COLOURS, GREY, ORANGE, SKY, look_of, regime_label
-from stickslip.vocabulary.display_units import spoken
+from stickslip.plots.marks import PLAIN, Look
+from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY, ORANGE, SKY, VERMILLION, look_of, regime_label
+from stickslip.vocabulary.display_units import quantity, spoken
+from stickslip.vocabulary.quantities import PARAMETERS
+from stickslip.vocabulary.results import MODES
 
-Floats = NDArray[np.float64]
+_ALWAYS = ("mass", "stiffness", "normal_load", "belt_speed")  # of the parameters that a title names
+_NAMED = (*_ALWAYS, "damping")  # the others where they are not 0
+
+
+def plot_trace(ds: xr.Dataset, *, title: str | None = None) -> Figure:
+    """A trajectory: displacement and velocity over time with the stick phases shaded, and the phase portrait.
+
+    The line of the belt speed appears in the phase portrait only while that speed is constant. Raises PlotError.
+    """
+    check_dataset(ds)
+    if missing := {"displacement", "velocity", "relative_speed", "mode"} - set(ds.data_vars):
+        raise PlotError(f"not a trajectory: no {', '.join(sorted(missing))}")
+    names = "time", "displacement", "velocity"
+    units = {name: unit_of(ds[name]) for name in names}
+    time, displacement, velocity = (units[name].of(ds[name].values) for name in names)
+    belt = units["velocity"].of(ds["relative_speed"].values) + velocity
+    sticks = ds["mode"].values == MODES.index("stick")
+    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
+    places = figure.add_gridspec(2, 2, width_ratios=[3, 2])
+    upper = figure.add_subplot(places[0, 0])
+    lower = figure.add_subplot(places[1, 0], sharex=upper)
+    phase = figure.add_subplot(places[:, 1])
+    upper.tick_params(labelbottom=False)
+    mass_line: dict[str, Any] = {"color": BLUE, "linewidth": 1.2, "label": "mass"}
+    belt_line: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.0, "linestyle": "dashed", "label": "belt"}
+    stuck: dict[str, Any] = {"facecolor": GREY, "alpha": 0.45, "linewidth": 0, "label": "sticking"}
+
+    upper.plot(time, displacement, **mass_line)
+    lower.plot(time, velocity, **mass_line)
+    lower.plot(time, belt, **belt_line)
+    for ax in (upper, lower):
+        shade(ax, np.append(time, time[-1]), sticks, stuck)
+        ax.margins(x=0)
+    phase.plot(displacement, velocity, **mass_line)
+    phase.plot(displacement[:1], velocity[:1], color=BLACK, marker="o", markersize=4, linestyle="none", label="start")
+    if np.ptp(belt) <= 1e-9 * np.abs(belt).max():
+        phase.axhline(belt[0], zorder=0, **belt_line)
+
+    named = {name: wrapped(array_title(ds[name], unit), BESIDE) for name, unit in units.items()}
+    upper.set_ylabel(named["displacement"])
+    lower.set(xlabel=named["time"], ylabel=named["velocity"])
+    phase.set(xlabel=named["displacement"], ylabel=named["velocity"])
+    for ax in (upper, lower, phase):
+        ax.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
+    legend(figure, labelled(lower, phase))
+    entitle(figure, upper, _title(ds) if title is None else title, above_all=True)
+    return figure
+
+
+def _title(ds: xr.Dataset) -> str:
+    """The title of the dataset, and below it the parameters of the cell."""
+    parameters = {name: float(ds[name]) for name in _NAMED if name in ds.coords and ds[name].ndim == 0}
+    words = [
+        f"{spoken(name)} {quantity(value, PARAMETERS[name].units)}"
+        for name, value in parameters.items() if value or name in _ALWAYS
+    ]  # fmt: skip
+    return "\n".join(filter(None, [str(ds.attrs.get("title", "")), ", ".join(words)]))
+
+
+# --- probabilities ----------------------------------------------------------------------------------------------------
 
 _ERRORS = 2.0  # standard errors to either side that are drawn: 92 % of cases with eight scramblings, 95 % with many
 _LOG_BELOW = 1e-3  # a probability as small as this is drawn on a logarithmic axis
@@ -70,7 +130,7 @@ def _cell(ds: xr.Dataset, state: str, title: str) -> Figure:
     left.set(xlim=(0, 1), xlabel=f"probability (bars: ± {_ERRORS:g} standard errors)")
     if right:
         _index_bars(right[0], ds.sel(state=state), state)
-    annotate(figure, fixed_note(ds))
+    legend(figure, labelled(*right), fixed_note(ds))
     entitle(figure, left, title, above_all=True)
     return figure
 
@@ -92,7 +152,6 @@ def _index_bars(ax: Axes, ds: xr.Dataset, state: str) -> None:
     ax.set(
         xlim=(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1])), xlabel=f"Sobol index of {regime_label(state)}"
     )
-    ax.legend(frameon=False, fontsize="small")
 
 
 def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
@@ -115,13 +174,12 @@ def _line(ds: xr.Dataset, state: str, title: str) -> Figure:
         upper.set_yscale("log")
     else:
         upper.set_ylim(-0.02, 1.02)
-    upper.set_ylabel(f"probability of {regime_label(state)}")
-    upper.legend(frameon=False, fontsize="small")
+    upper.set_ylabel(f"probability of\n{regime_label(state)}")
     if lower:
         _index_lines(lower[0], ds, x)
     apply(x, upper, "x")
     (lower[0] if lower else upper).set_xlabel(x.title)
-    annotate(figure, fixed_note(ds))
+    legend(figure, labelled(upper, *lower), fixed_note(ds))
     entitle(figure, upper, title)
     return figure
 
@@ -133,5 +191,4 @@ def _index_lines(ax: Axes, ds: xr.Dataset, x: MapAxis) -> None:
         look = look_of(i) | {"markersize": 4, "linewidth": 1.0, "capsize": 2}
         value, error = of_quantity["sobol_total"].values, _ERRORS * of_quantity["sobol_total_error"].values
         ax.errorbar(x.centres, value, error, label=spoken(str(name)), **look)
-    ax.set(ylabel="total Sobol index", ylim=(-0.05, 1.3), yticks=np.linspace(0, 1, 6))
-    ax.legend(frameon=False, fontsize="small", loc="upper center", ncols=min(4, ds.sizes["quantity"]))
+    ax.set(ylabel="total\nSobol index", ylim=(-0.05, 1.05))
