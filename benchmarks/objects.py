@@ -6,7 +6,6 @@ from pathlib import Path
 from stickslip.engine.compiling import compiled
 from stickslip.vocabulary.models import LAWS, MODELS, PREFIX, TABLE
 from stickslip_kernels import objects
-from stickslip_kernels.objects import Object
 
 
 def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
@@ -15,19 +14,14 @@ def ship(folder: Path, laws: Sequence[str], kinds: Sequence[str]) -> list[Path]:
     Where `folder` is `objects.shipped_folder()`, the next wheel has them. A machine takes some 11 s, a law 3 to 6.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    machines = {objects.machine_of(objects.contact_of(law), signals) for law in laws for signals in (False, True)}
     written: list[Path] = []
-
-    def put(name: str, kind: str) -> Object:
-        file = objects.shipped_file(name, kind)
-        made = compiled(name, file, {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""})
-        objects.write(folder / file, made)
-        written.append(folder / file)
-        return made
-
     for kind in kinds:
-        machines = {made.machine(signals) for made in [put(law, kind) for law in laws] for signals in (False, True)}
-        for machine in sorted(machines):
-            put(machine, kind)
+        for name in (*laws, *sorted(machines)):
+            file = objects.shipped_file(name, kind)
+            made = compiled(name, file, {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""})
+            objects.write(folder / file, made)
+            written.append(folder / file)
     return written
 
 

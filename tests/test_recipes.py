@@ -225,7 +225,7 @@ def test_a_contact_with_an_inner_state_is_a_file_of_the_kernels_and_one_of_its_m
     contacts, models = tmp_path / "kernels/stickslip_kernels/contacts", tmp_path / "sweep/stickslip/vocabulary/models"
     shutil.copy(ROOT / "tests/data/dahl/contact.py", contacts / "dahl.py")
     shutil.copy(ROOT / "tests/data/dahl/model.py", models / "dahl.py")
-    copy.insert("kernels/stickslip_kernels/contacts/__init__.py", '"stribeck.modes",', ' "dahl",')
+    copy.insert("kernels/stickslip_kernels/objects.py", "CONTACTS = {", '"dahl": "dahl", ')
     copy.insert("sweep/stickslip/vocabulary/models/__init__.py", "= (STRIBECK,", " DAHL,")
     copy.insert(
         "sweep/stickslip/vocabulary/models/__init__.py", "OF_ANY_SHAPE, STRIBECK\n",

@@ -90,14 +90,14 @@ def build(name: str) -> objects.Object:
     _look_at_variables_once()
     from . import exports  # decorates the kernels, as parts
 
-    contact, made = exports.of_object(name)
+    made = exports.of_object(name)
     fastmathpass.rewrite_module(maker.whole, FastMathOptions(jit.FASTMATH))
     whole = llvm.parse_assembly(str(maker.whole))
     for symbol, function in made.items():
         whole.get_function(function.native_name).name = symbol
     _make_local(whole, set(made))
     _optimise(whole, maker._tm)
-    return objects.Object(contact, _symbols(whole), maker._tm.emit_object(whole))
+    return objects.Object(_symbols(whole), maker._tm.emit_object(whole))
 
 
 def _make_door(context, library, function, environment, call_helper) -> None:

@@ -21,14 +21,13 @@ _TYPES = {"f": types.float64, "i": types.int64, "F": FLOATS, "I": types.CPointer
 
 
 def of_object(name):
-    """The name of a contact, and the C functions of an object by name: of its machine, or of a law linked to that."""
+    """The C functions of an object by name: of the machine of a contact, or of a law linked to that."""
     contact, _, purpose = name.partition("-")
     if purpose:
-        return contact, c_functions(contacts.files()[contact], Linked(0), purpose == "signals")
-    contact, file = contacts.of_law(name)
+        return c_functions(contacts.files()[contact], Linked(0), purpose == "signals")
+    file, tag = contacts.of_law(name)
     calls = {PREFIX + function.__name__: function for function in file.LINKED}
-    return contact, {symbol: _c_function(door(function, file.LAWS[name]), signature_of(function))
-                     for symbol, function in calls.items()}  # fmt: skip
+    return {symbol: _c_function(door(function, tag), signature_of(function)) for symbol, function in calls.items()}
 
 
 def c_functions(contact, law, signals):

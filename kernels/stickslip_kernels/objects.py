@@ -32,6 +32,8 @@ _HERE = Path(__file__).parent
 _DIGEST_BYTES = hashlib.sha256().digest_size
 _AS_IT_IS = ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")  # no link, no waiting at a pipe, no conversion of lines
 _SETTINGS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")  # of the environment: Numba compiles for another processor
+# Files of contacts, and how the names of their laws begin.
+CONTACTS = {"regularised": "rate_state_", "lugre": "lugre_", "stribeck.modes": ""}
 # Kinds of processors by the beginning of their triple, the most able one first: the name that LLVM has for them, and
 # what they can do (x86-64 psABI, microarchitecture levels).
 _LEVEL_3 = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
@@ -107,18 +109,20 @@ def _host() -> str:
 
 
 class Object(NamedTuple):
-    """Machine code.
+    """Machine code. symbols : the functions it expects to find."""
 
-    contact : whose machine it is, or a law is linked to. symbols : the functions it expects to find.
-    """
-
-    contact: str
     symbols: list[str]
     code: bytes
 
-    def machine(self, signals: bool) -> str:
-        """Name of the object of the machine, for maps or for signals, that this law is linked to."""
-        return f"{self.contact}-{'signals' if signals else 'maps'}"
+
+def contact_of(law: str) -> str:
+    """The contact whose machine a law is linked to, by its name: of the file, or of the folder that it is in."""
+    return next(file.partition(".")[0] for file, beginning in CONTACTS.items() if law.startswith(beginning))
+
+
+def machine_of(contact: str, signals: bool) -> str:
+    """Name of the object of a machine, for maps or for signals."""
+    return f"{contact}-{'signals' if signals else 'maps'}"
 
 
 def file_of(name: str) -> str:
@@ -162,7 +166,7 @@ def shipped(name: str) -> Object | None:
 
 def packed(file: str, made: Object) -> bytes:
     """An object as the bytes of a file of this name."""
-    content = json.dumps({"file": file, "contact": made.contact, "symbols": made.symbols}).encode() + b"\n" + made.code
+    content = json.dumps({"file": file, "symbols": made.symbols}).encode() + b"\n" + made.code
     return hashlib.sha256(content).digest() + content
 
 
@@ -175,7 +179,7 @@ def unpacked(file: str, data: bytes) -> Object | None:
     try:
         plain = json.loads(head)
         symbols = [str(symbol) for symbol in plain["symbols"]]
-        return Object(str(plain["contact"]), symbols, code) if plain["file"] == file else None
+        return Object(symbols, code) if plain["file"] == file else None
     except (ValueError, TypeError, KeyError, RecursionError):
         return None
 

@@ -9,6 +9,7 @@ import pytest
 
 from helpers.nightly import few
 from stickslip.engine.compiling import compile_apart
+from stickslip_kernels import objects
 from stickslip_kernels.contacts.stribeck.laws import LAWS
 
 # The widest vectors of the processor: the feature that brings them, and the packed arithmetic on whole registers.
@@ -42,8 +43,9 @@ def test_hot_loop_is_packed_arithmetic_of_the_widest_vectors(law, tmp_path):
     wide = [pattern for feature, pattern in WIDEST.items() if features.get(feature)]
     if not wide:
         pytest.skip("this processor names no vector extension LLVM reports")
-    of_law = compile_apart(law)
-    packed, scalar = arithmetic(of_law.code, STEPS, wide[0], tmp_path)
+    packed, scalar = arithmetic(compile_apart(law).code, STEPS, wide[0], tmp_path)
     assert packed > 150 and scalar <= 0.01 * packed
-    packed, _ = arithmetic(compile_apart(of_law.machine(False)).code, LANES, wide[0], tmp_path)
+    packed, _ = arithmetic(
+        compile_apart(objects.machine_of(objects.contact_of(law), False)).code, LANES, wide[0], tmp_path
+    )
     assert packed > 400

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from stickslip.engine.compiling import compile_apart
-from stickslip_kernels import objects, runtime
+from stickslip.vocabulary.models import LAWS
+from stickslip_kernels import contacts, objects, runtime
 
 
 def flipped(where):
@@ -27,7 +28,7 @@ def cut_to(left):
 
 @pytest.mark.parametrize("damage", [*map(flipped, (0, 31, 32, 40, -1)), *map(cut_to, (0, 10, 40))])
 def test_what_is_written_is_read_and_what_is_damaged_is_not(tmp_path, damage):
-    path, made = tmp_path / "kernels.o", objects.Object("stribeck", ["exp"], b"machine\ncode")
+    path, made = tmp_path / "kernels.o", objects.Object(["exp"], b"machine\ncode")
     objects.write(path, made)
     assert objects.read(path) == made and list(tmp_path.iterdir()) == [path]
     content = bytearray(path.read_bytes())
@@ -55,7 +56,12 @@ def test_another_processor_or_compiler_has_objects_of_its_own(monkeypatch, modul
 def test_an_object_that_needs_what_this_process_or_its_law_lacks_is_not_loaded(kernels, name):
     law = compile_apart("stribeck")
     with pytest.raises(runtime.UnknownSymbolError, match=f"no function {name} in this process"):
-        runtime.load(law, objects.Object("stribeck", ["exp", "law.shape", name], b""), False)
+        runtime.load(law, objects.Object(["exp", "law.shape", name], b""), False)
+
+
+def test_a_law_is_linked_to_the_machine_of_its_contact():
+    laws = {law: contact for contact, file in contacts.files().items() for law in file.LAWS}
+    assert {law: objects.contact_of(law) for law in laws} == laws and set(LAWS) <= set(laws)
 
 
 def test_importing_the_kernels_leaves_the_settings_of_numba_alone():

@@ -26,9 +26,7 @@ def package(tmp_path, monkeypatch):
     folder = objects.shipped_folder()
     folder.mkdir(mode=0o755)
     for kind in ("x86-64-v3", "x86-64-v4"):
-        objects.write(
-            folder / objects.shipped_file("stribeck", kind), objects.Object("stribeck", ["exp"], kind.encode())
-        )
+        objects.write(folder / objects.shipped_file("stribeck", kind), objects.Object(["exp"], kind.encode()))
     monkeypatch.setattr(
         objects.llvm, "get_host_cpu_features", lambda: dict.fromkeys(objects.KINDS["x86_64"][KIND], True)
     )

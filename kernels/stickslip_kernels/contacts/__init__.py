@@ -25,9 +25,8 @@ from math import nan
 from .. import layout as at
 from ..dense import horner, load_and_speed, speed
 from ..jit import by_type
+from ..objects import CONTACTS, contact_of
 from ..roots import FOR_A_VALUE, crossing
-
-_NAMES = ("stribeck.modes", "regularised", "lugre")  # files of this folder
 
 _of_machine = by_type(lambda m, *_: m.types[m.fields.index("contact")])
 _inline = by_type(lambda m, *_: m.types[m.fields.index("contact")], inline=True)
@@ -125,13 +124,11 @@ def register(tag, functions):
 
 
 def files():
-    """The files of contacts by their names: of the file, or of the folder that it is in."""
-    return {name.partition(".")[0]: import_module(f".{name}", __name__) for name in _NAMES}
+    """The files of contacts by their names."""
+    return {name.partition(".")[0]: import_module(f".{name}", __name__) for name in CONTACTS}
 
 
 def of_law(law):
-    """The name of the contact that has a law of this name, and its file."""
-    for name, file in files().items():
-        if law in file.LAWS:
-            return name, file
-    raise KeyError(law)
+    """The file of the contact that has a law of this name (`objects.CONTACTS`), and the law's tag."""
+    file = files()[contact_of(law)]
+    return file, file.LAWS[law]

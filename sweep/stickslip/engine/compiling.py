@@ -11,6 +11,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
@@ -42,8 +43,8 @@ def will_compile(name: str = "stribeck", signals: bool = False) -> bool:
 
 def is_cached(name: str, signals: bool = False) -> bool:
     """Return whether other processes will find the kernels of a law compiled."""
-    law = stored(kernel_of(name))
-    return law is not None and stored(law.machine(signals)) is not None
+    law = kernel_of(name)
+    return None not in (stored(law), stored(objects.machine_of(objects.contact_of(law), signals)))
 
 
 def warm_up(name: str = "stribeck", signals: bool = False) -> None:
@@ -66,8 +67,10 @@ def kernels(name: str, signals: bool = False) -> runtime.Kernels:
 
 def _addresses(name: str, signals: bool) -> runtime.Addresses:
     try:
-        law = compile_apart(name)
-        return runtime.load(law, compile_apart(law.machine(signals)), signals)
+        machine = objects.machine_of(objects.contact_of(name), signals)
+        with ThreadPoolExecutor(2) as pool:  # side by side, where both are compiled
+            law, of_contact = pool.map(compile_apart, (name, machine))
+        return runtime.load(law, of_contact, signals)
     except (OSError, RuntimeError, runtime.UnknownSymbolError) as error:
         made = _compile_here(name, signals)
         text = f"the kernels are compiled in this process, and again in the next: {error}"
@@ -78,8 +81,8 @@ def _addresses(name: str, signals: bool) -> runtime.Addresses:
 def _compile_here(name: str, signals: bool) -> runtime.Addresses:
     from stickslip_kernels import contacts, exports
 
-    _, file = contacts.of_law(name)
-    functions = exports.c_functions(file, file.LAWS[name], signals)
+    file, tag = contacts.of_law(name)
+    functions = exports.c_functions(file, tag, signals)
     _compiled_here.append(functions)
     return {name: function.address for name, function in functions.items()}
 
