@@ -11,6 +11,7 @@ from openpyxl import load_workbook
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from helpers.measured import FILES, OPTIONS, SI, SYSTEM, law
 from helpers.plotted import draws_what_the_command_draws, refuses_what_it_cannot_draw
 from stickslip import progress
@@ -167,19 +168,7 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
     assert told["units"]["quiet_above"] == "m s-1" and told["system"]["mass"] == 0.1
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--mass", "100 N"], "mass: got '100 N' (force), expected a mass"),
-        (["--stiffness", "-5"], "expected a stiffness above 0 N/m"),
-        (["--speed", "0"], "belt_speed: got 0, expected a speed above 0 m/s"),
-        (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
-        (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
-        (["--report", "x.doc"], "pages end in .html, .htm"),
-        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected a force"),
-        (["--plot", "x.txt"], "plots end in"),
-    ],
-)
+@cases("materials.yaml")
 def test_wrong_input_is_refused_before_anything_is_computed(words, said):
     options = [*zip(OPTIONS[::2], OPTIONS[1::2], strict=True)]
     others = [word for pair in options for word in pair if pair[0] not in words]

@@ -10,6 +10,7 @@ import pytest
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, FitWarning
 
@@ -172,30 +173,13 @@ def test_fits_vary_together_with_other_quantities_in_a_group(materials):
 
 FIT = "friction: {fit: points.csv}"
 HEAD = "speed [mm/s], mu\n"
-WRONG = {  # configuration, points, what is said
-    "no file": (CONFIG.replace("points.csv", "none.csv"), None, "none.csv: no such file"),
-    "no csv": (CONFIG.replace("points.csv", "points.txt"), None,
-               "map.yaml:2:17: friction.fit: got 'points.txt', expected a file name"),
-    "another law": (CONFIG.replace(FIT, "friction: {fit: points.csv, law: cubic}"), None, "that of the law stribeck"),
-    "a coefficient": (CONFIG.replace(FIT, "friction: {fit: points.csv, a1: 1}"), None, "friction.a2: missing"),
-    "no number": (CONFIG, f"{HEAD}1, 0.3\n2, x\n", "points.csv:3:4: mu: got 'x', expected"),
-    "too few": (CONFIG, f"{HEAD}1, 0.3\n2, 0.2\n", "expected at least 4"),
-    "no file in a list": (SEVERAL.replace("oil.csv", "none.csv"), None, "none.csv: no such file"),
-    "no csv in a list": (SEVERAL.replace("oil.csv", "oil.txt"), None, "expected a file name that ends in .csv"),
-    "two axes": (SEVERAL + "  material: {zip: {mass: [1, 2]}}\n", None,
-                 "an axis called material, and there is another of this name"),
-    "lengths": (IN_GROUP.replace(", oil.csv", ""), None, "got 2 values, expected 1"),
-    "several": (SEVERAL.replace("friction: {fit: [points.csv, oil.csv]", "uncertain: {fit: table.csv"), None,
-                "table.csv holds 2 materials (dry and oil), expected one"),
-}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", WRONG)
-def test_points_that_will_not_do_are_explained(materials, name):
-    text, rows, said = WRONG[name]
+@cases("materials.yaml")
+def test_points_that_will_not_do_are_explained(materials, text, points, said):
     (materials / "map.yaml").write_text(text)
-    if rows:
-        (materials / "points.csv").write_text(rows)
+    if points:
+        (materials / "points.csv").write_text(points)
     with pytest.raises(ConfigError) as caught:
         load_config(materials / "map.yaml")
     assert said in str(caught.value)

@@ -6,6 +6,7 @@ import xarray as xr
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from stickslip import plots
 from stickslip.plots.layout import inches, resize
 from stickslip.plots.marks import marks_in
@@ -100,17 +101,7 @@ def test_marks_of_a_file_have_a_legend_below_the_axes(folder, monkeypatch):
     assert len(rings) == 4 and all(line.get_linestyle() == "None" for line in rings)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("label,stiffness,belt_speed [mm/s]\nA,500,5000\n", "points.csv:2: belt_speed=5000 mm/s: outside of the map"),
-        ("label,stiffness [N/s],belt_speed\nA,5,1\n", "points.csv:2: stiffness: got '5 N/s', expected a stiffness"),
-        ("label,stiffness,damping\nA,500,1\n", "points.csv:2: 'damping' is no axis of this map"),
-        ("stiffness,belt_speed\n500,1\n", "points.csv:1: no column of labels"),
-        ("label,stiffness,belt_speed\nA,500\n", "points.csv:2: got 2 values, expected 3"),
-        ("label,stiffness\nA,500\n", "where along belt_speed?"),
-    ],
-)
+@cases("materials.yaml")
 def test_a_file_of_marks_that_is_wrong_is_refused_with_its_line(folder, tmp_path, text, said):
     (tmp_path / "points.csv").write_text(text)
     done = call("plot", folder / "map.nc", "--mark", tmp_path / "points.csv", "-o", tmp_path / "x.png")

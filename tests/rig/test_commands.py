@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from helpers.commands import call, commands_of, completed, invoke
+from helpers.data import cases
 from helpers.rig_signals import record, saw_tooth, times
 from stickslip.files import reading
 from stickslip_rig.api import RPN_NAME, RigTests, Risk, features, load_rig, load_settings, read_record
@@ -123,17 +124,7 @@ def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):
     assert [file.name for file in (tmp_path / "signals").iterdir()] == ["test2.csv"]
 
 
-@pytest.mark.parametrize(
-    "arguments, expected",
-    [
-        (["--test", "3", "--plot", "a.png"], "--test 3: tests are numbered from 0 to 2"),
-        (["--test", "-1", "--plot", "a.png"], "--test -1: tests are numbered from 0 to 2"),
-        (["--test", "1"], "name a plot with --plot"),
-        (["--records", "file"], "file: expected a folder"),
-        (["--records", "file/inside"], "file/inside: expected a folder"),
-        (["--from", "soon"], "got 'soon', expected a time"),
-    ],
-)
+@cases("rig.yaml")
 def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(here, config, arguments, expected):
     (here / "file").write_text("")
     done = invoke("rig", config, *arguments)
@@ -174,14 +165,7 @@ def test_records_stand_in_one_table_one_file_and_one_plot(tmp_path, files):
         assert "weight_sticks" in ds.attrs["configuration"] and "rig-features" in ds.attrs["history"]
 
 
-@pytest.mark.parametrize(
-    "arguments, expected",
-    [
-        (["nothing.csv"], "nothing.csv: no such file"),
-        (["--load", "heavy"], "normal_load: got 'heavy', expected a force"),
-        (["--bandwidth", "600 Hz"], "needs more than 1200 samples per second"),
-    ],
-)
+@cases("rig.yaml")
 def test_what_is_wrong_ends_with_exit_code_2(files, arguments, expected):
     done = invoke("rig", "features", files[0], *arguments)
     assert done.exit_code == 2
@@ -219,28 +203,7 @@ def test_calibrate_prints_a_configuration_and_keeps_its_remarks_apart(tmp_path):
     assert "At least five pairs" in invoke("rig", "calibrate", "--help").stdout
 
 
-@pytest.mark.parametrize(
-    "heading, row, expected",
-    [
-        (f"{FEATURES}, model_rpn", "#, #, #, 3", "model_rpn is computed by this program"),
-        (f"{FEATURES}, rpn", "#, #, #, 11", ":2:10: got 11, expected a number from 1 to 10"),
-        (f"{FEATURES}, rpn", "#, #, #, 0.5", ":2:10: got 0.5"),
-        (f"{FEATURES}, rpn", "#, -#, #, 5", ":2:4: got -1"),
-        (f"{FEATURES}, rpn", "#, x, #, 5", ":2:4: "),
-        (f"{FEATURES}, rpn", "#, #, 5", ":2:"),
-        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "'rpn', expected it once"),
-        ("sticks, acceleration_max [N], acceleration_integral [m/s], rpn", "#, #, #, 3", "acceleration_max [N]"),
-        ("sticks, acceleration_max [furlong], acceleration_integral, rpn", "#, #, #, 3", "acceleration_max [furlong]"),
-        ("sticks, rpn", "#, 3", "no column is called acceleration_max and acceleration_integral"),
-        (
-            f"{FEATURES}, rpn",
-            "#, #, , 3",
-            "no row has a number and features\n  hint: left out, since",
-        ),
-        (f"{FEATURES}, rpn", "#, #, #, ", "no row has a number"),
-        (f"{FEATURES}, rpn", "1, 1, 1, 3", "6 pairs, 1 of different features, for 4 parameters, expected at least 5"),
-    ],
-)
+@cases("rig.yaml")
 def test_tables_that_are_no_pairs_are_refused(tmp_path, heading, row, expected):
     done = invoke("rig", "calibrate", pairs_table(tmp_path, row, heading=heading))
     assert done.exit_code == 2 and expected in done.stderr, done.stderr

@@ -15,6 +15,7 @@ import pytest
 import stickslip
 from helpers.commands import call, commands_of
 from helpers.configs import write_config
+from helpers.data import cases
 from helpers.runs import until
 from stickslip import extensions
 from stickslip.runs.work import Work
@@ -53,11 +54,7 @@ def test_without_an_output_it_is_said_that_the_map_is_not_kept(here, kernels):
     assert {p.name for p in here.iterdir()} == {"a map.yaml", "map.png"}
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--output", "map.txt"], "map.txt"),
-    (["--plot", "map.bmp"], "map.bmp: plots end in .png, .svg, .pdf"),
-    (["--plot", "nowhere/map.png"], "nowhere/map.png: no folder nowhere"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_a_target_that_will_not_do_is_told_before_computing(here, arguments, message):
     done = call("run", write_config(here), *arguments)
     assert done.exit_code == 2
@@ -179,12 +176,7 @@ def test_shards_are_computed_shown_and_collected(here):
     assert "no unfinished run beside it" in call("status", config).stdout
 
 
-@pytest.mark.parametrize(("section", "options", "map_file"), [
-    ("output: {file: other.nc}\n", ["-o", "a shard.nc"], "a shard.nc"),
-    ("output: {file: other.nc}\n", [], "other.nc"),
-    ("output: {file: other.nc}\n", ["--store", "blocks"], "other.nc"),
-    ("", ["--store", "blocks"], "map.nc"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options, map_file):
     config = write_config(here, num=100, more=section)
     done = call("run", config, "--shard", "1/2", *options)
@@ -195,20 +187,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 6600
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--shard", "3/2"], "--shard: got '3/2', but shards are counted from 1: 1/2 to 2/2\nhint: in a SLURM array: "
-     "--array=1-2 and --shard $SLURM_ARRAY_TASK_ID/2"),
-    (["--shard", "0/40"], "--shard: got '0/40', but shards are counted from 1: 1/40 to 40/40\nhint: in a SLURM array: "
-     "--array=1-40 and --shard $SLURM_ARRAY_TASK_ID/40"),
-    (["--shard", "1/0"], "--shard: got '1/0', expected a shard such as 1/8"),
-    (["--shard", "1/2"], "a shard needs a place"),
-    (["--shard", "1/2", "-o", "none/x.nc"], "none/x.nc: no folder none"),
-    (["--shard", "1/2", "--fresh"], "other shards share the store"),
-    (["--store", "gopher://x/y"], "gopher://x/y: a working store has to be on a file system"),
-    (["--store", "small.yaml"], "small.yaml"),
-    (["--store", "."], "holds other things"),
-    (["--set", "execution.dask=head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr, done.output
@@ -296,11 +275,7 @@ def test_simulate_writes_one_cell_over_time(here):
     assert (here / "trace.png").exists()
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--at", "stiffness=1", "-t", "30", "-o", "t.nc"], "--at: belt_speed: missing"),
-    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "x", "-o", "t.nc"], "--duration: got 'x'"),
-    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3", "--plot", "t.bmp"], "t.bmp: plots end in"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_simulate_explains_what_is_missing(here, arguments, message):
     done = call("simulate", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr

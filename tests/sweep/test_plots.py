@@ -9,6 +9,7 @@ import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
 import stickslip
+from helpers.data import cases
 from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import (
     LUBRICANTS,
@@ -161,20 +162,7 @@ def test_a_dimension_can_be_fixed_by_label_or_by_the_nearest_value(place):
     assert len(panels_of(plot_map(ds, select=place))) == 1
 
 
-@pytest.mark.parametrize(
-    ("place", "message"),
-    [
-        ({"mass": 1}, "dimensions are lubricant, stiffness, belt_speed"),
-        ({"k": 1}, r"dimensions are .*; did you mean stiffness\?"),
-        ({"lubricant": "greese"}, r"labels are .*; did you mean grease\?"),
-        ({"lubricant": "oil"}, "labels are dry, grease, bonded coating"),
-        ({"belt_speed": "fast"}, "expected a speed such as '10 mm/s' or a number in m/s"),
-        ({"belt_speed": "5 N"}, "expected a speed"),
-        ({"belt_speed": np.nan}, "expected a finite number"),
-        ({"belt_speed": 7.0}, r"cannot select belt_speed=7.0; the axis runs from 0.05 m/s to 0.6 m/s"),
-        ({"stiffness": "10 N/mm"}, "the axis runs from 0.1 N/m to 1000 N/m"),
-    ],
-)
+@cases("sweep.yaml")
 def test_impossible_selections_say_what_is_possible(place, message):
     with pytest.raises(PlotError, match=message):
         plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds()), select=place)
