@@ -7,33 +7,12 @@ import pytest
 
 import stickslip
 from helpers.commands import call
-from helpers.data import cases
+from helpers.data import DATA, cases
 from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.errors import ConfigError, ContradictionError
 from stickslip_explain.section import Observation
 
-TEXT = """\
-title: Felt on steel
-explain:
-  observed:
-    - {belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip, spring_force_max: 4.5 +- 0.1 N}
-    - {belt_speed: 150 mm/s, normal_load: 10 N, regime: [damped, creep]}
-  particles: 60
-  repetitions: 2
-  draws: 8
-  mislabelled: 0.02
-system: {mass: 100 g}
-friction:
-  a2: 0.8 s/m
-  a3: 0.2
-  a4: 20 mm/s
-uncertain:
-  quantities:
-    stiffness: {lognormal: {median: 5 N/mm, factor: 1.5}}
-    a1: {uniform: [0.05, 0.6]}
-axes:
-  belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}
-"""
+TEXT = (DATA / "felt.yaml").read_text(encoding="utf-8")
 LAWS = "  mislabelled: 0.02\n"
 
 
@@ -156,23 +135,7 @@ def test_calls_refuse_what_cannot_be_a_prior(uncertain, laws, words):
     assert words in str(raised.value)
 
 
-SHORT = """\
-observed:
-  - {belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip, spring_force_max: 4.5 +- 0.1 N}
-  - {belt_speed: 150 mm/s, normal_load: 10 N, regime: [damped, creep]}
-prior:
-  mass: 100 g
-  a1: {uniform: [0.05, 0.6]}
-  stiffness: 5 N/mm
-  a2: 0.1
-  a3: 0.2
-  a4: 20 mm/s
-  laws: [gaussian, stribeck]
-axes: {belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}}
-draws: 8
-particles: 60
-mislabelled: 0.02
-"""
+SHORT = (DATA / "felt_in_other_words.yaml").read_text(encoding="utf-8")
 
 
 def test_observations_and_a_prior_alone_are_a_configuration_in_other_words():

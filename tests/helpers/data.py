@@ -23,7 +23,6 @@ def cases(name):
         table = rows(name)[test.__module__.rpartition(".")[2]][test.__name__]
         arguments, *values = table.values() if isinstance(table, dict) else table
         ids = list(table)[1:] if isinstance(table, dict) else None
-        values = values if len(arguments) > 1 else [value for (value,) in values]
         return pytest.mark.parametrize(arguments, values, ids=ids)(test)
 
     return with_cases

@@ -75,17 +75,6 @@ def test_the_command_fits_a_curve_with_its_intervals(folder):
     assert row[2:4] == ["m/s", "95"]
 
 
-def test_the_command_says_what_was_assumed_and_takes_the_unit_of_a_bare_header(folder):
-    (folder / "bare.csv").write_text("speed, mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
-    done = call("fit", folder / "bare.csv")
-    assert "no unit of speed, so the numbers were read in m/s" in done.stdout
-    told = call("fit", folder / "bare.csv", "--unit", "mm/s").stdout
-    (row,) = (line for line in told.splitlines() if line.strip().startswith("a2 "))
-    assert "header" not in told and row.endswith(", assumed")
-    wrong = call("fit", folder / "bare.csv", "--unit", "mm")
-    assert wrong.exit_code == 2 and "expected the unit of a speed" in wrong.stderr
-
-
 def test_a_configuration_warns_of_points_without_a_unit(folder):
     points = (folder / "points.csv").read_text().replace(" [mm/s]", "")
     (folder / "points.csv").write_text(points)

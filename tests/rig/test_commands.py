@@ -1,15 +1,13 @@
 """`stickslip rig`, `rig features` and `rig calibrate`: from files to tables, plots and records."""
 
 import json
-import re
-import shlex
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from helpers.commands import call, commands_of, completed, invoke
-from helpers.data import cases
+from helpers.commands import call, completed, invoke
+from helpers.data import cases, rows
 from helpers.rig_signals import record, saw_tooth, times
 from stickslip.files import reading
 from stickslip_rig.api import RPN_NAME, RigTests, Risk, features, load_rig, load_settings, read_record
@@ -17,15 +15,7 @@ from stickslip_rig.plots import plot_records
 from stickslip_rig.risk import INPUTS
 from stickslip_rig.sections import sections_of
 
-TEXT = """\
-title: Three loads
-system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, belt_speed: 10 mm/s}
-friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}
-drive: {stroke: 4 mm, strokes: 2, waiting_time: 1 s}
-sensor: {rate: 1 kHz, force_noise: 5 mN, bandwidth: 300 Hz}
-features: {bandwidth: 200 Hz}
-axes: {normal_load: [5 N, 10 N, 2 kN]}
-"""
+TEXT = rows("rig.yaml")["test_commands"]["TEXT"]
 
 
 @pytest.fixture
@@ -264,14 +254,7 @@ def test_options_without_units_and_remarks_that_overrule_them_are_said_and_a_mat
 
 # --- features in tables -----------------------------------------------------------------------------------------------
 
-MATRIX = """
-title: pairs
-system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
-friction: {mu_reversal: 0.35, v_reversal: 100 mm/s, a4: 20 mm/s}
-axes: {mu_start: [0.4, 0.45, 0.5, 0.55, 0.6, 0.7]}
-drive: {stroke: 4 mm, strokes: 2}
-sensor: {rate: 2 kHz}
-"""
+MATRIX = rows("rig.yaml")["test_commands"]["MATRIX"]
 
 
 @pytest.fixture(scope="module")
@@ -323,18 +306,6 @@ def test_a_rig_is_computed_with_and_without_the_word_run(here, words):
     assert done.exit_code == 2 and "no folder none" in done.stderr  # it was the command, and it read its options
     first_an_option = call(*words, "--plot", "none/x.png", "rig/materials")
     assert first_an_option.exit_code == 2 and "no folder none" in first_an_option.stderr
-
-
-def test_examples_in_the_helps_of_the_group_are_commands():
-    """Of this one, or of another that goes on with its files."""
-    commands = commands_of()
-    for said, command in commands.items():
-        lines = re.findall(r"^ +stickslip (.*)$", command.epilog or "", re.MULTILINE) if said.startswith("rig ") else []
-        assert not said.startswith("rig ") or any(line.startswith(f"{said} ") for line in lines), said
-        for line in lines:
-            name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)
-            name = f"rig {arguments.pop(0)}" if name == "rig" else name
-            assert commands[name].make_context(name, arguments)
 
 
 def test_the_commands_of_the_group_are_completed_and_without_a_file_the_ones_here_are_named(here):

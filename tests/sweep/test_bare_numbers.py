@@ -41,7 +41,7 @@ def test_the_numbers_of_a_distribution(scatter, numbers, ends):
 
 @cases("sweep.yaml")
 def test_the_ranges_of_studies(section, field, expected):
-    assert getattr(parse_config(f"{AT}{section}\n", "a").study, field) == expected
+    np.testing.assert_equal(getattr(parse_config(f"{AT}{section}\n", "a").study, field), expected)
 
 
 @cases("sweep.yaml")

@@ -299,11 +299,7 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     done = command(path, "--along", "belt_speed", "--between", "50 mm/s", "1 m/s", "-o", output)
     assert done.exit_code == 0, done.output
     ds = stickslip.open(output)
-    row = re.search(
-        r"^10 N/m +(\S+) m/s +stick_slip +damped +restick_margin +\S+ m/s$",
-        done.output,
-        re.MULTILINE,
-    )
+    row = re.search(r"^10 N/m +(\S+) m/s +stick_slip +damped +restick_margin +\S+ m/s$", done.output, re.MULTILINE)
     assert float(row[1]) == pytest.approx(float(ds["border"][-1, 0]), rel=1e-11)
     assert re.search(r"^borders  \d on 3 of 3 lines$", done.output, re.MULTILINE)
 

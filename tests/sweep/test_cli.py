@@ -160,22 +160,6 @@ def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(
     assert done.exit_code == 0 and "3,400 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
 
 
-def test_shards_are_computed_shown_and_collected(here):
-    config = write_config(here, num=100, more="output: {file: a map µ.nc, plot: a.png}\n")
-    first = call("run", config, "--shard", "1/2")
-    assert first.exit_code == 0 and "shard 1/2: 6,600 cells computed into a map µ.nc.parts" in first.stdout
-    shown = call("status", config)
-    assert "6,600 of 10,000 cells (66.0%)" in shown.stdout
-    assert "2 finished, 1 missing, 0 failed, of 3" in shown.stdout and "held      by no process" in shown.stdout
-    part = call("collect", config)
-    assert part.exit_code == 1 and "3,400 of 10,000 cells are not computed" in part.stderr
-    assert call("run", config, "--shard", "2/2").exit_code == 0
-    whole = call("collect", "a map µ.nc.parts")
-    assert whole.exit_code == 0 and "missing" not in whole.stdout
-    assert {p.name for p in here.iterdir()} == {"small.yaml", "a map µ.nc"}
-    assert "no unfinished run beside it" in call("status", config).stdout
-
-
 @cases("sweep.yaml")
 def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options, map_file):
     config = write_config(here, num=100, more=section)
@@ -280,19 +264,6 @@ def test_simulate_explains_what_is_missing(here, arguments, message):
     done = call("simulate", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr
     assert "Traceback" not in done.output
-
-
-def test_plot_draws_maps_and_trajectories(here):
-    config = write_config(here)
-    assert call("run", config, "-o", "map.nc").exit_code == 0
-    assert (
-        call("simulate", config, "--at", "stiffness=1", "--at", "belt_speed=0.1", "-t", 9, "-o", "t.nc").exit_code == 0
-    )
-    assert call("plot", "map.nc").stdout == "plot     map.png\n"
-    assert call("plot", "map.nc", "--variable", "spring_force_max", "-o", "force.svg").exit_code == 0
-    assert call("plot", "map.nc", "--select", "stiffness=1", "-o", "strip.pdf").exit_code == 0
-    assert call("plot", "t.nc").exit_code == 0
-    assert {"map.png", "force.svg", "strip.pdf", "t.png"} <= {p.name for p in here.iterdir()}
 
 
 # --- schema, init -----------------------------------------------------------------------------------------------------

@@ -141,19 +141,6 @@ def test_a_sign_that_says_something_has_colours_that_part_at_zero(name, factor):
 # --- titles and legends ----------------------------------------------------------------------------------------------
 
 
-def test_titles_take_the_lines_they_need_in_a_narrow_figure():
-    long = "A title that is so long that it would run beyond both sides of the map, were it one line"
-    figure = plot_map(plane(), title=long)
-    heights = []
-    for width in (7.6, 3.5):
-        resize(figure, width, 3.0)
-        figure.draw_without_rendering()
-        box = figure.axes[0].title.get_window_extent()
-        assert box.x0 >= 0 and box.x1 <= figure.bbox.width
-        heights.append(box.height)
-    assert heights[1] > heights[0]
-
-
 # --- nothing is cut off -----------------------------------------------------------------------------------------------
 
 

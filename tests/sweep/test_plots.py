@@ -77,12 +77,6 @@ def test_a_variable_without_a_single_value_is_refused_with_the_reason():
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
-def test_axes_are_named_with_units_and_follow_their_spacing():
-    ax = plot_map(plane()).axes[0]
-    assert ax.get_xlabel() == "belt speed (m/s)" and ax.get_ylabel() == "spring stiffness (N/m)"
-    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
-
-
 def test_cells_end_half_way_to_their_neighbours_on_the_scale_of_the_axis():
     ds = make_map(axis("stiffness", [1.0, 10.0, 100.0], "log"), axis("belt_speed", [0.1, 0.2, 0.4], "values"))
     np.testing.assert_allclose(MapAxis(ds, "stiffness").edges, np.array([0.1, 1.0, 10.0, 100.0]) * np.sqrt(10))
@@ -101,12 +95,6 @@ def test_points_without_names_are_described_by_what_varies():
 
 
 # --- any number of dimensions -----------------------------------------------------------------------------------------
-
-
-def test_leading_dimensions_become_panels_with_headings():
-    ds = make_map(axis("normal_load", [1.0, 2.5], "values"), stiffnesses(), speeds())
-    panels = panels_of(plot_map(ds))
-    assert [ax.get_title() for ax in panels] == ["normal load = 1 N", "normal load = 2.5 N"]
 
 
 def test_titles_of_friction_panels_and_of_their_axes_do_not_overlap():

@@ -1,7 +1,5 @@
 """The section uncertain: what it may say, and what is refused with file, line and key."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
