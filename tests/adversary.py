@@ -5,8 +5,6 @@
 prints every disagreement as a line to paste, and counts by family. Exit status 1 if there is any.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

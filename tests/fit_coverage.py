@@ -13,8 +13,6 @@ Sweeps (--sweeps) go up and down one to three times, with 6 to 40 points a branc
 half of them follow the line of Eq. (2a) to a mu_stop, 0.4 to 1.5 of the fall below friction at break-away.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from functools import partial

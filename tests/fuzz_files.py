@@ -5,8 +5,6 @@
 Damaged files are read in processes of their own, because the HDF5 library may crash on one.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

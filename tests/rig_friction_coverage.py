@@ -9,8 +9,6 @@ have none or a bandwidth of 0.05 to 0.45 of the sampling rate, and no noise or u
 The truth is one slip, solved by SciPy. Of the record time, force, acceleration and drive velocity are kept.
 """
 
-from __future__ import annotations
-
 import argparse
 from functools import partial
 

@@ -1,7 +1,5 @@
 """The arrows between rooms point one way. Read from the sources, so new files are held to it as well."""
 
-from __future__ import annotations
-
 import ast
 import sys
 from functools import cache

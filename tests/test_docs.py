@@ -12,7 +12,7 @@ import click
 import pytest
 
 import stickslip
-from helpers.commands import call
+from helpers.commands import call, commands_of
 from helpers.configs import write_config
 from helpers.installed import all_installed
 from helpers.nightly import few
@@ -49,7 +49,7 @@ def blocks(language):
 
 def commands():
     """The lines of pages and of helps that call stickslip, indented or in a block; not those with shell variables."""
-    shown = [*PAGES.values(), *(command.epilog or "" for command in main.commands.values())]
+    shown = [*PAGES.values(), *(command.epilog or "" for command in commands_of().values())]
     joined = "\n".join(shown).replace("\\\n", " ")
     fenced = re.findall(r"^```(?:console|bash|sh|text)\n(.*?)^```", joined, re.MULTILINE | re.DOTALL)
     lines = re.findall(r"^ {2,4}(stickslip .*)$", joined, re.MULTILINE)
@@ -228,7 +228,7 @@ def test_every_command_line_of_docs_and_helps_is_one(here, line):
 
 def test_files_of_the_package_that_docs_and_helps_name_are_there():
     """Those below configs/; other names are the reader's own."""
-    shown = " ".join([*PAGES.values(), *(command.epilog or "" for command in main.commands.values())])
+    shown = " ".join([*PAGES.values(), *(command.epilog or "" for command in commands_of().values())])
     named = {name.rstrip(".") for name in re.findall(r"(?<![\w/])configs/[\w./]+", shown)}
     assert {"configs/quickstart.yaml", "configs/measured/table.csv"} <= named
     assert [name for name in sorted(named) if not (ROOT / name).exists()] == []

@@ -3,8 +3,6 @@
 python tests/thread_stress.py SECONDS   # prints how often each was done, and ends with 1 if anything went wrong
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import threading

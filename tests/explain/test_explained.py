@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 import stickslip
+from helpers.data import rows
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import make_config
 from stickslip.engine import Options, stop_flag
@@ -125,21 +126,7 @@ def test_the_law_that_data_come_from_is_found_and_predictions_differ_where_laws_
 
 # --- calibration ------------------------------------------------------------------------------------------------------
 
-PRIORS = {
-    "regimes that may be mislabelled": (
-        {"belt_speed": {"lognormal": {"median": 0.4, "factor": 2}}, "damping": {"uniform": [0, 1.0]}},
-        [{"regime": "any"}, {"regime": "any", "stiffness": 4.0}], 0.1,
-    ),
-    "period and force of cells that all stick-slip": (
-        {"stiffness": {"lognormal": {"median": 1.0, "factor": 1.5}}, "a3": {"uniform": [0.2, 0.4]}},
-        [{"regime": "any", "period": 0.05, "spring_force_max": 0.03}], 1e-9,
-    ),
-    "correlated quantities, and force alone": (
-        {"stiffness": {"normal": {"mean": 1.0, "std": 0.1}}, "a1": {"normal": {"mean": 1.0, "std": 0.1}},
-         "correlation": {"between": ["stiffness", "a1"], "matrix": [[1, 0.8], [0.8, 1]]}},
-        [{"spring_force_max": 0.02}, {"spring_force_max": 0.05, "normal_load": 2.0}], 1e-9,
-    ),
-}  # fmt: skip
+PRIORS = rows("explain.yaml")["test_explained"]["PRIORS"]
 CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "belt_speed": 0.1, "damping": 0.0, "a1": 1.0, "a2": 0.1,
         "a3": 0.3, "a4": 0.1}  # fmt: skip
 

@@ -8,6 +8,7 @@ from scipy.optimize import brentq, minimize_scalar
 import stickslip
 from helpers.commands import call
 from helpers.configs import MEASURED_FORM
+from helpers.data import cases
 from stickslip import theory
 from stickslip.config.reader import parse_config
 from stickslip.dataset.polylines import polylines
@@ -240,24 +241,7 @@ def test_the_command_computes_tells_and_draws_a_goal(tmp_path):
 SECTION = "goal: {{axes: [mu_reversal, mu_start], quiet_over: {{belt_speed: [5 mm/s, 60 mm/s]}}{}}}\n"
 
 
-@pytest.mark.parametrize(
-    ("section", "says"),
-    [
-        ("goal: {axes: [mu_reversal, mu_start]}\n", "goal.quiet_over: missing, expected by parameter, the range"),
-        (SECTION.format(", probability: 0.9"), "goal.probability: got one, and nothing scatters"),
-        (SECTION.format(", probability: 0"), "goal.probability: got 0, expected"),
-        (SECTION.format(", between: {mass: [1, 2]}"), "got a range for 'mass', expected mu_reversal or mu_start"),
-        (SECTION.format("").replace("mu_reversal", "a1"), "a1 follows from mu_start, mu_reversal and v_reversal"),
-        (SECTION.format("").replace("mu_reversal", "belt_speed"), "got belt_speed, which is a parameter of the plane"),
-        (SECTION.format("").replace("mu_reversal", "damping"), "goal.between: missing, expected a range of damping"),
-        (SECTION.format("").replace("[5 mm/s, 60 mm/s]", "60..5 mm/s"), "expected the lower end first"),
-        (SECTION.format("").replace("[5 mm/s, 60 mm/s]", "0..5 mm/s"), "expected a speed above 0"),
-        (SECTION.format("").replace("[5 mm/s, 60 mm/s]", "fast"), "expected a range for each of some parameters"),
-        (SECTION.format("").replace("belt_speed", "belt"), "expected a parameter of a cell"),
-        (SECTION.format("") + "uncertain: {quantities: {mu_start: {uniform: [0.3, 0.5]}}}\n", "given twice"),
-        (SECTION.format("") + "border: {along: stiffness, between: [1, 2]}\n", "got border besides goal"),
-    ],
-)  # fmt: skip
+@cases("explain.yaml")
 def test_bad_goals_say_what_is_wrong(section, says):
     with pytest.raises(ConfigError) as error:
         parse_config(MEASURED_FORM + section)
@@ -268,13 +252,7 @@ MUS = {"mu_start": (0.3, 0.4), "a1": (0.1, 0.2)}  # one follows from the other, 
 BOTH = {"mu_start": (0.3, 0.4), "damping": (0, 1)}
 
 
-@pytest.mark.parametrize(("scatters", "over", "plane", "says"), [
-    ("", OVER, (), "axes: missing"),
-    ("", 5, PLANE[:1], "quiet_over: got 5, expected a range for each"),
-    ("damping", OVER, (PLANE[0], {"damping": (1.0, 2.0)}), "damping is uncertain"),
-    ("", OVER, (("mu_start", "a1"), MUS), "axes: a1 follows from mu_start, mu_reversal and v_rev"),
-    ("a1", OVER, (("mu_start", "damping"), BOTH), "a1 follows from"),
-])  # fmt: skip
+@cases("explain.yaml")
 def test_bad_calls_say_what_is_wrong(scatters, over, plane, says):
     known = COULOMB | {"mu_static": 0.45, "damping": 0.0}
     with pytest.raises(ValueError, match=says):

@@ -7,32 +7,12 @@ import pytest
 
 import stickslip
 from helpers.commands import call
+from helpers.data import DATA, cases
 from stickslip.config.reader import load_config, make_config, parse_config
 from stickslip.errors import ConfigError, ContradictionError
 from stickslip_explain.section import Observation
 
-TEXT = """\
-title: Felt on steel
-explain:
-  observed:
-    - {belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip, spring_force_max: 4.5 +- 0.1 N}
-    - {belt_speed: 150 mm/s, normal_load: 10 N, regime: [damped, creep]}
-  particles: 60
-  repetitions: 2
-  draws: 8
-  mislabelled: 0.02
-system: {mass: 100 g}
-friction:
-  a2: 0.8 s/m
-  a3: 0.2
-  a4: 20 mm/s
-uncertain:
-  quantities:
-    stiffness: {lognormal: {median: 5 N/mm, factor: 1.5}}
-    a1: {uniform: [0.05, 0.6]}
-axes:
-  belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}
-"""
+TEXT = (DATA / "felt.yaml").read_text(encoding="utf-8")
 LAWS = "  mislabelled: 0.02\n"
 
 
@@ -80,28 +60,7 @@ def test_that_no_population_is_computed_yet_is_said(tmp_path):
     assert (done.exit_code, done.output) == (0, "no population is computed yet\n")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "place", "words"),
-    [
-        ("regime: stick_slip", "regime: squeak", ":4:", " explain.observed[0].regime: got"),
-        ("regime: stick_slip", "regim: stick_slip", ":4:", "did you mean regime?"),
-        ("4.5 +- 0.1 N", "4.5 N", ":4:", "a value above 0 with its standard"),
-        ("4.5 +- 0.1 N", "4.5 +- 0.1 ms", ":4:", "N"),
-        ("4.5 +- 0.1 N", "[4.5 N, 4.5 N]", ":4:", "two at least, which differ"),
-        ("spring_force_max: 4.5 +- 0.1 N", "squeal: 4.5 +- 0.1 N", ":4:", "unknown key"),
-        (", regime: [damped, creep]", "", ":5:", "nothing was observed"),
-        ("belt_speed: 150 mm/s, ", "", ":5:", "belt_speed: missing"),
-        ("150 mm/s, normal_load: 10 N", "150 mm/s, normal_load: 20 N", ":20:", "differs between"),
-        (LAWS, "  mislabelled: 2\n", ":9:", "at most 0.5"),
-        (LAWS, "  laws: [stribek]\n", ":9:", "stribeck"),
-        (LAWS, "  laws: [stribeck, rate_state_slip]\n", ":9:", "laws of one model"),
-        ("friction:\n", f"friction:\n  law: stribeck_delta\n  delta: 1\n{LAWS}", "mislabelled", "unknown key"),
-        ("  a4: 20 mm/s\n", "", "friction.a4", "missing"),
-        ("    a1: {uniform: [0.05, 0.6]}", "    a1: {uniform: [0.6, 0.05]}", ":18:", "low below high"),
-        ("    stiffness: {", "    normal_load: {uniform: [1, 2]}\n    stiffness: {", ":4:", "given, and uncertain"),
-        ("axes:", "mess:", ":19:", "unknown key"),
-    ],
-)
+@cases("explain.yaml")
 def test_bad_input_is_refused_at_its_place(tmp_path, old, new, place, words):
     path = tmp_path / "felt.yaml"
     path.write_text(TEXT.replace(old, new, 1))
@@ -168,13 +127,7 @@ uncertain:
     assert parse_config(config.to_yaml()) == config == make_config(config.resolved())
 
 
-@pytest.mark.parametrize(("uncertain", "laws", "words"), [
-    ({"delta": {"uniform": [1, 2]}}, ["stribeck_delta", "stribeck"], "got stribeck, which has no delta"),
-    ({"delta": {"uniform": [1, 2]}}, ["stribeck_delta", "gaussian"], "got gaussian, whose delta is uncertain"),
-    ({"weight": 2}, None, "prior.weight: unknown key"),
-    ({"stiffness": {"uniform": [1, 2]}, "a1": "1 N"}, None, "prior.a1: got '1 N'"),
-    ({}, None, "nothing is uncertain"),
-])  # fmt: skip
+@cases("explain.yaml")
 def test_calls_refuse_what_cannot_be_a_prior(uncertain, laws, words):
     prior = {"mass": 1, "normal_load": 1, "stiffness": 1, "a1": 1, "a2": 0.1, "a3": 0.3, "a4": 0.1} | uncertain
     with pytest.raises(ValueError) as raised:
@@ -182,23 +135,7 @@ def test_calls_refuse_what_cannot_be_a_prior(uncertain, laws, words):
     assert words in str(raised.value)
 
 
-SHORT = """\
-observed:
-  - {belt_speed: 20 mm/s, normal_load: 10 N, regime: stick_slip, spring_force_max: 4.5 +- 0.1 N}
-  - {belt_speed: 150 mm/s, normal_load: 10 N, regime: [damped, creep]}
-prior:
-  mass: 100 g
-  a1: {uniform: [0.05, 0.6]}
-  stiffness: 5 N/mm
-  a2: 0.1
-  a3: 0.2
-  a4: 20 mm/s
-  laws: [gaussian, stribeck]
-axes: {belt_speed: {start: 5 mm/s, stop: 200 mm/s, num: 5}}
-draws: 8
-particles: 60
-mislabelled: 0.02
-"""
+SHORT = (DATA / "felt_in_other_words.yaml").read_text(encoding="utf-8")
 
 
 def test_observations_and_a_prior_alone_are_a_configuration_in_other_words():
@@ -210,17 +147,7 @@ def test_observations_and_a_prior_alone_are_a_configuration_in_other_words():
     assert parse_config(config.to_yaml()) == config == make_config(plain)
 
 
-@pytest.mark.parametrize(
-    ("right", "wrong", "line", "words"),
-    [
-        ("regime: stick_slip", "regime: squeak", ":2:", " observed[0].regime: got"),
-        ("  a1: {uniform: [0.05, 0.6]}", "  a1: {uniform: [0.6, 0.05]}", ":6:", " prior.a1.uniform: got"),
-        ("  mass: 100 g", "  weight: 2", ":5:", "prior.weight: unknown key"),
-        ("num: 5}", "num: 0}", ":12:", " axes.belt_speed.num: "),
-        ("mislabelled: 0.02", "mislabelled: 2", ":15:", "at most 0.5"),
-        ("prior:\n", "uncertain: {}\nprior:\n", ":4:", "expected one of them"),
-    ],
-)
+@cases("explain.yaml")
 def test_errors_in_them_name_places_and_keys_as_they_are_written(right, wrong, line, words):
     with pytest.raises(ConfigError) as raised:
         parse_config(SHORT.replace(right, wrong))

@@ -7,6 +7,7 @@ import pytest
 
 import stickslip
 from helpers.commands import call
+from helpers.data import rows
 from helpers.nightly import few
 from helpers.unstable_cycle import Cycle
 from stickslip.engine import Options, stop_flag
@@ -20,18 +21,8 @@ from stickslip_explore.view import View, cell_of_view, config_of, open_source
 
 PLAIN = {"mass": 1.0, "normal_load": 1.0, "stiffness": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, BISTABLE = (PLAIN | {"belt_speed": speed} for speed in (0.1, 1.1, 0.45))
-ILL = {  # cells that are easily drawn wrong
-    "stuck": PLAIN | {"belt_speed": 0.0},
-    "nearly all stick": PLAIN | {"belt_speed": 1e-4, "stiffness": 0.01},
-    "backwards": PLAIN | {"belt_speed": -0.1},
-    "thrown": PLAIN | {"belt_speed": 0.2, "velocity": -3.0},
-    "hysteretic": PLAIN | {"belt_speed": 0.5, "mu_stop": 0.7},
-    "ageing": PLAIN | {"belt_speed": 0.05, "ageing_rate": 0.03},
-    "overdamped": PLAIN | {"belt_speed": 0.5, "damping": 5.0},
-    "steep": PLAIN | {"belt_speed": 0.3, "a4": 1e-3},
-    "soft": PLAIN | {"belt_speed": 0.33, "stiffness": 1e-3},
-    "slow growth": PLAIN | {"belt_speed": 0.3395},
-}
+# Cells that are easily drawn wrong.
+ILL = {name: PLAIN | more for name, more in rows("explore.yaml")["test_motions"]["ILL"].items()}
 
 
 def of(cell, law="stribeck"):

@@ -8,6 +8,7 @@ import pytest
 
 import stickslip
 from helpers.configs import write_config
+from helpers.data import cases
 from helpers.nightly import few
 from stickslip.config.grid import cell_of, config_at
 from stickslip.config.reader import load_config, parse_config
@@ -264,14 +265,9 @@ def test_what_is_no_map_is_refused_with_a_reason(name, tmp_path):
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
-def test_numbers_are_told_in_the_unit_in_which_they_are_read():
-    for units, value, expected in (
-        ("m s-1", 0.02, "20 mm/s"), ("m s-1", 1.2, "1.2 m/s"), ("N m-1", 5000.0, "5 N/mm"), ("N m-1", 50.0, "50 N/m"),
-        ("s", 0.00213, "2.13 ms"), ("kg", 0.1, "100 g"), ("m", 3e-6, "3 µm"), ("s-1", 4321.0, "4.321 kHz"),
-        ("s-1", 0.158, "0.158 Hz"), ("J", 0.0123, "12.3 mJ"), ("1", 0.25, "0.25"), ("m", 0.0, "0 m"),
-        ("m", np.nan, "–"), ("m s-2", 2.0, "2 m/s2"),
-    ):  # fmt: skip
-        assert quantity(value, units) == expected
+@cases("explore.yaml")
+def test_numbers_are_told_in_the_unit_in_which_they_are_read(units, value, expected):
+    assert quantity(value, units) == expected
     assert unit_for("m s-1", [2.0], "mm/s").text(2.0) == "2000 mm/s"
 
 

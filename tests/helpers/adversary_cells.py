@@ -3,8 +3,6 @@
 Drawn in kernel units (m = k = N = 1) and carried to SI by random mass, stiffness and load.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Cells, verdicts and answers of the engine are arrays by name.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import stickslip

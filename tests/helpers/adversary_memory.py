@@ -1,7 +1,5 @@
 """Engine against judge, contacts with memory: random cells over decades, what is compared, what stands."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import stickslip

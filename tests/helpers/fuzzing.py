@@ -4,14 +4,13 @@ Two ways: a tree is changed and written out again, bytes are thrown in. Strategi
 hypothesis's, so that what is found comes out small.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from copy import deepcopy
 
 from hypothesis import strategies as st
 
+from helpers.data import rows
 from helpers.installed import shipped
 from stickslip.config.reader import SECTIONS
 from stickslip.config.resolve import config_path
@@ -21,33 +20,8 @@ from stickslip.vocabulary.quantities import QUANTITIES
 EXAMPLES = int(os.environ.get("STICKSLIP_FUZZ", "0"))  # of each kind; 0: the few that continuous integration tries
 TRIPWIRE = "stickslip-fuzz-tripwire"  # a file that code smuggled into a configuration would make
 
-GOOD = [
-    *(config_path(name).read_text(encoding="utf-8") for name in shipped() if "/" not in name),
-    "system: {mass: 1, stiffness: 1, normal_load: 1, belt_speed: 0.1}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n",
-    """\
-title: measured
-system: {mass: 100 g, normal_load: 10 N, damping: 0.5 N s/m}
-friction: {mu_start: 1.3, mu_reversal: 1.044, v_reversal: 340 mm/s, a4: 100 mm/s, ageing_rate: 0.1}
-axes:
-  mu_stop: [none, 1.2, 1.1]
-  stiffness: {start: 1 N/m, stop: 10 N/mm, num: 20, spacing: log}
-  belt_speed: {start: 1 mm/s, stop: 1.2 m/s, num: 30}
-  velocity: [sticking, 0.2]
-start: {displacement: 1 mm}
-solver: {rtol: 1e-6, horizon: 10 s, early_stop: false, max_steps: 1000}
-execution: {threads: 2, block: 64}
-output: {file: map.nc, plot: map.png}
-""",
-    """\
-system: {stiffness: 1, belt_speed: 1}
-friction: {law: stribeck_delta, delta: 2, a1: 1}
-axes:
-  lubricant:
-    zip: {a2: [0, 0.1], a3: [0.1, 0.2], a4: [1 mm/s, 0.2 m/s], mass: [1, 2]}
-    labels: [dry, "µ-oil"]
-  normal_load: {values: [1, 2.5, 1e3]}
-""",
-]
+SHIPPED = [config_path(name).read_text(encoding="utf-8") for name in shipped() if "/" not in name]
+GOOD = SHIPPED + rows("good.yaml")
 
 # --- single values ----------------------------------------------------------------------------------------------------
 

@@ -3,8 +3,6 @@
 With folders of extensions deleted the tests of the engine pass. Where all of them are there, nothing is left out.
 """
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Cells in kernel units, run through a block."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

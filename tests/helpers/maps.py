@@ -3,8 +3,6 @@
 The regimes come from the sign of the linear damping ratio, so that maps look like maps; no kernel runs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cases of a test of which a few run everywhere and the others at night."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import pytest

@@ -1,7 +1,5 @@
 """Axes of made-up maps, what is in a figure, and what every plot does."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.image import imread

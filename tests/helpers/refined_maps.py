@@ -1,7 +1,5 @@
 """A refined map held against its full grid, of which nothing but the regimes is kept."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from time import perf_counter
 

@@ -1,7 +1,5 @@
 """Configurations of simulated rigs, and what SciPy says of the same rigs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from helpers.scipy_rig import Rig, trapezoidal

@@ -1,7 +1,5 @@
 """Signals of a rig made by hand, whose features are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -4,8 +4,6 @@ Written from the equations of the model alone, in kernel units and in the true f
 polynomial guesses): xi'' = sigma mu(w) - gamma xi' - xi, w = |b - xi'|.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -10,8 +10,6 @@ mu(w) = a1 + a2 w + a3 exp(-w/a4). The contact breaks away where |F| reaches the
 time in contact, N (mu_static + beta log10(1 + t/t0)). All in SI. Nothing here knows the package under test.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

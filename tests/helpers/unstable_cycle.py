@@ -3,8 +3,6 @@
 Kernel units with m = k = N = 1: x'' + c x' + x = mu(v - x'), t -> -t as it stands, without any change of variables.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq

@@ -1,7 +1,5 @@
 """What a cell does, by an independent solver: SI in, SI out. The motion itself is in `motion.py`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@
 variable the judge solves every cell again, as it does at night.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

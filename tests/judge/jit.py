@@ -1,7 +1,5 @@
 """Compiled code of the judge, cached in a folder named by the digest of its sources: Numba sees no edit elsewhere."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

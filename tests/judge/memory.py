@@ -3,8 +3,6 @@
 Nothing is taken from the kernels but the definitions of what is asked: the band, the loops, the least slip speed.
 """
 
-from __future__ import annotations
-
 from math import inf, nan
 
 import numpy as np

@@ -3,42 +3,14 @@
 import numpy as np
 import pytest
 
+from helpers.data import rows
 from helpers.kernel_runs import ARTICLE, NAN, block_of, cell, outcome, run
 from helpers.nightly import few
 from helpers.scipy_oscillator import Oscillator
 from stickslip_kernels import layout as at
 
 # Every one of these was chosen for what happens in it; the modes it passes through are part of the test.
-CASES = {
-    "stick-slip on the plain curve": ({"belt": 0.2}, "stick rise"),
-    "belt running backwards": ({"belt": -0.2}, "stick rise"),
-    "with damping": ({"belt": 0.25, "gamma": 0.08}, "stick rise"),
-    "thrown: slips backwards, then forwards": ({"belt": 0.1, "xi": -3.0, "eta": -0.5}, "stick rise"),
-    "thrown ahead of the belt": ({"belt": 0.15, "xi": 0.5, "eta": 1.2}, "stick rise"),
-    "thrown ahead of a belt running backwards": ({"belt": -0.15, "xi": -0.5, "eta": -1.2}, "stick rise"),
-    "released from far away at rest on the belt": ({"belt": 0.1, "xi": 4.0}, "stick rise"),
-    "hysteretic, fast slip": ({"belt": 0.2, "mu_stop": 1.15}, "stick rise fast fall"),
-    "hysteretic, backwards": ({"belt": -0.2, "mu_stop": 1.15}, "stick rise fast fall"),
-    "hysteretic, slip too slow to pass the minimum": (
-        {"belt": 0.03, "curve": (1.0, 0.05, 0.3, 0.4), "mu_stop": 1.2, "xi": 1.2},
-        "stick rise fall",
-    ),
-    "hysteretic, thrown": ({"belt": 0.1, "mu_stop": 1.1, "xi": -3.0, "eta": -0.5}, "stick rise fast fall"),
-    "hysteretic, a trough on the line": ({"belt": 0.3, "mu_stop": 0.95, "gamma": 0.1}, "stick rise fast fall hold"),
-    "hysteretic, start below the minimum, slowing": (
-        {"belt": 0.3, "mu_stop": 1.0, "xi": 0.9, "eta": 0.05},
-        "rise fast fall hold",
-    ),
-}
-OF_LAWS = {
-    "Leine's law": {"law": "rational", "belt": 0.2, "curve": (0.0, 0.0, 1.0, 1 / 3)},
-    "rational, hysteretic": {"law": "rational", "belt": 0.2, "curve": (0.5, 0.1, 0.4, 0.1), "mu_stop": 0.7},
-    "Thomsen and Fidlin's law": {"law": "cubic", "belt": 0.2, "curve": (0.25, 0.0, 0.15, 0.5), "gamma": 0.1},
-    "cubic, hysteretic, backwards": {"law": "cubic", "belt": -0.2, "curve": (0.5, 0.02, 0.4, 0.3), "mu_stop": 0.7},
-    "Gaussian": {"law": "stribeck_delta", "belt": 0.2, "curve": (1.0, 0.1, 0.3, 0.1), "delta": 2.0},
-    "exponent 1.4, thrown": {"law": "stribeck_delta", "belt": 0.2, "delta": 1.4, "xi": -3.0, "eta": 0.9},
-    "Gaussian, hysteretic": {"law": "stribeck_delta", "belt": 0.2, "delta": 2.0, "mu_stop": 1.1},
-}  # fmt: skip
+CASES, OF_LAWS = (rows("kernels.yaml")["test_modes"][name] for name in ("CASES", "OF_LAWS"))
 HORIZON = 25.0
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from helpers.commands import call
+from helpers.data import cases
 from helpers.tables import materials, rows, write
 from stickslip.errors import ConfigError
 from stickslip.files import texts
@@ -38,20 +39,10 @@ def points_of(folder, text, *options):
     return done.output
 
 
-LOGS = {  # head, columns of time, speed, friction, load that a log has besides others
-    "friction temperature": ("time [s];speed [mm/s];Friction temperature;Tangential force [N];load [N]", "tv5fn"),
-    "units below": ("Time;Speed;Friction force;Load\ns;mm/s;N;N", "tvfn"),
-    "units below, letters": ("t;v;Ff;Fn\ns;mm/s;N;N", "tvfn"),
-    "set and actual": ("time [s];Set speed [mm/s];Actual speed [mm/s];COF", "tvvm"),
-    "soll und ist": ("Zeit [s];Sollgeschwindigkeit [mm/s];Istgeschwindigkeit [mm/s];Reibungszahl", "tvvm"),
-    "sliding distance": ("time [s];Sliding distance;speed [mm/s];COF;Sliding", "t5vm5"),
-}
-
-
-@pytest.mark.parametrize("name", LOGS)
+@cases("materials.yaml")
 @pytest.mark.parametrize("noise", [0.0, 0.002, 0.01, 0.03])
-def test_a_log_at_steps_becomes_its_points(name, noise, tmp_path):
-    head, letters = LOGS[name]
+def test_a_log_at_steps_becomes_its_points(head, letters, noise, tmp_path):
+    """`letters` : columns of time, speed, friction, load that a log has besides others."""
     time, speed, mu, load = record(noise)
     columns = {"t": time, "v": speed, "m": mu, "f": 10 * mu, "n": load, "5": np.full(time.size, 25.0)}
     said = points_of(tmp_path, table(head, *(columns[letter] for letter in letters)))
@@ -84,20 +75,8 @@ def test_options_that_a_column_makes_useless_are_named(tmp_path):
     assert "--load is not used" in said and "--unit m/s is not used" in said and "--at is not used" in said
 
 
-REFUSED = {
-    "percent points": ("points", "time [s];speed [mm/s];COF", "tvp", r"COF \[%\]"),
-    "no speed": ("points", "time [s];Displ (mm);mu", "tvm", "--plan"),
-    "friction or its force": ("points", "time [s];speed [mm/s];Friction;Load [N]", "tvmn", "force or coefficient"),
-    "torque": ("fit", "speed [mm/s];Friction torque", "vm", "Friction torque"),
-    "friction beside load": ("fit", "speed [mm/s];Friction;Load [N]", "vmn", "force or coefficient"),
-    "a record over time": ("fit", "Time [s];COF", "tm", "record over time"),
-    "a record of steps": ("fit", "Time [s];speed [mm/s];COF", "tvm", "6 steps"),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_is_open_is_refused_with_a_way_on(name, tmp_path):
-    command, head, letters, words = REFUSED[name]
+@cases("materials.yaml")
+def test_what_is_open_is_refused_with_a_way_on(command, head, letters, words, tmp_path):
     time, speed, mu, load = record()
     columns = {"t": time, "v": speed, "m": mu, "p": 100 * mu, "n": load}
     path = write(tmp_path, table(head, *(columns[letter] for letter in letters)))

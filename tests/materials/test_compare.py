@@ -11,6 +11,7 @@ from openpyxl import load_workbook
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from helpers.measured import FILES, OPTIONS, SI, SYSTEM, law
 from helpers.plotted import draws_what_the_command_draws, refuses_what_it_cannot_draw
 from stickslip import progress
@@ -81,24 +82,6 @@ def test_a_wide_table_compares_as_its_columns_do(compared):
     assert abs(float(wide["quiet_above"][1]) / float(compared["quiet_above"][1]) - 1) < 0.1
 
 
-@pytest.mark.slow
-def test_the_interval_is_that_of_points_measured_again_and_again():
-    """The fit repeated on points of the curve with new noise, and the border of each: the middle 68 % of them."""
-    random = np.random.default_rng(3)
-    truth, scatter, trials = (0.27, 0.19, 0.15, 0.024), 0.004, 60
-    ds = stickslip.compare(
-        {"dry": fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size), scatter)},
-        **SYSTEM, level=0.68, draws=800,
-    )  # fmt: skip
-    again = [fit_curve(SPEED, law(SPEED, *truth) + random.normal(0, scatter, SPEED.size)) for _ in range(trials)]
-    curves = {name: np.array([getattr(one, name) for one in again]) for name in ("a1", "a2", "a3", "a4")}
-    found = stickslip.border({**SI, **curves}, "belt_speed", (0.01, 1.0), 1e-4, scan=24)["border"].values
-    low, high = np.quantile(np.nanmax(found, axis=1), [0.16, 0.84])
-    width = float(ds["quiet_above_high"][0] - ds["quiet_above_low"][0])
-    assert 0.8 < width / (high - low) < 1.25  # either is known to a tenth
-    assert ds["quiet_above_low"][0] - width < low and high < ds["quiet_above_high"][0] + width
-
-
 def test_draws_have_the_mean_and_the_covariance_of_the_fit_and_stay_within_its_bounds():
     random = np.random.default_rng(4)
     speed = np.linspace(0, 0.4, 60)
@@ -167,19 +150,7 @@ def test_the_command_writes_table_workbook_page_plot_and_answer(tmp_path):
     assert told["units"]["quiet_above"] == "m s-1" and told["system"]["mass"] == 0.1
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--mass", "100 N"], "mass: got '100 N' (force), expected a mass"),
-        (["--stiffness", "-5"], "expected a stiffness above 0 N/m"),
-        (["--speed", "0"], "belt_speed: got 0, expected a speed above 0 m/s"),
-        (["--level", "95"], "level: got 95.0, expected a share above 0 and below 1"),
-        (["-o", "x.docx"], "tables end in .csv, .xlsx and results end in .nc, .zarr"),
-        (["--report", "x.doc"], "pages end in .html, .htm"),
-        (["--load", "5..20 N"], "normal_load: got '5..20 N', expected a force"),
-        (["--plot", "x.txt"], "plots end in"),
-    ],
-)
+@cases("materials.yaml")
 def test_wrong_input_is_refused_before_anything_is_computed(words, said):
     options = [*zip(OPTIONS[::2], OPTIONS[1::2], strict=True)]
     others = [word for pair in options for word in pair if pair[0] not in words]

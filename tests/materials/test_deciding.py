@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from helpers.measured import FILES, SYSTEM
 from stickslip.errors import UnitWarning
 from stickslip.plots import plot_materials
@@ -105,26 +106,7 @@ def test_a_range_counts_its_worst_speed():
 OPTIONS = ["--mass", "100 g", "--stiffness", "5 N/mm", "--load", "10 N", "--draws", 0]
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--speed", "60..5 mm/s"], "swap start and stop"),
-        (["--speed", "5..5 mm/s"], "expected more than start"),
-        (["--speed", "5 mm/s..60"], "upper end has no unit"),
-        (["--speed", "-5..60 mm/s"], "expected a speed above 0"),
-        (["--speed", "0..60 mm/s"], "expected a speed above 0"),
-        (["--speed", "5...60 mm/s"], "with two dots"),
-        (["--speed", "5..6..7 mm/s"], "with two dots"),
-        (["--speed", "..60 mm/s"], "with two dots"),
-        (["--speed", "5..60 kg"], "expected a speed"),
-        (["--speed", "5-60 mm/s"], "expected a speed"),
-        (["--speed", "5..60 mm/s", "--speed", "7 mm/s"], "several values or one range"),
-        (["--damping", "-1 %"], "a share of critical damping"),
-        (["--damping", "0,5 %"], "expected a damping coefficient"),
-        (["--damping", "0.5..5 %"], "a share of critical damping"),
-        (["--mass", "1..2 kg"], "expected a mass"),
-    ],
-)
+@cases("materials.yaml")
 def test_what_is_no_speed_or_range_is_refused(words, said):
     done = call("compare", FILES[0], *OPTIONS, *words)
     assert done.exit_code == 2 and said in done.stderr, done.output

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.optimize import curve_fit
 
+from helpers.data import cases
 from helpers.measured import law
 from stickslip.errors import ConfigError, Place
 from stickslip_materials.fit import (
@@ -368,36 +369,7 @@ def test_a_unit_that_the_header_lacks_is_assumed_aloud_or_taken_from_the_caller(
     assert "header" not in fit_ageing_file(write(tmp_path, waits), unit="min").quality
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "said"),
-    [
-        ("speed [mm/s],mu\n1,0.5\n2,x\n", (3, 3), "mu: got 'x', expected a number"),
-        ('speed [mm/s],mu\n1,"0,5"\n', (2, 3), "write a decimal point, not a comma: 0.5"),
-        ("speed [mm/s],mu\n10,0,5\n", (2, 6), "write decimal points, not commas"),
-        ("speed [mm/s];mu\n10;0,5\n1;0.4\n", (3, 3), "mixes decimal commas and decimal points"),
-        ("speed [mm/s];mu\n10;1.234,5\n", (2, 4), "leave out the points between thousands"),
-        ("speed [mm/s];dry;oil\n10;0,5;0,1\n20;x;\n", (3, 4), "mu: got 'x', expected a number"),
-        ("speed [mm/s],mu\n10;0,5\n", (2, 1), "speed: got '10;0', expected a number"),
-        ("speed [mm/s],mu\n10\n", (2, 1), "got 1 value, expected 2"),
-        ("speed [mm/s],mu\n1,\n", (2, 3), "mu: empty, expected a number"),
-        ("speed [mm/s],mu\n1,nan\n", (2, 3), "leave out points that were not measured"),
-        ("speed [mm/s],mu\n1,0.5\n\n# x\n -2 ,0.5\n", (5, 2), "speed: got '-2', expected a speed of at least 0 m/s"),
-        ("speed [mm],mu\n1,0.5\n", (1, 1), "mm is a unit of length"),
-        ("speed [mm/x],mu\n1,0.5\n", (1, 1), "no unit is called 'x'"),
-        ("speed [nan],mu\n1,0.5\n", (1, 1), "no unit is called 'nan'"),
-        ('speed,mu\n1,0"5\n2,0.5"\n', (2, 4), "not CSV: a quotation mark inside a cell"),
-        ("speed,mu\n1,1e40\n", (2, 3), "expected 0 or a number from 1e-15 to 1e+15 in SI"),
-        ("speed,mu [N]\n1,0.5\n", (1, 7), "expected no unit"),
-        ("sped,mu\n1,0.5\n", (1, 1), "did you mean 'speed'?"),
-        ("speed,mu,mu\n1,0.5,1\n", (1, 10), "remove one of the two columns"),
-        ("speed\n1\n", (1, 1), "no column is called mu (friction coefficient)"),
-        ("1,0.5\n2,0.4\n", (1, 1), "the first line names the columns"),
-        ("speed,mu\n", (1, 1), "no points"),
-        ("# nothing\n", None, "no line names the columns"),
-        ('speed,mu\n1,"0.5\n', (2, 1), "not CSV"),
-        ("speed,mu,sigma\n1,0.5,0\n", (2, 7), "sigma: got '0', expected a number above 0"),
-    ],
-)
+@cases("materials.yaml")
 def test_what_is_wrong_in_a_file_is_said_with_its_place(tmp_path, text, place, said):
     path = write(tmp_path, text)
     with pytest.raises(ConfigError) as caught:

@@ -8,7 +8,7 @@ from iminuit import Minuit
 
 from helpers.measured import law
 from stickslip.theory.curve import SHAPES
-from stickslip_materials.fit import draw_curves, fit_ageing, fit_curve
+from stickslip_materials.fit import draw_curves, fit_curve
 
 NAMES = ("a1", "a2", "a3", "a4", "mu_start")
 
@@ -101,14 +101,3 @@ def test_a_logarithmic_fall_is_said_to_have_another_shape():
     bad = [fit_curve(w, 0.12 - 0.01 * np.log(w / 0.05) + 0.03 * w + np.random.default_rng(s).normal(0, 0.0012, 14))
            for s in range(10)]  # fmt: skip
     assert sum(one.good for one in bad) <= 1
-
-
-@pytest.mark.slow
-def test_the_growth_of_static_friction_is_covered_where_t0_lies_within_the_times():
-    """With t0 taken as a tenth of the shortest time, beta was 39 % low, and its interval held it in 38 %."""
-    t, hits = np.geomspace(1, 1000, 10), 0
-    for seed in range(100):
-        mu = 0.3 + 0.04 * np.log10(1 + t / 20) + np.random.default_rng(seed).normal(0, 0.006, t.size)
-        low, high = fit_ageing(t, mu).interval["beta"]
-        hits += low <= 0.04 <= high
-    assert 90 <= hits <= 99, hits

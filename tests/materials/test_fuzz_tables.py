@@ -1,7 +1,5 @@
 """Odd tables of points: an error for people, or what was meant."""
 
-from __future__ import annotations
-
 import warnings
 
 from hypothesis import HealthCheck, given, settings

@@ -10,6 +10,7 @@ import pytest
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, FitWarning
 
@@ -72,17 +73,6 @@ def test_the_command_fits_a_curve_with_its_intervals(folder):
     row = next(line.split() for line in done.stdout.splitlines() if line.strip().startswith("a4"))
     assert float(row[1]) == pytest.approx(0.1, rel=1e-3)
     assert row[2:4] == ["m/s", "95"]
-
-
-def test_the_command_says_what_was_assumed_and_takes_the_unit_of_a_bare_header(folder):
-    (folder / "bare.csv").write_text("speed, mu\n0.5, 0.14\n1, 0.132\n2, 0.124\n5, 0.115\n10, 0.11\n")
-    done = call("fit", folder / "bare.csv")
-    assert "no unit of speed, so the numbers were read in m/s" in done.stdout
-    told = call("fit", folder / "bare.csv", "--unit", "mm/s").stdout
-    (row,) = (line for line in told.splitlines() if line.strip().startswith("a2 "))
-    assert "header" not in told and row.endswith(", assumed")
-    wrong = call("fit", folder / "bare.csv", "--unit", "mm")
-    assert wrong.exit_code == 2 and "expected the unit of a speed" in wrong.stderr
 
 
 def test_a_configuration_warns_of_points_without_a_unit(folder):
@@ -172,30 +162,13 @@ def test_fits_vary_together_with_other_quantities_in_a_group(materials):
 
 FIT = "friction: {fit: points.csv}"
 HEAD = "speed [mm/s], mu\n"
-WRONG = {  # configuration, points, what is said
-    "no file": (CONFIG.replace("points.csv", "none.csv"), None, "none.csv: no such file"),
-    "no csv": (CONFIG.replace("points.csv", "points.txt"), None,
-               "map.yaml:2:17: friction.fit: got 'points.txt', expected a file name"),
-    "another law": (CONFIG.replace(FIT, "friction: {fit: points.csv, law: cubic}"), None, "that of the law stribeck"),
-    "a coefficient": (CONFIG.replace(FIT, "friction: {fit: points.csv, a1: 1}"), None, "friction.a2: missing"),
-    "no number": (CONFIG, f"{HEAD}1, 0.3\n2, x\n", "points.csv:3:4: mu: got 'x', expected"),
-    "too few": (CONFIG, f"{HEAD}1, 0.3\n2, 0.2\n", "expected at least 4"),
-    "no file in a list": (SEVERAL.replace("oil.csv", "none.csv"), None, "none.csv: no such file"),
-    "no csv in a list": (SEVERAL.replace("oil.csv", "oil.txt"), None, "expected a file name that ends in .csv"),
-    "two axes": (SEVERAL + "  material: {zip: {mass: [1, 2]}}\n", None,
-                 "an axis called material, and there is another of this name"),
-    "lengths": (IN_GROUP.replace(", oil.csv", ""), None, "got 2 values, expected 1"),
-    "several": (SEVERAL.replace("friction: {fit: [points.csv, oil.csv]", "uncertain: {fit: table.csv"), None,
-                "table.csv holds 2 materials (dry and oil), expected one"),
-}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", WRONG)
-def test_points_that_will_not_do_are_explained(materials, name):
-    text, rows, said = WRONG[name]
+@cases("materials.yaml")
+def test_points_that_will_not_do_are_explained(materials, text, points, said):
     (materials / "map.yaml").write_text(text)
-    if rows:
-        (materials / "points.csv").write_text(rows)
+    if points:
+        (materials / "points.csv").write_text(points)
     with pytest.raises(ConfigError) as caught:
         load_config(materials / "map.yaml")
     assert said in str(caught.value)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from stickslip import plots
 from stickslip.plots.layout import inches, resize
 from stickslip.plots.marks import marks_in
@@ -91,6 +91,8 @@ def test_marks_of_a_file_have_a_legend_below_the_axes(folder, monkeypatch):
     monkeypatch.setattr(plots, "save", save)
     done = call("plot", folder / "map.nc", "--mark", folder / "points.csv", "--size", "16 cm x 9 cm")
     assert done.exit_code == 0, done.output
+    first, *_ = marks_in(stickslip.open(folder / "map.nc"), folder / "points.csv")
+    assert dict(first.at) == pytest.approx({"stiffness": 900.0, "belt_speed": 0.09})
     figure = drawn[0]
     figure.draw_without_rendering()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -100,51 +102,11 @@ def test_marks_of_a_file_have_a_legend_below_the_axes(folder, monkeypatch):
     assert len(rings) == 4 and all(line.get_linestyle() == "None" for line in rings)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("label,stiffness,belt_speed [mm/s]\nA,500,5000\n", "points.csv:2: belt_speed=5000 mm/s: outside of the map"),
-        ("label,stiffness [N/s],belt_speed\nA,5,1\n", "points.csv:2: stiffness: got '5 N/s', expected a stiffness"),
-        ("label,stiffness,damping\nA,500,1\n", "points.csv:2: 'damping' is no axis of this map"),
-        ("stiffness,belt_speed\n500,1\n", "points.csv:1: no column of labels"),
-        ("label,stiffness,belt_speed\nA,500\n", "points.csv:2: got 2 values, expected 3"),
-        ("label,stiffness\nA,500\n", "where along belt_speed?"),
-    ],
-)
+@cases("materials.yaml")
 def test_a_file_of_marks_that_is_wrong_is_refused_with_its_line(folder, tmp_path, text, said):
     (tmp_path / "points.csv").write_text(text)
     done = call("plot", folder / "map.nc", "--mark", tmp_path / "points.csv", "-o", tmp_path / "x.png")
     assert done.exit_code == 2 and said in done.stderr and not (tmp_path / "x.png").exists()
-
-
-def test_marks_in_python_come_from_the_same_table(folder):
-    (folder / "points.csv").write_text(POINTS, encoding="utf-8")
-    ds = stickslip.open(folder / "map.nc")
-    found = list(marks_in(ds, folder / "points.csv"))
-    assert found[0].label == "Fett 1: gut, Öl"
-    assert dict(found[0].at) == pytest.approx({"stiffness": 900.0, "belt_speed": 0.09})
-
-
-def test_levels_are_drawn_as_levels_by_command_page_and_python(tmp_path):
-    from stickslip.files import writing
-    from stickslip.plots.pages import pictures_of
-
-    coordinates = {"stiffness": [1.0, 2.0], "belt_speed": [0.1, 0.2, 0.3]}
-    ds = stickslip.sweep(
-        system={"mass": 1.0, "normal_load": 1.0},
-        friction={"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1},
-        axes=coordinates,
-    )
-    level = xr.DataArray(80 + np.arange(6.0).reshape(2, 3), dims=("stiffness", "belt_speed"))
-    ds["acceleration_level_a"] = level.assign_attrs(units="1", long_name="level, dB")
-    writing.write(ds, tmp_path / "levels.nc")
-    figure = ds.stickslip.plot()
-    assert figure.axes[-1].get_ylabel() == "level, dB"
-    done = call("plot", tmp_path / "levels.nc")
-    assert done.exit_code == 0 and (tmp_path / "levels.png").exists()
-    assert call("plot", tmp_path / "levels.nc", "--variable", "regime").exit_code == 0
-    assert (tmp_path / "levels-regime.png").exists()
-    assert [one.caption for one in pictures_of(ds)][:2] == ["level, dB", "regime of motion"]
 
 
 def test_borders_and_comparisons_are_drawn_from_python_as_by_the_command(ten):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.commands import call
+from helpers.data import cases
 from stickslip.theory import stribeck
 from stickslip_materials.fit import CURVE_COLUMNS, read_points, step_points
 
@@ -116,19 +117,7 @@ def test_a_plan_says_what_was_set_and_when(tmp_path):
     assert points["mu"] == pytest.approx(stribeck(SPEEDS, **CURVE), rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("heading", "options", "words"),
-    [
-        ("time [s];speed [mm/s];force [N]", [], "load"),
-        ("time [s];speed [rpm];COF", [], "radius"),
-        ("time [s];speed;COF", [], "unit"),
-        ("time [s];speed [mm/s];COF [N]", [], "no unit"),
-        ("time [s];speed [furlong];COF", [], "furlong"),
-        ("time [s];amount;COF", [], "no column of speed"),
-        ("time [s];speed [mm/s];COF", ["--settle", "-1 s"], "--settle"),
-        ("time [s];speed [mm/s];speed [m/s];COF", [], "once"),
-    ],
-)
+@cases("materials.yaml")
 def test_what_is_not_understood_of_a_record_is_refused(heading, options, words, tmp_path):
     columns = [np.arange(100), *[np.full(100, 0.5)] * heading.count(";")]
     said = call("points", written(tmp_path, heading, *columns), "-o", tmp_path / "points.csv", *options)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.data import cases
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, ExtrapolationWarning
 
@@ -31,17 +32,7 @@ def test_wrong_rows_of_a_file_are_named_by_their_line(tmp_path, rows, line):
         load_config(tmp_path / "felt.yaml")
 
 
-@pytest.mark.parametrize(
-    ("friction", "message"),
-    [
-        ("{table: felt.csv, law: rational}", "besides a table"),
-        ("{table: felt.csv, fit: felt.csv}", "besides a table"),
-        ("{table: felt.csv, mu_start: 0.5}", "got mu_start with the law"),
-        ("{table: {file: felt.csv, smooth: true}}", "unknown key"),
-        ("{table: {file: felt.csv, monotone: 3}}", "expected true or false"),
-        ("{table: none.csv}", "none.csv"),
-    ],
-)
+@cases("materials.yaml")
 def test_what_stands_beside_a_table_of_a_file_or_in_its_place_is_refused(tmp_path, friction, message):
     (tmp_path / "felt.csv").write_text(FELT, encoding="utf-8")
     (tmp_path / "felt.yaml").write_text(YAML.replace("{table: felt.csv}", friction), encoding="utf-8")

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from helpers.commands import call
+from helpers.data import cases, rows
 from helpers.tables import materials, points, write
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
@@ -18,26 +19,11 @@ from stickslip_materials.fit.files import names_of
 # --- materials of a table ---------------------------------------------------------------------------------------------
 
 SIX = "".join(f"{i};0,{40 - i};0,{i + 10};0,01{i}\n" for i in range(1, 7))
-SEVERAL = {  # text, speeds in mm/s and friction by material
-    "wide, with gaps": (
-        "v [mm/s];dry;grease A;Load [N];Temperature\n1;0,4;0,1;10;20\n2;0,38;;10;20\n3;-;0,09;10;21\n",
-        {"dry": ([1, 2], [0.4, 0.38]), "grease A": ([1, 3], [0.1, 0.09])},
-    ),
-    "by row": (
-        "Material,speed [mm/s],COF\nfelt,1,0.4\noil,1,0.1\nfelt,2,0.3\n",
-        {"felt": ([1, 2], [0.4, 0.3]), "oil": ([1], [0.1])},
-    ),
-    "by number": (
-        "sample;v [mm/s];COF\n1;1;0,4\n2;1;0,3\n1;2;0,2\n2;2;0,1\n",
-        {"1": ([1, 2], [0.4, 0.2]), "2": ([1, 2], [0.3, 0.1])},
-    ),
-    "repeats": ("v [mm/s];A;A\n1;0,4;0,41\n2;0,3;0,31\n", {"A": ([1, 1, 2, 2], [0.4, 0.41, 0.3, 0.31])}),
-}
 
 
-@pytest.mark.parametrize("name", SEVERAL)
-def test_a_table_of_several_materials_holds_the_points_of_each(name, tmp_path):
-    text, expected = SEVERAL[name]
+@cases("materials.yaml")
+def test_a_table_of_several_materials_holds_the_points_of_each(text, expected, tmp_path):
+    """`expected` : speeds in mm/s and friction by material."""
     read = materials(tmp_path, text)
     assert {key: (one["speed"].tolist(), one["mu"].tolist()) for key, one in read.items()} == {
         key: ([v / 1000 for v in speeds], mu) for key, (speeds, mu) in expected.items()
@@ -63,13 +49,7 @@ def test_a_workbook_is_read_from_the_sheet_that_holds_points(tmp_path):
         read_materials(tmp_path / "broken.xlsx", CURVE_COLUMNS)
 
 
-NO_MATERIAL = (
-    "A std", "A sd", "A_sd", "A (SD)", "sd A", "s_A", "A ±", "±", "+-", "A +/-", "Stabw", "A Stabw", "Std.-Abw.",
-    "s(mu)", "u(mu)", "SE", "A err", "err", "A Fehler", "écart-type", "A max", "A CI95", "A 2s", "FN", "Fn [N]",
-    "F_N in N", "Normalkraft", "Last", "Load", "Prüflast", "charge (N)", "Temperature", "T [°C]", "Öltemperatur",
-    "rel. Feuchte", "rH (%)", "humidity", "Drehmoment", "Torque [Nm]", "Verschleiß", "wear", "Weg", "Gleitstrecke",
-    "distance", "Datum", "cycle", "Zyklen", "SRR", "R²", "log A", "ECR in Ohm", "film, µm",
-)  # fmt: skip
+NO_MATERIAL = rows("materials.yaml")["test_tables"]["NO_MATERIAL"]
 COUNTS = ("Nr", "n", "index", "sample", "Punkt", "Cycle no.", "ok")
 
 
@@ -97,25 +77,7 @@ def test_a_standard_deviation_belongs_to_the_column_it_is_called_after(tmp_path)
 
 FORCES = "v [mm/s];FR [mN]\n1;400\n2;300\n"
 PERCENT = "1;40,7\n2;35\n"
-READ = {  # text by what is wanted, and the friction read: of a table of speeds (or times) of 1 and 2
-    "kinetic: mu_s, mu_k": ("v [mm/s];mu_s;mu_k\n1;0,49;0,39\n2;0,48;0,38\n", {}, [0.39, 0.38]),
-    "kinetic: µs, µd": ("v [mm/s];µs;µd\n1;0,49;0,39\n2;0,48;0,38\n", {}, [0.39, 0.38]),
-    "kinetic: Gleitreibung": ("v [mm/s];Haftreibung;Gleitreibung\n1;0,49;0,39\n2;0,48;0,38\n", {}, [0.39, 0.38]),
-    "kinetic: dynamic": ("v [mm/s];static COF;dynamic COF\n1;0,49;0,39\n2;0,48;0,38\n", {}, [0.39, 0.38]),
-    "static by name": ("v [mm/s];mu_s;x\n1;0,49;0,39\n2;0,48;0,38\n", {"friction": ("mu_s",)}, [0.49, 0.48]),
-    "by names": ("Motor 1 [mm/s];A;Signal B;v [m/s]\n1;5;0,4;7\n2;6;0,3;8\n",
-                 {"speed": "motor 1", "friction": ("Signal B",)}, [0.4, 0.3]),
-    "name with its unit": ("Motor 1 mm/s;µ;T\n1;0,4;23\n2;0,3;23\n", {"speed": "Motor 1 mm/s"}, [0.4, 0.3]),
-    "name in its unit": ("Motor 1 in mm / s;µ;T\n1;0,4;23\n2;0,3;23\n", {"speed": "Motor 1 in mm / s"}, [0.4, 0.3]),
-    **{f"percent: {head}": (f"v [mm/s];{head}\n{PERCENT}", {}, [0.407, 0.35])
-       for head in ("COF in %", "COF [%]", "mu (%)", "COF %", "Reibwert in Prozent", "COF, %")},
-    "percent below": (f"v;mu\nmm/s;%\n{PERCENT}", {}, [0.407, 0.35]),
-    "rubber": ("v [mm/s];COF [-]\n1;2,5\n2;2,1\n", {}, [2.5, 2.1]),
-    "load of the row": ("v [mm/s];Reibkraft [N];FN [N]\n1;4;10\n2;6;20\n", {}, [0.4, 0.3]),
-    **{f"load above: {above}": (f"{above}\n{FORCES}", {}, [0.2, 0.15])
-       for above in ("Prüflast;2;N", "Load: 2 N", "# Normalkraft = 2 N", "Last [N];2", "Auflast;2000;mN")},
-    "load given": (FORCES, {"load": "2 N"}, [0.2, 0.15]),
-}  # fmt: skip
+READ = rows("materials.yaml")["test_tables"]["READ"]
 
 
 @pytest.mark.parametrize("name", READ)
@@ -127,28 +89,8 @@ def test_friction_is_read_as_a_coefficient_over_speed(name, tmp_path):
         assert one.notes
 
 
-REFUSED = {  # text, what is wanted, and what is said
-    "mu and mu_k": ("v [mm/s];mu;mu_k\n1;0,4;0,3\n", {}, "--friction-column"),
-    "static over speed": ("v [mm/s];mu_s;x\n1;0,4;0,3\n", {}, "--friction-column"),
-    "no such name": ("v [mm/s];A\n1;0,4\n", {"friction": ("C",)}, r"no column is called 'C', expected 'v \[mm/s\]'"),
-    "too large": ("v [mm/s];COF\n1;35,5\n2;50\n", {}, "expected friction coefficients"),
-    "too large, pure": ("v [mm/s];COF [-]\n1;35,5\n2;50\n", {}, "expected friction coefficients"),
-    "too large, one": ("v [mm/s];A;B\n1;35,5;0,3\n2;50;0,2\n", {}, "expected friction coefficients"),
-    "unlike repeats": ("v [mm/s];A;A\n1;0,4;0,01\n2;0,3;0,01\n", {}, "another name"),
-    "unit above": ("Einheit;mm/s\nv;mu\n1;0.3\n2;0.2\n", {}, "above the heading"),
-    "strange unit": ("Motor 1 (foo);µ\n1;0,4\n", {"speed": "Motor 1 (foo)"}, "expected the unit of a speed"),
-    "wrong unit": ("Motor 1 [Mm/s];µ\n1;0,4\n", {"speed": "Motor 1 [Mm/s]"}, "expected the unit of a speed"),
-    "speed by nobody": ("vG in mm/s;µ;T\n1;0,4;23\n2;0,3;23\n", {}, "no column is called speed"),
-    **{f"load: {above}": (f"{above}\n{FORCES}", {}, "load") for above in (
-        "", "Last;15", "Last;15;kg", "Last;1.500;N", "Last: 5 bis 15 N", "Last;2;N\nPrüflast;3;N")},
-    **{f"force: {head}": (f"v [mm/s];{head}\n1;4\n2;5\n", {"load": 10.0}, "expected|no column is called mu")
-       for head in ("FR", "COF [N]", "FR [kg]", "Kraft [N]")},
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_may_be_friction_or_something_else_is_refused(name, tmp_path):
-    text, wanted, said = REFUSED[name]
+@cases("materials.yaml")
+def test_what_may_be_friction_or_something_else_is_refused(text, wanted, said, tmp_path):
     with pytest.raises(ConfigError, match=said):
         materials(tmp_path, text, **wanted)
 

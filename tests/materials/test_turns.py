@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.data import rows
 from helpers.measured import SI, SYSTEM
 from stickslip.theory import reversal_speed, stribeck
 from stickslip_materials.compare.table import material_page
@@ -77,13 +78,7 @@ def test_the_order_of_points_tells_where_a_sweep_turns():
     assert course(two).tolist() == [*up, *down[1:], *up, *down[1:]]
 
 
-TABLES = {
-    "order": "speed [mm/s], mu\n{rows}",
-    "direction": "direction, speed [mm/s], mu\n{rows}",
-    "hin/her": "Richtung;v [mm/s];Reibwert\n{rows}",
-    "ramp": "ramp,speed [mm/s],mu\n{rows}",
-    "wide": "speed [mm/s],mu up,mu down\n{rows}",
-}
+TABLES = rows("materials.yaml")["test_turns"]["TABLES"]
 
 
 @pytest.mark.parametrize("kind", TABLES)

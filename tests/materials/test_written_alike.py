@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers.data import rows
 from stickslip.errors import ConfigError
 from stickslip_materials.fit import Wanted, read_materials
 from stickslip_rig.api import read_record
@@ -26,27 +27,14 @@ SPELLINGS = {  # of units of speed, with what they are in m/s
     Fraction(1000, 3600): ("km/h", "km/Stunde"),
     Fraction(254, 10000): ("in/s", "inch/s"),
 }  # fmt: skip
-NONSENSE = (
-    "Mm/s", "MM/S", "mmps", "mm", "s", "rpm", "1/min", "mm/S", "mm-s", "x", "10^-3 m/s", "mm/s2", "c", "furlong/h",
-)  # fmt: skip
+WORDS = rows("materials.yaml")["test_written_alike"]
+NONSENSE, PLACES, SPEEDS, FRICTIONS, ABOVE = (
+    WORDS[name] for name in ("NONSENSE", "PLACES", "SPEEDS", "FRICTIONS", "ABOVE")
+)
 UNITS = [(name, size) for size, names in SPELLINGS.items() for name in names]
-PLACES = (
-    "{0} [{1}]", "{0} ({1})", "{0} in {1}", "{0}, {1}", "{0} / ({1})", "{0} {1}", "{0}[{1}]", "{0} [{1}] (set)",
-    "{0}_{1}",
-)  # fmt: skip
-SPEEDS = (
-    "speed", "v", "Sliding speed", "Geschwindigkeit", "Prüfgeschwindigkeit", "vitesse", "v soll", "Sliding speed v",
-)  # fmt: skip
-FRICTIONS = (
-    "mu", "µ", "COF", "Reibwert", "coefficient de frottement", "COF (mean)", "mu_k", "Reibwert µ [-]", "COF [%]",
-)  # fmt: skip
 OTHERS = (
     ("Temp [°C]", "23.4"), ("FN [N]", "10.5"),
     ("sd", "0.003"), ("Nr", None), ("Datum", "2024-03-01"), ("rH", "0.45"),
-)  # fmt: skip
-ABOVE = (
-    "Prüflast;15;N", "Operator;M. Müller", "Temperatur;23,5;°C", "Speed;10;mm/s", "", "Run 7", "v;variabel",
-    "mu;Mittel", "Zeit;Weg", "1;2;3", "Kommentar;v von 1 bis 300;mu", "Load: 15 N",
 )  # fmt: skip
 
 

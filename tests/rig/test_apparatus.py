@@ -73,25 +73,6 @@ def test_strokes_are_exact_in_length_and_come_back_to_where_they_began(profile, 
     assert rest == pytest.approx([stroke, 0.0, stroke, 0.0, stroke], rel=1e-12, abs=1e-15)
 
 
-@pytest.mark.parametrize("profile", ["trapezoid", "sine"])
-def test_the_way_back_mirrors_the_way_there(profile):
-    drive = made(profile, 4, dwell=0.1)
-    one = len(drive) // 4
-    there, back = drive[:one], drive[one : 2 * one]
-    assert np.array_equal(back, there * (1.0, -1.0, -1.0))
-    assert np.array_equal(drive[: 2 * one], drive[2 * one :])
-
-
-@pytest.mark.parametrize("profile", ["trapezoid", "sine"])
-def test_hold_time_precedes_the_first_stroke_and_dwells_follow_each(profile):
-    drive = made(profile, 3, dwell=0.25, wait=10.0)
-    rests = drive[(drive[:, 1] == 0.0) & (drive[:, 2] == 0.0), 0]
-    assert rests.tolist() == [10.0, 0.25, 0.25, 0.25]
-    assert drive[0].tolist() == [10.0, 0.0, 0.0] and drive[-1].tolist() == [0.25, 0.0, 0.0]
-    moving = made(profile, 3)
-    assert drive[:, 0].sum() == pytest.approx(10.75 + moving[:, 0].sum())
-
-
 def test_a_sine_reaches_its_top_speed_in_the_middle_of_a_stroke():
     drive = made("sine", 1)
     whole = drive[:, 0].sum()
@@ -193,17 +174,3 @@ def test_a_record_keeps_the_change_of_the_velocity_over_a_jump_of_the_accelerati
     for more in ({}, {"bandwidth": 300.0}):
         seen = apparatus.sensed(apparatus.accelerations(velocity, sensor(**more)), sensor(**more))
         assert seen.sum() / RATE == pytest.approx(0.25, rel=1e-4)
-
-
-def test_noise_is_white_has_the_standard_deviation_asked_for_and_is_that_of_its_seed():
-    values = np.linspace(0, 1, 100_000)
-
-    def noise(*seed):
-        return apparatus.sensed(values, sensor(oversampling=1), 0.3, np.random.default_rng(seed)) - values
-
-    first = noise(1, 0)
-    assert np.std(first) == pytest.approx(0.3, rel=0.01) and abs(first.mean()) < 0.005
-    assert abs(np.mean(first[1:] * first[:-1])) < 0.005 * 0.3
-    assert np.array_equal(first, noise(1, 0))
-    for other in (noise(1, 1), noise(2, 0)):
-        assert abs(np.corrcoef(first, other)[0, 1]) < 0.02

@@ -1,14 +1,13 @@
 """`stickslip rig`, `rig features` and `rig calibrate`: from files to tables, plots and records."""
 
 import json
-import re
-import shlex
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from helpers.commands import call, commands_of, completed, invoke
+from helpers.commands import call, completed, invoke
+from helpers.data import cases, rows
 from helpers.rig_signals import record, saw_tooth, times
 from stickslip.files import reading
 from stickslip_rig.api import RPN_NAME, RigTests, Risk, features, load_rig, load_settings, read_record
@@ -16,15 +15,7 @@ from stickslip_rig.plots import plot_records
 from stickslip_rig.risk import INPUTS
 from stickslip_rig.sections import sections_of
 
-TEXT = """\
-title: Three loads
-system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, belt_speed: 10 mm/s}
-friction: {a1: 0.28, a2: 0, a3: 0.12, a4: 20 mm/s}
-drive: {stroke: 4 mm, strokes: 2, waiting_time: 1 s}
-sensor: {rate: 1 kHz, force_noise: 5 mN, bandwidth: 300 Hz}
-features: {bandwidth: 200 Hz}
-axes: {normal_load: [5 N, 10 N, 2 kN]}
-"""
+TEXT = rows("rig.yaml")["test_commands"]["TEXT"]
 
 
 @pytest.fixture
@@ -123,17 +114,7 @@ def test_a_test_not_integrated_to_its_end_is_reported(tmp_path, config):
     assert [file.name for file in (tmp_path / "signals").iterdir()] == ["test2.csv"]
 
 
-@pytest.mark.parametrize(
-    "arguments, expected",
-    [
-        (["--test", "3", "--plot", "a.png"], "--test 3: tests are numbered from 0 to 2"),
-        (["--test", "-1", "--plot", "a.png"], "--test -1: tests are numbered from 0 to 2"),
-        (["--test", "1"], "name a plot with --plot"),
-        (["--records", "file"], "file: expected a folder"),
-        (["--records", "file/inside"], "file/inside: expected a folder"),
-        (["--from", "soon"], "got 'soon', expected a time"),
-    ],
-)
+@cases("rig.yaml")
 def test_what_is_wrong_ends_with_exit_code_2_before_anything_is_computed(here, config, arguments, expected):
     (here / "file").write_text("")
     done = invoke("rig", config, *arguments)
@@ -174,14 +155,7 @@ def test_records_stand_in_one_table_one_file_and_one_plot(tmp_path, files):
         assert "weight_sticks" in ds.attrs["configuration"] and "rig-features" in ds.attrs["history"]
 
 
-@pytest.mark.parametrize(
-    "arguments, expected",
-    [
-        (["nothing.csv"], "nothing.csv: no such file"),
-        (["--load", "heavy"], "normal_load: got 'heavy', expected a force"),
-        (["--bandwidth", "600 Hz"], "needs more than 1200 samples per second"),
-    ],
-)
+@cases("rig.yaml")
 def test_what_is_wrong_ends_with_exit_code_2(files, arguments, expected):
     done = invoke("rig", "features", files[0], *arguments)
     assert done.exit_code == 2
@@ -219,28 +193,7 @@ def test_calibrate_prints_a_configuration_and_keeps_its_remarks_apart(tmp_path):
     assert "At least five pairs" in invoke("rig", "calibrate", "--help").stdout
 
 
-@pytest.mark.parametrize(
-    "heading, row, expected",
-    [
-        (f"{FEATURES}, model_rpn", "#, #, #, 3", "model_rpn is computed by this program"),
-        (f"{FEATURES}, rpn", "#, #, #, 11", ":2:10: got 11, expected a number from 1 to 10"),
-        (f"{FEATURES}, rpn", "#, #, #, 0.5", ":2:10: got 0.5"),
-        (f"{FEATURES}, rpn", "#, -#, #, 5", ":2:4: got -1"),
-        (f"{FEATURES}, rpn", "#, x, #, 5", ":2:4: "),
-        (f"{FEATURES}, rpn", "#, #, 5", ":2:"),
-        (f"{FEATURES}, rpn, rpn", "#, #, #, 3, 4", "'rpn', expected it once"),
-        ("sticks, acceleration_max [N], acceleration_integral [m/s], rpn", "#, #, #, 3", "acceleration_max [N]"),
-        ("sticks, acceleration_max [furlong], acceleration_integral, rpn", "#, #, #, 3", "acceleration_max [furlong]"),
-        ("sticks, rpn", "#, 3", "no column is called acceleration_max and acceleration_integral"),
-        (
-            f"{FEATURES}, rpn",
-            "#, #, , 3",
-            "no row has a number and features\n  hint: left out, since",
-        ),
-        (f"{FEATURES}, rpn", "#, #, #, ", "no row has a number"),
-        (f"{FEATURES}, rpn", "1, 1, 1, 3", "6 pairs, 1 of different features, for 4 parameters, expected at least 5"),
-    ],
-)
+@cases("rig.yaml")
 def test_tables_that_are_no_pairs_are_refused(tmp_path, heading, row, expected):
     done = invoke("rig", "calibrate", pairs_table(tmp_path, row, heading=heading))
     assert done.exit_code == 2 and expected in done.stderr, done.stderr
@@ -301,14 +254,7 @@ def test_options_without_units_and_remarks_that_overrule_them_are_said_and_a_mat
 
 # --- features in tables -----------------------------------------------------------------------------------------------
 
-MATRIX = """
-title: pairs
-system: {mass: 100 g, stiffness: 5 N/mm, damping: 2 N s/m, normal_load: 10 N, belt_speed: 10 mm/s}
-friction: {mu_reversal: 0.35, v_reversal: 100 mm/s, a4: 20 mm/s}
-axes: {mu_start: [0.4, 0.45, 0.5, 0.55, 0.6, 0.7]}
-drive: {stroke: 4 mm, strokes: 2}
-sensor: {rate: 2 kHz}
-"""
+MATRIX = rows("rig.yaml")["test_commands"]["MATRIX"]
 
 
 @pytest.fixture(scope="module")
@@ -360,18 +306,6 @@ def test_a_rig_is_computed_with_and_without_the_word_run(here, words):
     assert done.exit_code == 2 and "no folder none" in done.stderr  # it was the command, and it read its options
     first_an_option = call(*words, "--plot", "none/x.png", "rig/materials")
     assert first_an_option.exit_code == 2 and "no folder none" in first_an_option.stderr
-
-
-def test_examples_in_the_helps_of_the_group_are_commands():
-    """Of this one, or of another that goes on with its files."""
-    commands = commands_of()
-    for said, command in commands.items():
-        lines = re.findall(r"^ +stickslip (.*)$", command.epilog or "", re.MULTILINE) if said.startswith("rig ") else []
-        assert not said.startswith("rig ") or any(line.startswith(f"{said} ") for line in lines), said
-        for line in lines:
-            name, *arguments = shlex.split(line.partition(" > ")[0], comments=True)
-            name = f"rig {arguments.pop(0)}" if name == "rig" else name
-            assert commands[name].make_context(name, arguments)
 
 
 def test_the_commands_of_the_group_are_completed_and_without_a_file_the_ones_here_are_named(here):

@@ -1,7 +1,5 @@
 """Friction on both branches from records of stick-slip: `rig friction`."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

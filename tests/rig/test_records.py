@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helpers.commands import invoke
+from helpers.data import cases
 from stickslip.errors import ConfigError
 from stickslip_rig.api import (
     FeatureSettings,
@@ -124,26 +125,7 @@ def test_units_in_two_places_must_agree(tmp_path):
     assert "expected the unit s, as the configuration says" in said
 
 
-@pytest.mark.parametrize(
-    "text, expected",
-    [
-        ("recrod: {}", "rig.yaml:1:1: recrod: unknown key, expected record, conditions, features or risk"),
-        ("record: [1]", "expected a mapping with the keys columns, units or ignore"),
-        (
-            "record: {units: {time: N}}",
-            "rig.yaml:1:24: record.units.time: got 'N' (force), expected the unit of a time",
-        ),
-        ("record: {columns: {tme: x}}", "did you mean time?"),
-        ("record: {ignore: x}", "expected a list of the names of columns"),
-        ("conditions: {load: heavy}", "conditions.load: got 'heavy', expected a force such as '10 N'"),
-        ("conditions: {colour: red}", "conditions.colour: unknown key"),
-        ("features: {bandwidth: -1}", "expected a frequency above 0 1/s"),
-        ("features: {subtract_offset: 1}", "expected true or false"),
-        ("risk: {weight_sticks: -1}", "risk.weight_sticks: got -1, expected a number of at least 0"),
-        ("risk: {scale_sticks: 0}", "expected a number above 0"),
-        ("3", "expected a mapping"),
-    ],
-)
+@cases("rig.yaml")
 def test_a_wrong_configuration_is_refused_with_its_place(tmp_path, text, expected):
     path = tmp_path / "rig.yaml"
     path.write_text(text)
@@ -196,17 +178,7 @@ def test_the_encoding_does_not_matter(tmp_path, encoding):
     assert found["acceleration"].values.tolist() == [t / 2 for t in range(20)]
 
 
-@pytest.mark.parametrize(
-    "heading, names",
-    [
-        ("Zeit (s);Reibkraft (mN);a (m/s^2);Weg (mm)", ["friction_force", "acceleration", "drive_displacement"]),
-        (
-            "Temps [ms];Force [N];Accélération [g];Vitesse [mm per second]",
-            ["spring_force", "acceleration", "drive_velocity"],
-        ),
-        ("t;F R;Accel;COF\nms;N;m/s2;-", ["friction_force", "acceleration"]),
-    ],
-)
+@cases("rig.yaml")
 def test_headings_of_three_languages(tmp_path, heading, names):
     found = read_record(write(tmp_path, heading, [f"{t};{t};{t};1" for t in range(20)]))
     assert list(found.data_vars) == names

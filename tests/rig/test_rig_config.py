@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from helpers.commands import call
+from helpers.data import cases
 from helpers.rig_cases import rig
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import command_for, load_config, parse_config
@@ -30,32 +31,7 @@ def refused(text, read=parse_rig):
     return str(caught.value).splitlines()
 
 
-@pytest.mark.parametrize(
-    "more, expected",
-    [
-        ("  ramp: 3 s\n", "my.yaml:5:9: drive.ramp: got 3 s, expected at most stroke/belt_speed = 2 s"),
-        ("  profile: square\n", "my.yaml:5:12: drive.profile: got 'square', expected trapezoid or sine"),
-        ("  strokes: 0\n", "my.yaml:5:12: drive.strokes: got 0, expected a whole number from 1 to 10000"),
-        ("  dwel: 1 s\n", "my.yaml:5:3: drive.dwel: unknown key, expected profile, strokes"),
-        ("start: {velocity: 0}\n", "my.yaml:5:9: start.velocity: expected none: a rig starts sticking"),
-        (
-            "solver: {horizon: 1 s}\n",
-            "my.yaml:5:10: solver.horizon: expected none: a test ends with its drive",
-        ),
-        ("execution: {dask: local}\n", "my.yaml:5:13: execution.dask: expected none: tests are computed by threads"),
-        ("axes: {velocity: [0, 1]}\n", "my.yaml:5:8: axes.velocity: expected none: a rig starts sticking"),
-        ("axes: {g: {zip: {velocity: [0, 1]}}}\n", "my.yaml:5:18: axes.g.zip.velocity: expected none"),
-        ("axes: {stroke: [1 mm, 2 mm]}\n", "my.yaml:5:8: axes.stroke: given twice, as drive.stroke on line 4 already"),
-        ("axes: {ramp: [1 s, 3 s]}\n", "my.yaml:5:20: axes.ramp[1]: got 3 s, expected at most stroke/belt_speed"),
-        ("axes: {g: {zip: {ramp: [3 s, 1 s]}}}\n", "my.yaml:5:25: axes.g.zip.ramp[0]: got 3 s, expected at most"),
-        ("  profile: sine\n  ramp: 1 s\n", "my.yaml:6:9: drive.ramp: got a ramp with the profile sine, expected none"),
-        ("sensor: {rate: 1 GHz}\n", "my.yaml:5:16: sensor.rate: the longest test (12.12 s) takes 9.7e+10 samples"),
-        ("sensor: {rate: 0.5 Hz}\n", "my.yaml:5:16: sensor.rate: the shortest test (12.12 s) has 6 samples"),
-        ("sensor: {bandwidth: 500 Hz}\n", "my.yaml:5:21: sensor.bandwidth: got 500 Hz, expected less than half the"),
-        ("features: {bandwidth: 2 kHz}\n", "my.yaml:5:23: features.bandwidth: got 2000 Hz, expected less than half"),
-        ("record: {}\n", "my.yaml:5:1: record: unknown key, expected title, system"),
-    ],
-)
+@cases("rig.yaml")
 def test_what_is_wrong_is_said_once_with_its_line_and_its_key(more, expected):
     lines = refused(TEXT + more)
     assert lines[0].startswith(expected)

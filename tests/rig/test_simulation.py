@@ -178,6 +178,7 @@ def test_noise_is_that_of_the_sensor_of_the_seed_and_of_the_test():
         noise = [(a[name] - b[name]).values for a, b in zip(loud + other, quiet + quiet, strict=True)]
         for values in noise:
             assert values.std() == pytest.approx(deviation, rel=0.1)
+            assert abs(np.mean(values[1:] * values[:-1])) < 0.15 * deviation**2  # white
         shared = np.corrcoef([values[:900] for values in noise]) - np.eye(4)
         assert np.abs(shared).max() < 0.15
     for a, b in zip(loud, again, strict=True):

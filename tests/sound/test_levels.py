@@ -19,6 +19,7 @@ from helpers.plotted import draws_what_the_command_draws
 from stickslip import sound
 from stickslip.config.reader import parse_config
 from stickslip.engine import Options
+from stickslip.plots.pages import pictures_of
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.results import REGIMES
 from stickslip_sound.loudness import a_weighting, decibels, levels, levels_of
@@ -175,4 +176,6 @@ def test_a_tone_of_one_kilohertz_is_not_weighted_and_a_constant_not_heard():
 
 
 def test_a_map_of_levels_is_drawn_as_the_command_draws_it(tmp_path):
-    assert draws_what_the_command_draws(sound.levels(parse_config(PADS)), tmp_path) == "map"
+    found = sound.levels(parse_config(PADS))
+    assert draws_what_the_command_draws(found, tmp_path) == "map"
+    assert "level" in pictures_of(found)[0].caption

@@ -11,6 +11,7 @@ from scipy.io import wavfile
 
 import stickslip
 from helpers.configs import write_config
+from helpers.data import cases
 from stickslip import plots, sound
 from stickslip.api.cells import CYCLES, time_span
 from stickslip.cli import main
@@ -127,21 +128,7 @@ def test_silence_clipping_and_nothing_written_are_said(config):
     assert "compressed above" in said and "nothing was written" in said
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("-o", "squeak.nc"), "squeak.nc: sounds end in .wav"),
-        (("-o", "nowhere/squeak.wav"), "no folder nowhere"),
-        (("--slow", "0"), "0.0 is not in the range"),
-        (("--full-scale", "3 kg"), "--full-scale: got '3 kg', expected an acceleration"),
-        (("--full-scale", "-1"), "--full-scale: got '-1'"),
-        (("--seconds", "3 m"), "--seconds: got '3 m', expected a time"),
-        (("--seconds", "1 h"), "at most 600 s"),
-        (("--level", "-o", "levels.wav"), "levels.wav: sounds end in .wav"),
-        (("--level",), "leave out --at"),
-        (("--plot", "a.gif"), "plots end in"),
-    ],
-)
+@cases("sound.yaml")
 def test_what_cannot_be_is_refused_before_anything_is_computed(config, tmp_path, words, message):
     assert message in call("listen", config, *STICKS, *words, code=2)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["small.yaml"]

@@ -10,6 +10,7 @@ from scipy.io import wavfile
 
 import stickslip
 from helpers.cycles import COULOMB, OTHERS, PAIR, STICKING, UNIT, common_first, coulomb_harmonics, faster, hard_cells
+from helpers.data import cases
 from stickslip import sound
 from stickslip.theory.contacts import coulomb_cycle
 
@@ -178,15 +179,7 @@ def test_it_plays_in_a_notebook():
     assert html.startswith('<audio controls src="data:audio/wav;base64,UklGR')
 
 
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ({"seconds": 0.0}, "seconds: got 0.0"),
-        ({"slow": -1.0}, "slow: got -1.0"),
-        ({"full_scale": np.inf}, "full_scale: got inf"),
-        ({"rate": 44_100.5}, "rate: got 44100.5"),
-    ],
-)
+@cases("sound.yaml")
 def test_numbers_that_make_no_sound_are_refused(wrong, words):
     with pytest.raises(ValueError, match=re.escape(words)):
         sound.of(PAIR, **wrong)

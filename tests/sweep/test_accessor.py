@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import stickslip
+from helpers.data import cases
 from helpers.nightly import few
 from helpers.plotted import draws_what_the_command_draws
 from stickslip import plots
@@ -48,13 +49,7 @@ def test_a_cell_is_found_by_values_labels_and_what_was_selected_before(ds):
         assert stickslip.evaluate(one.stickslip.cell())["regime"] == one["regime"], i
 
 
-@pytest.mark.parametrize(
-    ("at", "message"),
-    [({}, "which cell. give grease, mu_stop and belt_speed"), ({"grease": "C"}, "labels are A, B"),
-     ({"grease": "A", "belt_sped": 1}, "belt_sped: unknown here, .*did you mean belt_speed"),
-     ({"grease": "A", "mu_stop": 1.2, "belt_speed": "2 kg"}, r"belt_speed: got '2 kg', expected a speed"),
-     ({"grease": "A", "mu_stop": 1.4, "belt_speed": 0.1}, "mu_stop.*at most mu_start")],
-)  # fmt: skip
+@cases("sweep.yaml")
 def test_a_cell_that_is_not_there_is_refused_with_what_is(ds, at, message):
     with pytest.raises(ValueError, match=message):
         ds.stickslip.cell(**at)

@@ -7,6 +7,7 @@ import pytest
 
 import stickslip
 from helpers.commands import told
+from helpers.data import cases
 from stickslip.files import writing
 
 PAIR = """\
@@ -113,17 +114,7 @@ def test_the_opposite_of_each_cell_is_looked_for(here):
             np.testing.assert_array_equal(both[name][i], alone[name])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("advise", "pair.yaml"), "missing, expected a value for this axis"),
-        (("advise", "pair.yaml", *AT, "--set", "margins.costs.mass=no"), "margins.costs: got "),
-        (("advise", "pair.yaml", *AT, "--set", "margins.within=1"), "margins.within: got 1, expected a number above 1"),
-        (("contours", "pair.yaml", "--over", "mass", "belt_speed"), "mass is no axis of the configuration"),
-        (("contours", "pair.yaml", "--between", "belt_speed", "2", "1"), "swap the ends"),
-        (("contours", "pair.yaml", "--set", "contours.scan=1"), "contours.scan=1: contours.scan: got 1"),
-    ],
-)  # fmt: skip
+@cases("sweep.yaml")
 def test_wrong_input_is_said_before_anything_is_computed(here, arguments, message):
     assert message in told(*arguments, code=2)
 

@@ -8,6 +8,7 @@ import pytest
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError, PlotError
 from stickslip.plots.marks import Look
@@ -20,11 +21,7 @@ AT = TEXT.replace("mass: 1", "mass: 1, belt_speed: 0.5")
 quantity = pint.UnitRegistry().Quantity
 
 
-@pytest.mark.parametrize("axis, expected", [
-    ("[5, 10, 20 mm/s]", [0.005, 0.01, 0.02]), ("{values: [5, 6 mm/s]}", [0.005, 0.006]), ("[0, 6e1 mm/s]", [0, 0.06]),
-    ("[5, 10]", [5, 10]), ("[0, 10 mm/s, 1, 2 m/s]", [0, 0.01, 1, 2]), ("[5 mm/s, 1 m/s]", [0.005, 1]),
-    ("{start: 5, stop: 60 mm/s, num: 2}", [0.005, 0.06]), ("{stop: 60 mm/s, start: 5, num: 2}", [0.005, 0.06]),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_the_values_of_an_axis(axis, expected):
     np.testing.assert_array_equal(parse_config(f"{TEXT}axes: {{belt_speed: {axis}}}\n", "a").axes[0].points(), expected)
 
@@ -35,40 +32,19 @@ def test_each_quantity_of_a_group_has_its_own_unit():
     assert (stiffness, speed) == ([5000, 6000], [0.1, 0.2])
 
 
-@pytest.mark.parametrize("scatter, numbers, ends", [
-    ("normal: {mean: 10, std: 1 mm/s}", {"mean": 0.01, "std": 0.001}, {}),
-    ("uniform: [5, 10 mm/s]", {"low": 0.005, "high": 0.01}, {}),
-    ("triangular: {low: 1, mode: 5, high: 10 mm/s}", {"low": 0.001, "mode": 0.005, "high": 0.01}, {}),
-    ("lognormal: {median: 10, factor: 2}, truncated: {low: 5, high: 15 mm/s}", {"median": 0.01, "factor": 2},
-         {"low": 0.005, "high": 0.015}),
-    ("normal: {mean: 10, std: 1}", {"mean": 10, "std": 1}, {}),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_the_numbers_of_a_distribution(scatter, numbers, ends):
     text = f"{TEXT}uncertain: {{quantities: {{belt_speed: {{{scatter}}}}}}}\n"
     read = parse_config(text, "a").uncertain.quantities["belt_speed"]
     assert (read.numbers, read.ends) == (numbers, ends)
 
 
-@pytest.mark.parametrize("section, field, expected", [
-    ("border: {along: belt_speed, between: [5, 600 mm/s]}", "between", (0.005, 0.6)),
-    ("ramp: {along: belt_speed, between: [5, 600 mm/s]}", "between", (0.005, 0.6)),
-    ("attractors: {displacement: [-10, 10 mm], velocity: [-1000, 1000 mm/s]}", "velocity", (-1, 1)),
-    ("margins: {speed_range: [5, 600 mm/s]}", "speed_range", (0.005, 0.6)),
-    ("margins: {within: {belt_speed: [5, 600 mm/s], mass: 3}}", "within", {"belt_speed": (0.005, 0.6), "mass": 3}),
-    ("contours: {axes: [mass, belt_speed], between: {belt_speed: [5, 600 mm/s], mass: [1, 2]}}", "between",
-     {"belt_speed": (0.005, 0.6), "mass": (1, 2)}),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_the_ranges_of_studies(section, field, expected):
-    assert getattr(parse_config(f"{AT}{section}\n", "a").study, field) == expected
+    np.testing.assert_equal(getattr(parse_config(f"{AT}{section}\n", "a").study, field), expected)
 
 
-@pytest.mark.parametrize("after", [
-    "axes: {belt_speed: [5 mm/s, 10, 1 m/s, 2]}", "axes: {belt_speed: {start: 5 mm/s, stop: 60, num: 3}}",
-    "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1}}}}",
-    "uncertain: {quantities: {belt_speed: {normal: {mean: 10 mm/s, std: 1 mm/s}, truncated: {high: 15}}}}",
-    "border: {along: belt_speed, between: [5 mm/s, 600]}",
-    "axes: {belt_speed: [0.1, 0.2]}\nattractors: {displacement: [0, 1], velocity: [-1 m/s, 1000]}",
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_a_number_after_one_with_a_unit_is_refused(after):
     with pytest.raises(ConfigError, match=r"expected a unit with (2|60|1|15|600|2.0|1000) as well, since others have"):
         parse_config(f"{AT if 'axes' not in after and 'belt_speed: {' not in after else TEXT}{after}\n", "a")

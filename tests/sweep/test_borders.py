@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 
 import stickslip
 from helpers.commands import call
-from helpers.configs import GOOD, MEASURED_FORM, write_config
+from helpers.configs import write_config
+from helpers.data import cases
 from stickslip import theory
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
@@ -280,18 +281,7 @@ def test_a_border_at_zero_is_found_to_a_share_of_the_range():
 # --- bad input --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "how", "message"),
-    [
-        (GOOD, {"along": "belt_speed"}, "between: missing; belt_speed is no axis of the configuration"),
-        (GOOD, {"along": "belt_speed", "law": "cubic"}, "law: got 'cubic', but a configuration says its law itself"),
-        (MEASURED_FORM, {"along": "a1", "between": (0.1, 0.2)}, "a1 follows from mu_start, mu_reversal and v_rev"),
-        (GOOD, {"along": "mu_start", "between": (0.5, 0.6)}, "mu_start follows from a1, a2 and a3 in this"),
-        (GOOD.replace("  belt_speed: 10 mm/s\n", "").replace("  stiffness: 10\n", "")
-         + "axes: {pairs: {zip: {belt_speed: [0.1, 0.2], stiffness: [1, 2]}}}\n",
-         {"along": "stiffness", "between": (1, 2)}, "stiffness varies together with others in the axis pairs"),
-    ],
-)  # fmt: skip
+@cases("sweep.yaml")
 def test_what_a_configuration_cannot_give_is_said(text, how, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         stickslip.border(parse_config(text, "<test>"), **how)
@@ -309,11 +299,7 @@ def test_the_command_prints_borders_and_writes_them(tmp_path):
     done = command(path, "--along", "belt_speed", "--between", "50 mm/s", "1 m/s", "-o", output)
     assert done.exit_code == 0, done.output
     ds = stickslip.open(output)
-    row = re.search(
-        r"^10 N/m +(\S+) m/s +stick_slip +damped +restick_margin +\S+ m/s$",
-        done.output,
-        re.MULTILINE,
-    )
+    row = re.search(r"^10 N/m +(\S+) m/s +stick_slip +damped +restick_margin +\S+ m/s$", done.output, re.MULTILINE)
     assert float(row[1]) == pytest.approx(float(ds["border"][-1, 0]), rel=1e-11)
     assert re.search(r"^borders  \d on 3 of 3 lines$", done.output, re.MULTILINE)
 

@@ -15,6 +15,7 @@ import pytest
 import stickslip
 from helpers.commands import call, commands_of
 from helpers.configs import write_config
+from helpers.data import cases
 from helpers.runs import until
 from stickslip import extensions
 from stickslip.runs.work import Work
@@ -53,11 +54,7 @@ def test_without_an_output_it_is_said_that_the_map_is_not_kept(here, kernels):
     assert {p.name for p in here.iterdir()} == {"a map.yaml", "map.png"}
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--output", "map.txt"], "map.txt"),
-    (["--plot", "map.bmp"], "map.bmp: plots end in .png, .svg, .pdf"),
-    (["--plot", "nowhere/map.png"], "nowhere/map.png: no folder nowhere"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_a_target_that_will_not_do_is_told_before_computing(here, arguments, message):
     done = call("run", write_config(here), *arguments)
     assert done.exit_code == 2
@@ -163,28 +160,7 @@ def test_blocks_that_failed_are_shown_with_what_happened_and_computed_once_more(
     assert done.exit_code == 0 and "3,400 cells in" in done.stdout and (here / "map.nc").is_file(), done.output
 
 
-def test_shards_are_computed_shown_and_collected(here):
-    config = write_config(here, num=100, more="output: {file: a map µ.nc, plot: a.png}\n")
-    first = call("run", config, "--shard", "1/2")
-    assert first.exit_code == 0 and "shard 1/2: 6,600 cells computed into a map µ.nc.parts" in first.stdout
-    shown = call("status", config)
-    assert "6,600 of 10,000 cells (66.0%)" in shown.stdout
-    assert "2 finished, 1 missing, 0 failed, of 3" in shown.stdout and "held      by no process" in shown.stdout
-    part = call("collect", config)
-    assert part.exit_code == 1 and "3,400 of 10,000 cells are not computed" in part.stderr
-    assert call("run", config, "--shard", "2/2").exit_code == 0
-    whole = call("collect", "a map µ.nc.parts")
-    assert whole.exit_code == 0 and "missing" not in whole.stdout
-    assert {p.name for p in here.iterdir()} == {"small.yaml", "a map µ.nc"}
-    assert "no unfinished run beside it" in call("status", config).stdout
-
-
-@pytest.mark.parametrize(("section", "options", "map_file"), [
-    ("output: {file: other.nc}\n", ["-o", "a shard.nc"], "a shard.nc"),
-    ("output: {file: other.nc}\n", [], "other.nc"),
-    ("output: {file: other.nc}\n", ["--store", "blocks"], "other.nc"),
-    ("", ["--store", "blocks"], "map.nc"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options, map_file):
     config = write_config(here, num=100, more=section)
     done = call("run", config, "--shard", "1/2", *options)
@@ -195,20 +171,7 @@ def test_what_a_shard_names_next_works_when_it_is_pasted(here, section, options,
     assert int((stickslip.open(map_file)["regime"] != 0).sum()) == 6600
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--shard", "3/2"], "--shard: got '3/2', but shards are counted from 1: 1/2 to 2/2\nhint: in a SLURM array: "
-     "--array=1-2 and --shard $SLURM_ARRAY_TASK_ID/2"),
-    (["--shard", "0/40"], "--shard: got '0/40', but shards are counted from 1: 1/40 to 40/40\nhint: in a SLURM array: "
-     "--array=1-40 and --shard $SLURM_ARRAY_TASK_ID/40"),
-    (["--shard", "1/0"], "--shard: got '1/0', expected a shard such as 1/8"),
-    (["--shard", "1/2"], "a shard needs a place"),
-    (["--shard", "1/2", "-o", "none/x.nc"], "none/x.nc: no folder none"),
-    (["--shard", "1/2", "--fresh"], "other shards share the store"),
-    (["--store", "gopher://x/y"], "gopher://x/y: a working store has to be on a file system"),
-    (["--store", "small.yaml"], "small.yaml"),
-    (["--store", "."], "holds other things"),
-    (["--set", "execution.dask=head:8786"], "got 'head:8786', expected an address such as tcp://host:8786"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_stores_that_will_not_do_are_told(here, arguments, message):
     done = call("run", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr, done.output
@@ -296,28 +259,11 @@ def test_simulate_writes_one_cell_over_time(here):
     assert (here / "trace.png").exists()
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--at", "stiffness=1", "-t", "30", "-o", "t.nc"], "--at: belt_speed: missing"),
-    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "x", "-o", "t.nc"], "--duration: got 'x'"),
-    (["--at", "stiffness=1", "--at", "belt_speed=1", "-t", "3", "--plot", "t.bmp"], "t.bmp: plots end in"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_simulate_explains_what_is_missing(here, arguments, message):
     done = call("simulate", write_config(here), *arguments)
     assert done.exit_code == 2 and message in done.stderr
     assert "Traceback" not in done.output
-
-
-def test_plot_draws_maps_and_trajectories(here):
-    config = write_config(here)
-    assert call("run", config, "-o", "map.nc").exit_code == 0
-    assert (
-        call("simulate", config, "--at", "stiffness=1", "--at", "belt_speed=0.1", "-t", 9, "-o", "t.nc").exit_code == 0
-    )
-    assert call("plot", "map.nc").stdout == "plot     map.png\n"
-    assert call("plot", "map.nc", "--variable", "spring_force_max", "-o", "force.svg").exit_code == 0
-    assert call("plot", "map.nc", "--select", "stiffness=1", "-o", "strip.pdf").exit_code == 0
-    assert call("plot", "t.nc").exit_code == 0
-    assert {"map.png", "force.svg", "strip.pdf", "t.png"} <= {p.name for p in here.iterdir()}
 
 
 # --- schema, init -----------------------------------------------------------------------------------------------------

@@ -4,8 +4,10 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from helpers.maps import plane
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import chunks
+from stickslip.vocabulary.results import REGIMES
 
 
 def array(values) -> xr.DataArray:
@@ -79,3 +81,12 @@ def test_chunks_cover_every_cell_once_along_stored_ones(lengths, chunk, most):
         assert size <= max(most, chunk ** len(lengths))
         assert all(part.start % chunk == 0 for part in found.values())
     assert (counted == 1).all()
+
+
+def test_regimes_that_occur_are_counted_and_their_shares_add_up():
+    ds = plane(4, 5)
+    ds["regime"][:] = REGIMES.index("stick_slip")
+    ds["regime"][0] = REGIMES.index("creep")
+    found = coarse.summary(ds)
+    assert {name: share.cells for name, share in found.items()} == {"stick_slip": 15, "creep": 5}
+    assert sum(share.fraction for share in found.values()) == pytest.approx(1.0)

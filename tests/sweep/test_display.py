@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import stickslip
+from helpers.data import cases
 from helpers.maps import plane
 from helpers.plotted import notes_of
 from stickslip.config.reader import make_config, parse_config
@@ -74,12 +75,7 @@ def test_units_of_ranges_of_groups_and_of_what_is_searched_are_found():
     assert "display_units" not in lines["a3"].attrs
 
 
-@pytest.mark.parametrize(("name", "values", "expected"), [
-    ("period", [0.02, 0.0999], "ms"), ("period", [0.02, 0.1], "s"), ("period", [5e-5, np.nan], "µs"),
-    ("period", [np.nan, np.nan], "s"), ("frequency", [5.0], "Hz"), ("slip_speed_max", [1.0], "mm/s"),
-    ("restick_displacement", [1.0], "mm"), ("spring_force_max", [1.0], "kN"), ("acceleration_max", [1.0], "m/s2"),
-    ("damping_ratio", [1.0], ""), ("regime", [1], ""),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_outputs_follow_inputs_of_their_kind(result, name, values, expected):
     array = result[name].isel(stiffness=0, belt_speed=slice(None, len(values)))
     assert unit_of(array, np.array(values)).name == expected

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers.data import cases, rows
 from stickslip import engine
 from stickslip.engine import Options, compute
 from stickslip.engine import cells as maps
@@ -56,17 +57,7 @@ def test_a_cell_does_not_depend_on_the_exponents_of_its_neighbours():
         np.testing.assert_array_equal(together[name][cells["delta"] == 1.0], values, err_msg=name)
 
 
-DIMENSIONS = {  # powers of mass, length and time
-    "mass": (1, 0, 0), "stiffness": (1, 0, -2), "damping": (1, 0, -1), "normal_load": (1, 1, -2),
-    "belt_speed": (0, 1, -1), "a2": (0, -1, 1), "a4": (0, 1, -1), "displacement": (0, 1, 0), "velocity": (0, 1, -1),
-    "breakaway_time": (0, 0, 1), "restick_time": (0, 0, 1), "restick_displacement": (0, 1, 0), "period": (0, 0, 1),
-    "frequency": (0, 0, -1), "spring_force_max": (1, 1, -2), "spring_force_min": (1, 1, -2),
-    "slip_speed_max": (0, 1, -1), "acceleration_max": (0, 1, -2), "energy_per_cycle": (1, 2, -2),
-    "settling_time": (0, 0, 1), "stick_time": (0, 0, 1), "displacement_end": (0, 1, 0), "velocity_end": (0, 1, -1),
-    "settled_displacement": (0, 1, 0), "displacement_amplitude": (0, 1, 0), "velocity_amplitude": (0, 1, -1),
-    "cycle_force_max": (1, 1, -2), "cycle_force_min": (1, 1, -2),
-    "restick_margin": (0, 1, -1),
-}  # fmt: skip
+DIMENSIONS = rows("sweep.yaml")["test_engine"]["DIMENSIONS"]  # powers of mass, length and time
 scales = st.floats(-9.0, 9.0).map(lambda x: 10.0**x)
 
 
@@ -151,17 +142,7 @@ def test_no_cells_are_computed_at_once():
     assert done.complete and done.done == 0
 
 
-@pytest.mark.parametrize(("wrong", "message"), [
-    ({"rtol": 1.0}, "rtol: got 1.0, expected a number from 1e-12 to 0.01"),
-    ({"horizon": 0.0}, "horizon: got 0.0, expected a time > 0"),
-    ({"early_stop": False}, "early_stop=False .* needs a finite horizon"),
-    ({"threads": 0}, "threads: got 0, expected a whole number from 1 to 4096"),
-    ({"block": 0}, "block: got 0"),
-    ({"max_steps": 0}, "max_steps: got 0"),
-    ({"rtol": float("nan")}, "rtol: got nan"),
-    ({"threads": 1.5}, "threads: got 1.5"),
-    ({"law": "coulomb"}, "law: got 'coulomb', expected stribeck"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_options_out_of_range_are_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         Options(**wrong)

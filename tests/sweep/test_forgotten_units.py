@@ -6,6 +6,7 @@ import pytest
 
 from helpers.commands import call
 from helpers.configs import cell_at
+from helpers.data import cases
 from helpers.installed import shipped
 from stickslip.config.reader import load_config, parse_config
 from stickslip.config.resolve import config_path
@@ -75,12 +76,7 @@ axes: {belt_speed: {start: 1 mm/s, stop: 200 mm/s, num: 3}}
 """
 
 
-@pytest.mark.parametrize(("old", "new", "question"), [
-    ("5 N/mm", "3 N/m", "system.stiffness: under 10 N the belt drags the mass 1.33 m far"),
-    ("100 g", "100", "system.mass: got 100 kg; did you mean 100 g?"),
-    ("20 mm/s}", "20}", "friction.a4: got 20 m/s; did you mean 20 mm/s?"),
-    ("a1: 0.3", "a1: 30", "friction.a1: got 30"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_what_is_absurd_in_si_is_named_with_the_likely_unit(tmp_path, old, new, question):
     assert said(tmp_path, PAD) == []
     (asked,) = said(tmp_path, PAD.replace(old, new, 1))
@@ -152,21 +148,12 @@ def asked_of(*settings):
     return "\n".join(str(warning.message) for warning in caught)
 
 
-@pytest.mark.parametrize(("setting", "question"), [
-    ("belt_speed=50", "belt_speed: got 50 m/s; did you mean 50 mm/s?"),
-    ("stiffness=11", "stiffness: under 30 N the belt drags the mass 1.09 m far"),
-    ("mass=200", "mass: got 200 kg; did you mean 200 g?"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_numbers_that_pick_a_cell_are_asked_about(setting, question):
     others = [given for given in ("belt_speed=25 mm/s", "stiffness=12 N/mm") if given.split("=")[0] not in setting]
     assert question in asked_of(setting, *others)
 
 
-@pytest.mark.parametrize("settings", [
-    ("belt_speed=25 mm/s", "stiffness=12 N/mm"),
-    ("belt_speed=0.025", "stiffness=12000"),
-    ("belt_speed=500 mm/s", "stiffness=100 N/mm", "mass=1"),
-    ("belt_speed=0.5", "stiffness=12 N/mm"),  # beyond the axis, and no other unit puts it there
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_cells_that_are_plausible_are_not_asked_about(settings):
     assert asked_of(*settings) == ""

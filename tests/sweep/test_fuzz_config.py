@@ -1,10 +1,10 @@
-"""Any bytes as a configuration: a Config or a ConfigError, soon, and nothing else.
+"""Any bytes as a configuration: a Config or a ConfigError, soon, and nothing else. And damaged results.
 
 `STICKSLIP_FUZZ=50000 pytest tests/sweep/test_fuzz_config.py` tries that many; without it a few hundred are tried.
 """
 
-from __future__ import annotations
-
+import os
+import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -23,6 +23,8 @@ from stickslip.studies.draws import Inputs
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.quantities import PARAMETERS_OF
 
+TESTS = Path(__file__).parents[1]
+SEED = os.environ.get("STICKSLIP_SEED", "1")  # of damages of results
 LONGEST = 5.0  # s of computing for one file; the usual is a hundredth
 MOST_MEMORY = 600  # MB that a session of reading may grow by: a grid of 1e15 cells is refused, not allocated
 
@@ -149,3 +151,12 @@ def test_grids_beyond_all_bounds_are_refused_without_allocating(num, folder):
 def test_long_lists_of_mistakes_are_explained_in_part(values, folder):
     text = GRID.format(num=3).replace("{start: 1, stop: 2, num: 3}", f"[{values}]", 1)
     assert read(folder, text.encode()) is None
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="every file is read in a forked process")
+@pytest.mark.parametrize(("kind", "count"), [("nc", 6), ("zarr", 5)])
+def test_damaged_results_are_refused_or_read_as_they_were_written(kind, count):
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])}
+    command = [sys.executable, str(TESTS / "fuzz_files.py"), kind, str(min(EXAMPLES, 5000) or count), SEED]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -3,6 +3,7 @@ import pytest
 
 import stickslip
 from helpers.commands import call
+from helpers.data import cases
 from stickslip.config.grid import build_grid
 from stickslip.config.reader import parse_config
 from stickslip.dataset.build import map_dataset, provenance
@@ -66,16 +67,7 @@ def test_the_position_of_a_cell_is_that_of_its_number_however_the_map_is_read(tm
         assert cell.regime == REGIMES[int(ds["regime"].isel(cell.position))]
 
 
-@pytest.mark.parametrize(
-    ("options", "numbers"),
-    [
-        ({"regimes": ["failed"]}, [3]),
-        ({"regimes": ["failed", "unresolved"]}, [3, 7]),
-        ({"statuses": ["step_limit"]}, [7]),
-        ({"regimes": ["failed"], "statuses": ["step_limit"]}, []),
-        ({"regimes": ["damped"], "limit": 2}, [0, 1]),
-    ],
-)
+@cases("sweep.yaml")
 def test_any_regime_or_status_can_be_listed(options, numbers):
     ds, _, _ = made_up(MAP, failed=[3], unresolved=[7])
     assert [cell.number for cell in survey(ds, **options).cells] == numbers

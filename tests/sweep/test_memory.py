@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip
+from helpers.data import cases
 from helpers.nightly import few
 from stickslip.api.cells import time_span
 from stickslip.config.reader import parse_config
@@ -65,13 +66,7 @@ def test_attractors_of_it_are_sampled():
     assert found["regime_from_sliding"].values.tolist() == [1, 2]
 
 
-@pytest.mark.parametrize(
-    ("changes", "law", "message"),
-    [
-        ({"mu_stop": 0.3}, LAWS[0], "of stribeck, stribeck_delta"),
-        ({"contact_stiffness": 1e6}, LAWS[1], "lugre_stribeck"),
-    ],
-)
+@cases("sweep.yaml")
 def test_a_parameter_of_another_law_names_that_law(changes, law, message):
     with pytest.raises(TypeError, match=message):
         stickslip.evaluate(PAIR | {"belt_speed": 1e-2} | changes, law=law)
@@ -129,23 +124,7 @@ def test_attractors_serve_bristles():
     np.testing.assert_array_equal(both["settling_share"], [0.0, 1.0])
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (CONFIG.replace("[1 um/s", "[0"), "other than 0 m/s"),
-        (CONFIG.replace("a: 0.010", "a: 0"), "friction.a: got 0, expected a number above 0"),
-        (CONFIG.replace("1 um}", "1 um, mu_stop: 0.3}"), "got mu_stop with the law rate_state_ageing, expected none"),
-        (CONFIG.replace("D_c: 1 um", "a4: 1 mm/s"), "friction.D_c: missing"),
-        (bristle_config(", mu_stop: 0.3"), "got mu_stop with the law lugre_stribeck, expected none"),
-        (bristle_config(", ageing_rate: 0.1"), "got ageing_rate with the law lugre_stribeck, expected none"),
-        (bristle_config(axes="elastic_part: [0, 1]"), "elastic_part"),
-        (bristle_config().replace("a1: 0.25", "a1: 0"), "above 0"),
-        (bristle_config() + "start: {contact_time: 10 s}\n", "start.contact_time: got '10 s', expected 0 s"),
-        (bristle_config(", contact_stiffness: 1 N/um", "contact_time: [0, 10]"), "got 10, expected 0 s"),
-        (bristle_config(axes="contact_stiffness: [none, 1 N/um]"), "leave contact_stiffness out for a rigid contact"),
-        (bristle_config().replace("friction: {", "friction: {law: LuGre, "), "contact_stiffness of the contact beside"),
-    ],
-)
+@cases("sweep.yaml")
 def test_what_such_contacts_cannot_be_is_said(text, message):
     with pytest.raises(ConfigError) as error:
         parse_config(text)

@@ -67,14 +67,7 @@ SLIDING = CONTACT | {"mass": 1.0, "stiffness": 2e4, "damping": 2.0, "belt_speed"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("cell", "law"),
-    [
-        (BRISTLES, "stribeck"),
-        (SLIDING, LAWS[0]),
-        (SLIDING, LAWS[1]),
-    ],
-)
+@pytest.mark.parametrize(("cell", "law"), [(BRISTLES, "stribeck"), (SLIDING, LAWS[0]), (SLIDING, LAWS[1])])
 def test_the_work_of_the_belt_is_the_heat_of_friction_and_damper(cell, law):
     found = stickslip.evaluate(cell, law=law, rtol=1e-8)
     period, heat = float(found["period"][0]), float(found["energy_per_cycle"][0])

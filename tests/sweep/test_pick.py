@@ -3,6 +3,7 @@ import math
 import pytest
 
 from helpers.configs import cell_at
+from helpers.data import cases
 from stickslip.config.grid import seconds
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
@@ -40,19 +41,7 @@ def test_fixed_quantities_and_the_starting_state_can_be_changed_too():
     assert math.isnan(cell_at(MAP, (*CHOICE, "velocity=sticking"))["velocity"])
 
 
-WRONG = {
-    "axis without a value": (("pad=felt", "belt_speed=1"), "--at: stiffness: missing, expected a value for this axis"),
-    "group without a point": (("stiffness=1", "belt_speed=1"), "--at: pad: missing, expected one of the points"),
-    "misspelt": ((*CHOICE, "stifness=1"), "hint: did you mean stiffness?"),
-    "no equals sign": (("stiffness",), "--at: got 'stiffness', expected NAME=VALUE"),
-    "unknown label": (("pad=silk",), "--at: pad: got 'silk', expected felt, rubber or a position from 0 to 1"),
-    "wrong unit": ((*CHOICE, "mass=1 m"), "system.mass: got '1 m' (length), expected a mass"),
-    "not a number": ((*CHOICE, "mass=nan"), "system.mass: got"),
-    "member of a group": ((*CHOICE, "mass=-1"), "expected a mass above 0 kg"),
-}
-
-
-@pytest.mark.parametrize(("settings", "message"), WRONG.values(), ids=WRONG)
+@cases("sweep.yaml")
 def test_a_wrong_choice_is_explained(settings, message):
     with pytest.raises(ConfigError) as caught:
         cell_at(MAP, settings)

@@ -7,6 +7,7 @@ from PIL import Image
 
 from helpers.commands import call
 from helpers.configs import write_config
+from helpers.data import cases
 
 MARK = "rig: stiffness=1 N/m, belt_speed=200 mm/s"
 
@@ -53,14 +54,7 @@ def test_size_and_resolution_are_those_asked_for(computed):
         assert all(abs(one - other) <= 1 for one, other in zip(got, size, strict=True)), (got, size)
 
 
-@pytest.mark.parametrize(("arguments", "message"), [
-    (["--size", "16"], "expected a width and a height"), (["--size", "16 cm x 9 kg"], "expected a width and a height"),
-    (["--size", "16 km x 9 km"], "between 2.54 cm and 2.54 m"), (["--units", "belt_speed=N"], "a unit like m/s"),
-    (["--units", "belt_speed"], "expected NAME=UNIT"), (["--mark", "stiffness=1"], "where along belt_speed?"),
-    (["--limits", "belt_speed=1..2 N"], "cannot show belt_speed in 'N', expected a unit like m/s"),
-    (["--log", "speed"], "no 'speed'"), (["-o", "map.htmx"], "map.htmx: plots end in"),
-    (["-o", "nowhere/map.html"], "no folder nowhere"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_wrong_wishes_are_explained(computed, arguments, message):
     done = call("plot", "map.nc", *arguments)
     assert done.exit_code == 2 and message in done.stderr and "Traceback" not in done.output

@@ -5,6 +5,7 @@ import pytest
 from matplotlib.colors import LogNorm, to_rgb
 from matplotlib.contour import QuadContourSet
 
+from helpers.data import cases
 from helpers.maps import axis, make_map, plane
 from helpers.nightly import few
 from helpers.plotted import LUBRICANTS, legend_of, lubricants, notes_of, panels_of, speeds, stiffnesses
@@ -41,22 +42,7 @@ def test_logarithmic_scales_of_axes_and_colours():
     assert isinstance(figure.axes[0].collections[0].norm, LogNorm)
 
 
-@pytest.mark.parametrize(("wishes", "message"), [
-    ({"limits": ["period=2..1 s"]}, "expected the lower end first"),
-    ({"limits": ["period=2 s"]}, "with two dots between its ends"),
-    ({"limits": ["period=1..2 N"]}, "expected a time"),
-    ({"limits": ["colour=1..2"]}, "no 'colour' in this result; axes are stiffness, belt_speed"),
-    ({"limits": ["belt_speed"]}, "expected NAME=LOW..HIGH with a unit"),
-    ({"limits": ["belt_speed=5..6 m/s"]}, "nothing of the map lies within the limits of belt_speed; the axis"),
-    ({"log": ["colour"]}, "no 'colour'"),
-    ({"log": ["damping_ratio"]}, "not positive everywhere"),
-    ({"marks": ["stiffness=5 N/mm, belt_speed=0.1"]}, "outside of the map; the axis runs from 0.1 N/m to 1000 N/m"),
-    ({"marks": ["stiffness=5 N/m"]}, "--mark A: where along belt_speed?"),
-    ({"marks": ["mass=5 kg"]}, "'mass' is no axis of this map; axes are stiffness, belt_speed"),
-    ({"marks": ["stifness=5 N/m"]}, "did you mean stiffness?"),
-    ({"marks": ["stiffness=5 N, belt_speed=0.1"]}, "expected a stiffness"),
-    ({"marks": ["here"]}, "expected NAME=VALUE"),
-])  # fmt: skip
+@cases("sweep.yaml")
 def test_wishes_that_cannot_be_met_say_what_can(wishes, message):
     ds = plane()
     with pytest.raises(PlotError, match=message):
@@ -153,19 +139,6 @@ def test_a_sign_that_says_something_has_colours_that_part_at_zero(name, factor):
 
 
 # --- titles and legends ----------------------------------------------------------------------------------------------
-
-
-def test_titles_take_the_lines_they_need_in_a_narrow_figure():
-    long = "A title that is so long that it would run beyond both sides of the map, were it one line"
-    figure = plot_map(plane(), title=long)
-    heights = []
-    for width in (7.6, 3.5):
-        resize(figure, width, 3.0)
-        figure.draw_without_rendering()
-        box = figure.axes[0].title.get_window_extent()
-        assert box.x0 >= 0 and box.x1 <= figure.bbox.width
-        heights.append(box.height)
-    assert heights[1] > heights[0]
 
 
 # --- nothing is cut off -----------------------------------------------------------------------------------------------

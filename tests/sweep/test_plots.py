@@ -9,6 +9,7 @@ import pytest
 from matplotlib.colors import LogNorm, to_rgb
 
 import stickslip
+from helpers.data import cases
 from helpers.maps import axis, cell_dataset, make_map, plane
 from helpers.plotted import (
     LUBRICANTS,
@@ -76,12 +77,6 @@ def test_a_variable_without_a_single_value_is_refused_with_the_reason():
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
-def test_axes_are_named_with_units_and_follow_their_spacing():
-    ax = plot_map(plane()).axes[0]
-    assert ax.get_xlabel() == "belt speed (m/s)" and ax.get_ylabel() == "spring stiffness (N/m)"
-    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
-
-
 def test_cells_end_half_way_to_their_neighbours_on_the_scale_of_the_axis():
     ds = make_map(axis("stiffness", [1.0, 10.0, 100.0], "log"), axis("belt_speed", [0.1, 0.2, 0.4], "values"))
     np.testing.assert_allclose(MapAxis(ds, "stiffness").edges, np.array([0.1, 1.0, 10.0, 100.0]) * np.sqrt(10))
@@ -100,12 +95,6 @@ def test_points_without_names_are_described_by_what_varies():
 
 
 # --- any number of dimensions -----------------------------------------------------------------------------------------
-
-
-def test_leading_dimensions_become_panels_with_headings():
-    ds = make_map(axis("normal_load", [1.0, 2.5], "values"), stiffnesses(), speeds())
-    panels = panels_of(plot_map(ds))
-    assert [ax.get_title() for ax in panels] == ["normal load = 1 N", "normal load = 2.5 N"]
 
 
 def test_titles_of_friction_panels_and_of_their_axes_do_not_overlap():
@@ -161,20 +150,7 @@ def test_a_dimension_can_be_fixed_by_label_or_by_the_nearest_value(place):
     assert len(panels_of(plot_map(ds, select=place))) == 1
 
 
-@pytest.mark.parametrize(
-    ("place", "message"),
-    [
-        ({"mass": 1}, "dimensions are lubricant, stiffness, belt_speed"),
-        ({"k": 1}, r"dimensions are .*; did you mean stiffness\?"),
-        ({"lubricant": "greese"}, r"labels are .*; did you mean grease\?"),
-        ({"lubricant": "oil"}, "labels are dry, grease, bonded coating"),
-        ({"belt_speed": "fast"}, "expected a speed such as '10 mm/s' or a number in m/s"),
-        ({"belt_speed": "5 N"}, "expected a speed"),
-        ({"belt_speed": np.nan}, "expected a finite number"),
-        ({"belt_speed": 7.0}, r"cannot select belt_speed=7.0; the axis runs from 0.05 m/s to 0.6 m/s"),
-        ({"stiffness": "10 N/mm"}, "the axis runs from 0.1 N/m to 1000 N/m"),
-    ],
-)
+@cases("sweep.yaml")
 def test_impossible_selections_say_what_is_possible(place, message):
     with pytest.raises(PlotError, match=message):
         plot_map(make_map(*lubricants(LUBRICANTS), stiffnesses(), speeds()), select=place)

@@ -88,16 +88,6 @@ def test_nobody_pays_for_dask_or_h5py_who_opens_and_writes_no_file():
     assert subprocess.run([sys.executable, "-c", code], env=environment).returncode == 0
 
 
-def test_threads_read_one_file_at_once_and_right(kind, small_chunks, tmp_path):
-    import dask
-
-    ds = plane(60, 60)
-    with stickslip.open(writing.write(ds, tmp_path / f"map.{kind}")) as back:
-        with dask.config.set(scheduler="threads", num_workers=8):
-            for _ in range(3):
-                xr.testing.assert_identical(back.compute(), ds)
-
-
 MEMORY = """
 import sys
 from stickslip import plots

@@ -2,6 +2,7 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
+from helpers.data import cases
 from helpers.installed import shipped
 from stickslip.config.describe import json_schema
 from stickslip.config.reader import load_config, make_config
@@ -37,27 +38,7 @@ def test_the_starter_is_valid():
     assert complaints(plain(starter())) == []
 
 
-@pytest.mark.parametrize(
-    ("data", "where"),
-    [
-        ({"sistem": {}}, ""),
-        ({"system": {"mass": -1}}, "system/mass"),
-        ({"system": {"mass": "1"}}, "system/mass"),
-        ({"system": {"stifness": 1}}, "system"),
-        ({"friction": {"a1": "0.3"}}, "friction/a1"),
-        ({"friction": {"mu_stop": "sticking"}}, "friction/mu_stop"),
-        ({"axes": {"oil": [1, 2]}}, "axes/oil"),
-        ({"axes": {"oil": {"zip": {"mas": [1]}}}}, "axes/oil/zip"),
-        ({"solver": {"rtol": 1}}, "solver/rtol"),
-        ({"execution": {"threads": "many"}}, "execution/threads"),
-        ({"execution": {"dask": "head:8786"}}, "execution/dask"),
-        ({"output": {"file": "map.csv"}}, "output/file"),
-        ({"title": 3}, "title"),
-        ({"uncertain": {}}, "uncertain"),
-        ({"uncertain": {"quantities": {"oil": {"uniform": [1, 2]}}}}, "uncertain/quantities"),
-        ({"uncertain": {"fit": "p.csv", "subset": {"samples": 1}}}, "uncertain/subset/samples"),
-    ],
-)
+@cases("sweep.yaml")
 def test_what_the_reader_refuses_an_editor_marks(data, where):
     assert complaints(data) == [where]
 

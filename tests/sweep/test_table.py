@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 import stickslip
 from helpers import scipy_oscillator
+from helpers.data import cases
 from helpers.scipy_oscillator import Oscillator
 from stickslip.config.reader import parse_config
 from stickslip.engine import Options
@@ -155,21 +156,7 @@ def test_speeds_with_units_are_converted():
     assert stickslip.Table(["10 mm/s", "0.2 m/s"], [0.4, 0.3]) == stickslip.Table([0.01, 0.2], [0.4, 0.3])
 
 
-@pytest.mark.parametrize(
-    ("friction", "message"),
-    [
-        (f"{{table: {FELT}, law: rational}}", "besides a table"),
-        (f"{{table: {FELT}, mu_start: 0.5}}", "got mu_start with the law"),
-        (f"{{table: {FELT}, delta: 2}}", "got delta with the law"),
-        ("{table: 3}", "expected a CSV file"),
-        ("{table: {speed: [0, 1], mu: [1, 1], smooth: true}}", "unknown key"),
-        ("{table: {speed: [0, 1], mu: [1, 1], monotone: 3}}", "expected true or false"),
-        ("{table: {speed: [0, 1], mu: [1, 0]}}", "above 0"),
-        ("{table: {speed: [0, x], mu: [1, 1]}}", r"speed\[1\]: got 'x', expected a speed"),
-        ("{table: {speed: 0, mu: [1, 1]}}", "expected two lists alike"),
-        ("{table: none.csv}", "none.csv"),
-    ],
-)
+@cases("sweep.yaml")
 def test_wrong_tables_in_a_configuration_are_refused(friction, message):
     with pytest.raises((ConfigError, OSError), match=message):
         parse_config(YAML.format(friction))

@@ -9,6 +9,7 @@ import pytest
 
 from helpers.commands import call
 from helpers.configs import write_config
+from helpers.data import rows
 from helpers.installed import is_command
 from stickslip.errors import StoreError
 from stickslip.files import targets
@@ -17,36 +18,8 @@ from stickslip.files.locations import location
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links, pipes and /proc")
 CELL = ("--at", "stiffness=1", "--at", "belt_speed=0.1")
 COMPARED = ("--mass", "1 kg", "--stiffness", "1 N/m", "--load", "1 N")
-COMMANDS = {  # what writes a file: the words before its name, and the suffixes it may have
-    "run -o": (("run", "c.yaml", "-o"), (".nc", ".zarr", ".csv")),
-    "run --plot": (("run", "c.yaml", "-o", "map.nc", "--plot"), (".png", ".pdf")),
-    "border -o": (("border", "c.yaml", "--along", "stiffness", "-o"), (".nc",)),
-    "border --plot": (("border", "c.yaml", "--along", "stiffness", "--plot"), (".png",)),
-    "contours -o": (("contours", "c.yaml", "-o"), (".csv",)),
-    "attractors -o": (("attractors", "c.yaml", "-o"), (".nc",)),
-    "ramp -o": (("ramp", "c.yaml", "--along", "stiffness", "-o"), (".nc",)),
-    "ramp --plot": (("ramp", "c.yaml", "--along", "stiffness", "--plot"), (".svg",)),
-    "advise -o": (("advise", "c.yaml", *CELL, "-o"), (".nc",)),
-    "simulate -o": (("simulate", "c.yaml", *CELL, "-o"), (".nc", ".csv")),
-    "simulate --plot": (("simulate", "c.yaml", *CELL, "--plot"), (".png",)),
-    "listen -o": (("listen", "c.yaml", *CELL, "-o"), (".wav",)),
-    "listen --plot": (("listen", "c.yaml", *CELL, "--plot"), (".png",)),
-    "listen --level": (("listen", "c.yaml", "--level", "-o"), (".nc",)),
-    "fit --plot": (("fit", "p.csv", "--plot"), (".png",)),
-    "compare -o": (("compare", "p.csv", *COMPARED, "-o"), (".csv", ".nc", ".xlsx")),
-    "compare --plot": (("compare", "p.csv", *COMPARED, "--plot"), (".png",)),
-    "compare --report": (("compare", "p.csv", *COMPARED, "--report"), (".html",)),
-    "points -o": (("points", "p.csv", "-o"), (".csv",)),
-    "export -o": (("export", "map.nc", "-o"), (".csv", ".xlsx")),
-    "plot -o": (("plot", "map.nc", "-o"), (".png", ".svg", ".html")),
-    "rig run -o": (("rig", "run", "c.yaml", "-o"), (".nc",)),
-    "rig run --plot": (("rig", "run", "c.yaml", "--plot"), (".png",)),
-    "rig run --report": (("rig", "run", "c.yaml", "--report"), (".html",)),
-    "rig features -o": (("rig", "features", "r.csv", "-o"), (".csv", ".nc")),
-    "rig features --plot": (("rig", "features", "r.csv", "--plot"), (".png",)),
-    "explore --static": (("explore", "c.yaml", "--static"), (".html",)),
-    "collect -o": (("collect", "c.yaml", "-o"), (".nc",)),
-}
+# What writes a file: the words before its name, and the suffixes it may have.
+COMMANDS = rows("sweep.yaml")["test_targets"]["COMMANDS"]
 
 
 PRESENT = {name: row for name, row in COMMANDS.items() if is_command(row[0][0])}

@@ -346,12 +346,7 @@ def last_crossing(force, rate, load, mu0, beta, t0):
 
 
 @given(
-    st.floats(-0.99, 0.99),
-    st.floats(-6, 4),
-    st.floats(-2, 4),
-    st.floats(0.05, 2),
-    st.floats(-7, 0),
-    st.floats(-6, 3),
+    st.floats(-0.99, 0.99), st.floats(-6, 4), st.floats(-2, 4), st.floats(0.05, 2), st.floats(-7, 0), st.floats(-6, 3)
 )
 def test_breakaway_time_is_exact(share, log_rate, log_load, mu0, log_beta, log_t0):
     load = 10**log_load

@@ -1,7 +1,5 @@
 """Several threads at once; in processes of their own, since what goes wrong there is a crash or a deadlock."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from helpers.data import rows
+from helpers.data import cases, rows
 from stickslip.config.reader import load_config, parse_config
 from stickslip.config.yaml import parse_yaml
 from stickslip.errors import ConfigError
@@ -56,15 +56,7 @@ def test_windows_files_with_a_byte_order_mark_are_read(tmp_path):
 # --- types and places -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1e-3", 0.001), ("-1E5", -1e5), (".5", 0.5), ("1.", 1.0), ("017", 17), ("0x1f", 31), ("0o17", 15), ("-3", -3),
-        ("true", True), ("False", False), ("~", None), ("", None), ("-.inf", float("-inf")),
-        ("yes", "yes"), ("on", "on"), ("12:30:00", "12:30:00"), ("2001-01-01", "2001-01-01"), ("1_000", "1_000"),
-        ("nan", "nan"), ("1,5", "1,5"), ("'1e-3'", "1e-3"), ('"true"', "true"), ("10 mm/s", "10 mm/s"),
-    ],
-)  # fmt: skip
+@cases("sweep.yaml")
 def test_words_mean_what_yaml_1_2_says(text, value):
     found = parse_yaml(f"key: {text}\n").data["key"]
     assert found == value and type(found) is type(value)

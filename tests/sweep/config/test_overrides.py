@@ -3,6 +3,7 @@
 import pytest
 
 from helpers.configs import GOOD
+from helpers.data import cases
 from stickslip.config.reader import parse_config
 from stickslip.config.yaml import overridden, parse_yaml, setting
 from stickslip.errors import ConfigError
@@ -20,14 +21,7 @@ def complaint(text, *texts):
     return str(raised.value)
 
 
-@pytest.mark.parametrize(("text", "path", "value"), [
-    ("system.mass=200 g", ("system", "mass"), 0.2),
-    ("system.mass = 2", ("system", "mass"), 2.0),
-    ("solver.rtol=1e-9", ("solver", "rtol"), 1e-9),
-    ("title=A: b", None, None),
-    ("solver.max_steps=5", ("solver", "max_steps"), 5),
-    ("execution.threads=3", ("execution", "threads"), 3),
-])  # fmt: skip
+@cases("config.yaml")
 def test_a_setting_is_read_as_the_file_is(text, path, value):
     if path is None:
         assert "title: got a mapping" in complaint(GOOD, text)
@@ -55,21 +49,7 @@ def test_a_configuration_keeps_what_was_set():
     assert again == config and again.solver.rtol == 1e-9 and again.axes[0].num == 4
 
 
-@pytest.mark.parametrize(("text", "said"), [
-    ("system.mass=1,5 kg", "my.yaml: --set system.mass=1,5 kg: system.mass: got '1,5 kg', expected a mass"),
-    ("sytem.mass=1", "my.yaml: --set sytem.mass=1: sytem: unknown key"),
-    ("axes.stiffness.nm=1", "my.yaml: --set axes.stiffness.nm=1: axes.stiffness.nm: unknown key"),
-    ("axes.stiffness.num.more=1", "axes.stiffness.num has no more"),
-    ("axes.stiffness.num[0]=1", "axes.stiffness.num has no [0]"),
-    ("axes.stiffness[0]=1", "axes.stiffness has no [0]"),
-    ("axes.stiffness.num=[1", "my.yaml: --set axes.stiffness.num=[1: axes.stiffness.num: not valid YAML"),
-    ("axes.mass.num=5", "my.yaml: --set axes.mass.num=5: axes.mass.start: missing"),
-    ("system.stiffness=4", "given twice, as system.stiffness by --set system.stiffness=4 already"),
-    ("system.stiffness=4", "hint: --set axes.stiffness= removes the other"),
-    ("uncertain.quantities.mass={uniform: [1, 2]}", "hint: --set system.mass= removes the other"),
-    ("solver.draws=64", "hint: draws belongs to uncertain"),
-    ("axes.stiffness={start: 1, start: 2}", "--set axes.stiffness={start: 1, start: 2}: axes.stiffness: given twice"),
-])  # fmt: skip
+@cases("config.yaml")
 def test_errors_name_the_setting_in_place_of_a_line(text, said):
     assert said in complaint(AXES, text)
 

@@ -1,7 +1,5 @@
 """Refinement of labels that are known without any kernel: boxes, what the bound of the audit is worth, full maps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Refined maps through runs: the cells of the full map, the same store, the same files."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -107,10 +107,7 @@ def test_a_store_that_workers_do_not_see_is_written_by_the_client(cluster, confi
 
 def test_a_block_that_kills_every_worker_is_recorded_and_the_others_finish(cluster, config, output, whole):
     cluster.say("deadly-20")
-    with pytest.raises(
-        stickslip.IncompleteError,
-        match=r"blocks? \(\d+ cells\) failed, .* with KilledWorker: ",
-    ):
+    with pytest.raises(stickslip.IncompleteError, match=r"blocks? \(\d+ cells\) failed, .* with KilledWorker: "):
         stickslip.run(config, output, dask=cluster.address)
     store = f"{output}.parts"
     failed = [failure.block for failure in stickslip.status(store).failures]  # and what ran beside it each time

@@ -5,6 +5,7 @@ import pytest
 import stickslip
 from helpers.commands import call
 from helpers.configs import message, write_config
+from helpers.data import cases
 from helpers.runs import block_files, same
 from stickslip.config.reader import load_config, parse_config
 from stickslip.errors import ConfigError, StoreError
@@ -33,14 +34,7 @@ def test_the_regime_is_always_kept_and_names_are_in_the_order_of_the_table(few):
     assert parse_config(text).output.variables == ("regime", "period", "steps")
 
 
-@pytest.mark.parametrize(("asked", "complaint"), [
-    ("[regime, perod]", "output.variables[1]: got 'perod', expected a variable of a map: regime, status, "),
-    ("perod", "did you mean period?"),
-    ("[]", "expected a list of variables such as [regime, period]"),
-    ("3", "expected a list of variables such as [regime, period]"),
-    ("[sticks]", "got sticks, which only a run to a horizon defines"),
-    ("[computed]", "output.variables[0]: got 'computed'"),
-])  # fmt: skip
+@cases("runs.yaml")
 def test_variables_that_are_none_are_refused_with_those_there_are(few, asked, complaint):
     assert complaint in message(few.read_text().replace("[period, regime]", asked))
 

@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 import stickslip
+from helpers.data import cases
 from helpers.runs import block_files, opened, same, stop_early
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, StoreError
@@ -75,18 +76,7 @@ def test_results_of_another_search_or_a_map_are_not_overwritten(config, tmp_path
         stickslip.run(config, output)
 
 
-@pytest.mark.parametrize(("section", "message"), [
-    ("border: {between: [1, 2]}", "border.along: missing, expected parameter of a cell"),
-    ("border: {along: belt_sped}", "belt_speed?"),
-    ("border: {along: damping}", "border.between: missing; damping is no axis of the configuration"),
-    ("border: {along: belt_speed, between: [2, 1]}", "got [2, 1], expected the lower end first"),
-    ("border: {along: belt_speed, between: [2 kg, 3]}", "border.between: got [2 kg, 3] (mass), expected a speed"),
-    ("border: {along: mass, between: [0, 3]}", "expected a mass above 0 kg"),
-    ("border: {along: mu_stop, between: [0.5, 2]}", "expected at most mu_start = a1 + a3 = 1.3"),
-    ("border: {along: stiffness, scan: 1}", "border.scan: got 1, expected a whole number from 2"),
-    ("border: {along: stiffness, tolerance: 0}", "border.tolerance: got 0"),
-    ("border: {along: stiffness, between: [1, 2], widht: 3}", "unknown key"),
-])  # fmt: skip
+@cases("runs.yaml")
 def test_bad_sections_are_refused_with_their_place(section, message):
     with pytest.raises(ConfigError) as caught:
         parse_config(PAIR.replace("mass: 1", "mass: 1, belt_speed: 1") + section, "my.yaml")

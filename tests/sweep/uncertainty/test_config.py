@@ -1,7 +1,5 @@
 """The section uncertain: what it may say, and what is refused with file, line and key."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
@@ -9,6 +7,7 @@ import pytest
 from scipy import stats
 
 from helpers.configs import message
+from helpers.data import cases
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError
 
@@ -42,46 +41,9 @@ def test_a_distribution_may_have_its_name_and_its_numbers_from_scipy():
     assert gamma.distribution.at(z) == pytest.approx(stats.gamma(3, 0.005, 0.002).ppf(stats.norm.cdf(z)), rel=1e-9)
 
 
-BOTH = f"{SPEED}, damping: {{uniform: [0, 1]}}"
-BAD = [
-    (text(f"{SPEED}, damping: {{normal: {{mean: 0.1, std: 0.1}}}}"), "4:69: uncertain.quantities.damping: got 15.9 %"),
-    (text(f"{SPEED}, mu_stop: {{uniform: [1.1, 1.35]}}"), "4:78: uncertain.quantities.mu_stop: got 1.34993 in the"),
-    (text("mass: {uniform: [1, 2]}, belt_speed: {uniform: [1, 2]}"),
-     "4:16: uncertain.quantities.mass: given twice, as system.mass on line 1"),
-    (text() + "axes: {belt_speed: [1, 2]}\n",
-     "5:8: axes.belt_speed: given twice, as uncertain.quantities.belt_speed on line 4"),
-    (text(f"{SPEED}, dampin: {{uniform: [0, 1]}}"), "4:69: uncertain.quantities.dampin: unknown quantity, expected"),
-    (text("belt_speed: {gauss: {mean: 1, std: 1}}"),
-     "4:29: uncertain.quantities.belt_speed.gauss: unknown key, expected normal, lognormal"),
-    # whose quantiles SciPy would search for
-    (text("belt_speed: {foldnorm: {c: 1, loc: 1, scale: 1}}"), "4:29: uncertain.quantities.belt_speed.foldnorm: unkn"),
-    (text("belt_speed: {gamma: {a: -1, loc: 1, scale: 1}}"), "4:36: uncertain.quantities.belt_speed.gamma: got {'"),
-    (text("belt_speed: {gamma: {a: 2, scale: 1}}"), "uncertain.quantities.belt_speed.gamma.loc: missing, expected"),
-    (text("belt_speed: {normal: {mean: 1, std: 0}}"), "4:37: uncertain.quantities.belt_speed.normal: got {'normal'"),
-    (text("belt_speed: {uniform: {low: 2 m/s, high: 1 m/s}}"), "4:38: uncertain.quantities.belt_speed.uniform: got {"),
-    (text("belt_speed: {lognormal: {median: 1, factor: 0.5}}"), "4:40: uncertain.quantities.belt_speed.lognormal: got"),
-    (text("belt_speed: {normal: {mean: 1 m, std: 0.1}}"),
-     "4:44: uncertain.quantities.belt_speed.normal.mean: got '1 m' (length), expected a speed"),
-    (text(BOTH, "correlation: {between: [belt_speed, damping], matrix: [[1, -1], [-1, 1]]}"),
-     "5:57: uncertain.correlation.matrix: got a list, expected 2 rows"),
-    (text(BOTH, "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.4, 1]]}"),
-     "5:57: uncertain.correlation.matrix: got a list, expected 2 rows"),
-    (text(BOTH, "indices: true", "correlation: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
-     "5:12: uncertain.indices: got true, expected false"),
-    (text(BOTH, "covariance: {between: [belt_speed, damping], matrix: [[1, 0.5], [0.5, 1]]}"),
-     "5:3: uncertain.covariance: unknown key, expected quantities, correlation"),
-    (text(SPEED, "draws: 1000"), "5:10: uncertain.draws: got 1000, expected a power of two"),
-    (text(SPEED, "metrics: [perriod]"), "5:13: uncertain.metrics[0]: got 'perriod', expected a result"),
-    (text(SPEED, "draws: 67108864", "scramblings: 512"), "5:10: uncertain.draws: got 1.03e+11 cells"),
-    (text("belt_speed: {normal: {mean: 1, std: 0.1}, truncated: {low: 3}}"),
-     "4:37: uncertain.quantities.belt_speed.normal: got {'normal': {'mean': 1.0, 'std': 0.1}, 'truncated'"),
-    (HEAD.replace("mass: 1 kg", "mass: 1 kg, belt_speed: 1") + "  draws: 64\n", "3:1: uncertain.quantities: missing"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("bad", "said"), BAD)
+@cases("sweep.yaml")
 def test_what_is_wrong_is_said_with_its_place(bad, said):
-    assert said in message(bad)
+    assert said in message(bad if bad.startswith("system") else HEAD + bad)
 
 
 def test_a_border_is_not_asked_for_beside_probabilities():
@@ -110,19 +72,7 @@ def test_rows_stay_together_and_each_is_as_probable():
     assert not config.uncertain.indices
 
 
-@pytest.mark.parametrize(
-    ("quantities", "more", "expected"),
-    [
-        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2, 0.3]}, {}, "a3.drawn: got 3 values, expected 2 like a1"),
-        ({"a1": [0.1, -0.2], "a3": [0.1, 0.2]}, {}, "a1"),
-        ({"a1": [0.1]}, {"friction": {"a2": 0, "a3": 0.1, "a4": 0.1}}, "each of which is as probable"),
-        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]}, {"indices": True}, "Sobol indices"),
-        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]}, {"subset": {}}, "leads nowhere"),
-        ({"a1": [0.1, 0.2], "a3": [0.1, 0.2]},
-         {"correlation": {"between": ["a1", "a3"], "matrix": [[1, 0.5], [0.5, 1]]}},
-         "quantities that have a distribution"),
-    ],
-)  # fmt: skip
+@cases("sweep.yaml")
 def test_drawn_values_that_are_none_are_refused(quantities, more, expected):
     friction = more.pop("friction", {"a2": 0, "a4": 0.1})
     given = {name: {"drawn": values} for name, values in quantities.items()}

@@ -1,7 +1,5 @@
 """Draws: points, distributions, order; Sobol indices against closed forms, SciPy, and a double loop; their errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats

@@ -1,7 +1,5 @@
 """Subset simulation against probabilities that are known: planes, borders in closed form, plain Monte Carlo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats

@@ -1,7 +1,5 @@
 """Probabilities as a result: through the working store, in files, on screen and drawn."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

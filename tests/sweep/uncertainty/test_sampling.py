@@ -1,7 +1,5 @@
 """Probabilities of regimes against closed forms and plain Monte Carlo, and what unknown draws do to them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats
