@@ -71,7 +71,7 @@ def test_a_package_with_objects_computes_without_compiling(tmp_path):
     kernels = shutil.copytree(root, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__", "shipped-*"))
     folder = kernels / "stickslip_kernels" / objects.shipped_folder().name
     kind = objects.shipped_kind() or KIND
-    ship = runpy.run_path(str(Path(__file__).parents[2] / "packaging" / "objects.py"))["ship"]
+    ship = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "objects.py"))["ship"]
     assert [path.name for path in ship(folder, ["stribeck"], [kind])] == [
         objects.shipped_file(name, kind) for name in ("stribeck", "stribeck-maps", "stribeck-signals")
     ]
