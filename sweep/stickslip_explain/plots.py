@@ -120,7 +120,7 @@ def plot_information(ds: xr.Dataset, *, title: str | None = None) -> Figure:
         ax.annotate(str(number), (at, height), ha="center", va="center", fontsize="small", annotation_clip=False,
                     bbox={"boxstyle": "circle", "facecolor": WHITE, "edgecolor": BLACK})  # fmt: skip
     annotate(figure, ["numbers: the best places to measure next, in their order"])
-    entitle(figure, ax, str(ds.attrs.get("title", "")) if title is None else title)
+    entitle(figure, ax, str(ds.attrs.get("title", "")) if title is None else title, above_all=True)
     return figure
 
 
