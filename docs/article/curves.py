@@ -23,6 +23,7 @@ from article.recipe import (
 )
 from stickslip.api.runs import run
 from stickslip.dataset.display import MapAxis
+from stickslip.plots.maps import hatch
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION, paint
 from stickslip.theory import reversal_speed, stribeck, tendency
 
@@ -103,7 +104,9 @@ def _draw_regimes(ax: Axes, ds: xr.Dataset) -> None:
     """A strip of regimes over the belt speed for each start."""
     painted, speed = paint("regime", ds["regime"].values), MapAxis(ds, "belt_speed")
     for row, regimes in enumerate(ds["regime"].values):
-        ax.pcolormesh(speed.edges, [row - 0.4, row + 0.4], regimes[np.newaxis], cmap=painted.colours, norm=painted.norm)
+        edges, cells = np.array([row - 0.4, row + 0.4]), regimes[np.newaxis]
+        ax.pcolormesh(speed.edges, edges, cells, cmap=painted.colours, norm=painted.norm)
+        hatch(ax, "regime", cells, speed.edges, edges)
     ax.set_yticks(range(ds.sizes["start"]), labels=[str(start) for start in ds["start"].values])
     ax.tick_params(axis="y", length=0)
     ax.set_ylim(-0.6, ds.sizes["start"] - 0.4)

@@ -48,7 +48,7 @@ _REPORTED_PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4")
 
 NO_FILL = {"_FillValue": None}
 _OF_AXES = ("axis_spacing", DISPLAY)  # attributes of an axis that is given, which stay
-_COUNTS = ("steps", "scan_undecided", "node_count", "rank", "points", "draws_used", "fit_good")
+_COUNTS = ("steps", "scan_undecided", "node_count", "rank", "points", "fit_good")
 # whole numbers defined in every cell; other counts are NaN where nothing was counted
 
 
