@@ -2,7 +2,7 @@ import pytest
 
 from helpers.maps import plane
 from stickslip.dataset.coarse import summary
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 
 def test_regimes_that_occur_are_counted_and_their_shares_add_up():

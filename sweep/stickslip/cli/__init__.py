@@ -16,7 +16,7 @@ from stickslip import extensions
 from stickslip._version import __version__
 from stickslip.cli import screen
 from stickslip.cli.params import next_step
-from stickslip.vocabulary.results import STUDIES
+from stickslip.vocabulary.quantities import STUDIES
 
 Places = Mapping[str, str]  # the modules in which commands are, by name
 Sections = Mapping[str, Places]  # by heading of the help

@@ -12,7 +12,7 @@ from stickslip.cli import params, screen
 from stickslip.cli.outputs import save_plot, save_result, show_result
 from stickslip.cli.screen import JSON, fail, refuses_bad_input, reports_errors
 from stickslip.vocabulary.display_units import quantity
-from stickslip.vocabulary.results import (
+from stickslip.vocabulary.quantities import (
     REGIME_MESSAGES,
     REGIMES,
     STATUS_MESSAGES,
