@@ -239,7 +239,8 @@ class Work:
             return Block(self.study.compute(items, stop, moved), 0)
         assert isinstance(self.study, MapStudy)
         have, values = known
-        computed = self.study.compute_chosen(items, ~have, stop, moved)
+        cells = self.study.grid.pick(items.start + np.flatnonzero(~have))
+        computed = compute_range(cells, 0, cells.size, self.study.options, stop, moved)
         if moved:
             moved(int(have.sum()))
         results = self.study.blank(items)
@@ -285,13 +286,6 @@ class MapStudy(Study):
     def compute(self, items: range, stop: StopFlag, moved: Moved | None = None) -> Results:
         """The numbers of an undivided run, bit for bit."""
         return compute_range(self.grid, items.start, items.stop, self.options, stop, moved)
-
-    def compute_chosen(
-        self, items: range, chosen: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
-    ) -> Results:
-        """Those cells of a range that `chosen` marks, one flag per cell."""
-        cells = self.grid.pick(items.start + np.flatnonzero(chosen))
-        return compute_range(cells, 0, cells.size, self.options, stop, moved)
 
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The map, in memory."""
