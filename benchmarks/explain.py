@@ -27,7 +27,7 @@ from stickslip.config.grid import options_of
 from stickslip.config.reader import load_config
 from stickslip.config.resolve import config_path
 from stickslip.engine import stop_flag
-from stickslip.vocabulary.results import DECIDED, REGIMES
+from stickslip.vocabulary.quantities import DECIDED, REGIMES
 from stickslip_explain.section import Explain
 from stickslip_explain.study import ExplainStudy, tempered
 

@@ -20,7 +20,7 @@ if __name__ == "__main__":  # as a script, on the sources of this checkout
 
 from helpers import adversary_cells, adversary_court, adversary_memory
 from helpers.adversary_cells import Dispute, take
-from stickslip.vocabulary.results import STATUSES
+from stickslip.vocabulary.quantities import STATUSES
 
 COURTS = dict.fromkeys(adversary_cells.FAMILIES, adversary_court)
 COURTS |= dict.fromkeys(adversary_memory.FAMILIES, adversary_memory)

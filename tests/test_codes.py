@@ -5,7 +5,7 @@ import pytest
 
 from mutants import ROOT, mutants
 from stickslip.vocabulary.models import CURVE_LAWS, LAWS, MODELS, kernel_of
-from stickslip.vocabulary.results import MODES, REGIMES, STATUSES
+from stickslip.vocabulary.quantities import MODES, REGIMES, STATUSES
 from stickslip_kernels import layout
 from stickslip_kernels.contacts import lugre, rate_and_state
 from stickslip_kernels.contacts.stribeck import laws

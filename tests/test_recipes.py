@@ -57,7 +57,7 @@ def test_a_unit_a_metric_and_a_law_are_a_row_each(copy):
     """And a conversion: how far the belt moves in a cycle."""
     copy.insert("sweep/stickslip/vocabulary/units.py", "\n_KINDS = {", '\n    "Pa": ("a pressure", "2 bar"),')
     row = '\n    Variable("belt_travel", "m", "travel of the belt in a cycle"),'
-    copy.insert("sweep/stickslip/vocabulary/results.py", "\nVARIABLES: dict[str, Variable] = table(", row)
+    copy.insert("sweep/stickslip/vocabulary/quantities.py", "\nVARIABLES: dict[str, Variable] = table(", row)
     conversion = '\n    "belt_travel": lambda rows, by: rows[layout.PERIOD] * by.time * by.cells["belt_speed"],'
     copy.insert("sweep/stickslip/engine/dispatch.py", "the models have the rest", conversion)
     copy.insert("sweep/stickslip/vocabulary/models/stribeck.py", 'with a2 = 0",', '\n    "halving": "1/(1 + w/a4)",')
@@ -142,7 +142,7 @@ def test_a_new_study_is_a_file_and_its_row(copy, tmp_path):
     """It is read, computed, resumed, told, drawn and put on a page, and has a command, an entry in the schema and in
     the help."""
     copy.write("sweep/stickslip/studies/pace.py", PACE)
-    copy.insert("sweep/stickslip/vocabulary/results.py", *STUDY_ROW)
+    copy.insert("sweep/stickslip/vocabulary/quantities.py", *STUDY_ROW)
     (tmp_path / "pace.yaml").write_text(
         "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {a1: 1, a2: 0.1, a3: 0.3, a4: 0.1}\n"
         "axes:\n  belt_speed: {start: 0.1, stop: 0.5, num: 9}\n  damping: {start: 0, stop: 0.5, num: 7}\n"

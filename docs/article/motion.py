@@ -25,7 +25,7 @@ from article.recipe import (
 )
 from stickslip.api.runs import run
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY
-from stickslip.vocabulary.results import MODES, REGIMES
+from stickslip.vocabulary.quantities import MODES, REGIMES
 
 _SPEED = "speed (m/s)"
 

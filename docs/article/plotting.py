@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.dataset.display import si_unit, title
 from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
-from stickslip.vocabulary.results import MODES
+from stickslip.vocabulary.quantities import MODES
 
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE)  # of cases side by side, in this order
 DPI = 110

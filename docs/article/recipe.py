@@ -23,8 +23,7 @@ from stickslip.config.resolve import config_path
 from stickslip.dataset.build import provenance
 from stickslip.plots.layout import Figure as Plot
 from stickslip.studies.search import Looked, Scan, search_lines
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import PARAMETERS, REGIMES
 
 Cell = Mapping[str, float]
 Findings = dict[str, float | str]

@@ -11,7 +11,7 @@ from stickslip.api.studies import border
 from stickslip.config.resolve import config_path
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.models.stribeck import coefficients
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 _CONFIG = "rig/stiffness"
 _OF_A_CELL = ("mass", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")

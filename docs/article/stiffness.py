@@ -24,7 +24,7 @@ from article.recipe import (
 from stickslip.api.cells import evaluate
 from stickslip.api.runs import run
 from stickslip.plots.palette import BLACK, BLUE, GREY, VERMILLION
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 _STIFFNESS = "stiffness (N/m)"
 

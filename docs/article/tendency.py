@@ -30,7 +30,7 @@ from stickslip.api.runs import run
 from stickslip.plots.layout import Figure as Plot
 from stickslip.plots.palette import BLACK, paint
 from stickslip.theory import tendency
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 _V_REVERSAL = 0.34  # m/s, minimum of the curves of both configurations
 _RULED_OUT = tuple(REGIMES.index(name) for name in ("not_computed", "stuck", "unresolved", "failed"))

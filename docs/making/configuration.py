@@ -5,8 +5,7 @@ from typing import Any
 
 from making.markdown import code, codes, sentence, table
 from stickslip.config.describe import json_schema
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import DECIDED, MAP_VARIABLES
+from stickslip.vocabulary.quantities import DECIDED, MAP_VARIABLES, PARAMETERS, QUANTITIES, SEARCHABLE
 
 Schema = dict[str, Any]
 

@@ -6,7 +6,7 @@ from making.markdown import code, sentence, table
 from stickslip.config.studies import study_class
 from stickslip.studies.uncertain import STATISTICS
 from stickslip.vocabulary import results, units
-from stickslip.vocabulary.results import Variable
+from stickslip.vocabulary.quantities import Variable
 from stickslip_rig.quantities import EXACT, FEATURES
 from stickslip_sound.loudness import LEVEL_VARIABLES
 

@@ -25,8 +25,7 @@ from stickslip.studies.search import Floats, Integers, Labels, Looked, Scan
 from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
 from stickslip.vocabulary.models import laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter, table
-from stickslip.vocabulary.quantities import PARAMETERS, SEARCHABLE, listed
-from stickslip.vocabulary.results import REGIMES, UNDECIDED, VERDICTS, VIBRATING
+from stickslip.vocabulary.quantities import PARAMETERS, REGIMES, SEARCHABLE, UNDECIDED, VERDICTS, VIBRATING, listed
 from stickslip.vocabulary.units import ends_of
 
 PROBABILITY = 0.95  # where quantities scatter and no other one is wanted

@@ -16,8 +16,8 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection
 from stickslip.config.studies import Moved, ReportTable
 from stickslip.dataset.build import NO_FILL, grid_coordinates, of_parameter, shown_in, study_dataset
-from stickslip.dataset.display import unit_of
-from stickslip.engine import Options, Results, StopFlag
+from stickslip.dataset.display import axis_names, parts_over, unit_of
+from stickslip.engine import Options, Results, StopFlag, joined
 from stickslip.errors import ArgumentError
 from stickslip.studies.changes import ChangeSpace, Reach, nearest, reach_of, turned_in
 from stickslip.studies.contours import VARIABLES, ContourStudy, lines_dataset
@@ -25,13 +25,11 @@ from stickslip.studies.draws import Design
 from stickslip.studies.lines import CellsOrConfig, Lines, fine_enough
 from stickslip.studies.plane import OPEN, PlaneSearch
 from stickslip.studies.search import Floats, Labels
-from stickslip.studies.study import axis_names, joined, parts_over
 from stickslip.vocabulary.cells import taken
 from stickslip.vocabulary.display_units import customary, spoken
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip.vocabulary.results import VERDICTS
+from stickslip.vocabulary.quantities import SEARCHABLE, VERDICTS
 from stickslip_explain.goal import IMPOSSIBLE, PROBABILITY, QUIET, VIBRATES, Demand, Goal, goal_plane
 
 _PER_POINT = 8  # places judged per grid point along one side of the plane, about

@@ -26,7 +26,7 @@ from stickslip.config.studies import Moved
 from stickslip.engine import Options, Results, StopFlag, friction_at_belt_speed
 from stickslip.studies.draws import computed_where, drawn_cells
 from stickslip.vocabulary.cells import Cells, Parameters
-from stickslip.vocabulary.results import DECIDED, REGIMES, UNDECIDED
+from stickslip.vocabulary.quantities import DECIDED, REGIMES, UNDECIDED
 from stickslip_explain.section import POINT, Measured, Observation
 
 Floats = NDArray[np.float64]

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.config.yaml import section_in
-from stickslip.dataset.display import MapAxis, unit_of
-from stickslip.dataset.polylines import plane_names
+from stickslip.dataset.display import MapAxis, plane_names, unit_of
 from stickslip.dataset.selection import selected
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure, annotate, apply, entitle, legend
@@ -21,7 +20,7 @@ from stickslip.plots.maps import plot_map
 from stickslip.plots.marks import PLAIN, Look
 from stickslip.plots.palette import BLACK, GREY, SKY, WHITE, regime_label
 from stickslip.vocabulary.display_units import spoken
-from stickslip.vocabulary.results import VERDICTS, VIBRATING
+from stickslip.vocabulary.quantities import VERDICTS, VIBRATING
 
 _COLUMNS = 3  # of quantities side by side
 _BINS = 30

@@ -25,8 +25,7 @@ from stickslip.engine import Options, stop_flag
 from stickslip.errors import ArgumentError
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS, listed, or_meant
-from stickslip.vocabulary.results import DECIDED, REGIMES
+from stickslip.vocabulary.quantities import DECIDED, PARAMETERS, REGIMES, listed, or_meant
 from stickslip_explain.likelihood import grid_of_predictions, log_shares, results_over
 from stickslip_explain.section import METRICS, POINT, Explain, law_of
 from stickslip_explain.summary import table_over

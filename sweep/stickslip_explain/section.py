@@ -20,8 +20,7 @@ from stickslip.errors import Path, QuantityError
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import WRITTEN_LAWS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, listed
-from stickslip.vocabulary.results import DECIDED, TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.quantities import DECIDED, PARAMETERS, QUANTITIES, TRACE_VARIABLES, VARIABLES, listed
 
 EXPLAIN: dict[str, Parameter] = table(
     Parameter("mislabelled", "1", "probability that the regime of an observation was noted wrongly", "explain",

@@ -30,13 +30,11 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.studies import Moved, ReportTable, Study
-from stickslip.engine import Options, Results, StopFlag
+from stickslip.engine import Options, Results, StopFlag, joined
 from stickslip.errors import Path
-from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, taken
 from stickslip.vocabulary.models import laws_with, model_of
-from stickslip.vocabulary.quantities import PARAMETERS_OF, QUANTITIES
-from stickslip.vocabulary.results import DECIDED, REGIMES
+from stickslip.vocabulary.quantities import DECIDED, PARAMETERS_OF, QUANTITIES, REGIMES
 from stickslip_explain import proposals, summary
 from stickslip_explain.likelihood import RECORD, Experiment, Floats, grid_of_predictions, results_over
 from stickslip_explain.section import Explain, law_of

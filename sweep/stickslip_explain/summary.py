@@ -24,8 +24,7 @@ from stickslip.engine import Results
 from stickslip.studies.draws import ratio
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip.vocabulary.results import DECIDED
+from stickslip.vocabulary.quantities import DECIDED, SEARCHABLE
 from stickslip_explain.section import Explain
 
 Floats = NDArray[np.float64]

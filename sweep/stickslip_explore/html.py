@@ -10,8 +10,7 @@ from jinja2 import Environment, PackageLoader
 from stickslip.plots.palette import BLUE, FLAG_COLOURS, ORANGE
 from stickslip.vocabulary.display_units import Unit, number, quantity, spoken, unit_for
 from stickslip.vocabulary.models import MODELS
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import REGIME_MESSAGES, STATUS_MESSAGES, VARIABLES, flag_label
+from stickslip.vocabulary.quantities import PARAMETERS, REGIME_MESSAGES, STATUS_MESSAGES, VARIABLES, flag_label
 from stickslip_explore.maps import MapPicture
 from stickslip_explore.motions import CellMotions, Motion
 from stickslip_explore.view import At, Source, View, settings

@@ -20,7 +20,7 @@ from stickslip.errors import StoppedError
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR, Paint, marked, paint, regime_label
 from stickslip.runs.work import MapStudy
 from stickslip.vocabulary.display_units import Unit, number, unit_for
-from stickslip.vocabulary.results import FLAGS, VARIABLES
+from stickslip.vocabulary.quantities import FLAGS, VARIABLES
 from stickslip.vocabulary.units import spelled
 from stickslip_explore.view import FULL, Sides, Source, View
 

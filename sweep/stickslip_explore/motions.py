@@ -13,7 +13,7 @@ from stickslip.theory.contacts import time_to_cycle
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.models.model import Scales
-from stickslip.vocabulary.results import MODES, REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.quantities import MODES, REGIMES, STATUS_MESSAGES, STATUSES
 
 Floats = NDArray[np.float64]
 _CYCLES, _SLOW_CYCLES = 3.4, 1.6  # shown of a cycle, and of one that sticks most of its time

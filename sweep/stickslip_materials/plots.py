@@ -22,7 +22,7 @@ from stickslip.plots.palette import BLACK, FLAG_COLOURS, look_of
 from stickslip.theory import reversal_speed
 from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE
-from stickslip.vocabulary.results import QUIET_STATES
+from stickslip.vocabulary.quantities import QUIET_STATES
 from stickslip_materials.compare.result import speeds_of
 
 if TYPE_CHECKING:

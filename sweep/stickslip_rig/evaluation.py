@@ -16,7 +16,7 @@ from stickslip.config.studies import ReportTable
 from stickslip.dataset.build import NO_FILL, attributes_of
 from stickslip.dataset.display import MapAxis
 from stickslip.vocabulary.display_units import number
-from stickslip.vocabulary.results import STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.quantities import STATUS_MESSAGES, STATUSES
 from stickslip_rig import defects
 from stickslip_rig.drive_motion import drive_displacement
 from stickslip_rig.hum import subtract_hum

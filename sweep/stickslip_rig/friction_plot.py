@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure, entitle, legend
 from stickslip.plots.palette import BLACK, BLUE, SKY, VERMILLION, look_of
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 from stickslip_materials.fit import fit_curve
 
 _SIZE = (6.3, 3.54)  # inches: 16 cm x 9 cm

@@ -25,8 +25,7 @@ from stickslip.errors import ConfigError, Path, QuantityError, StoppedError
 from stickslip.studies.draws import drawn_cells
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Parameters
-from stickslip.vocabulary.quantities import QUANTITIES, listed
-from stickslip.vocabulary.results import DECIDED, REGIMES
+from stickslip.vocabulary.quantities import DECIDED, QUANTITIES, REGIMES, listed
 from stickslip_rig.evaluation import features_of_strokes, strokes_of
 from stickslip_rig.quantities import CONDITIONS, FORCES
 from stickslip_rig.records import read_record

@@ -30,10 +30,10 @@ from stickslip.config.reader import load_config, make_config
 from stickslip.config.studies import Moved
 from stickslip.config.yaml import Setting
 from stickslip.dataset.build import grid_coordinates, study_dataset
+from stickslip.engine import joined
 from stickslip.errors import StoppedError
-from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import scales_of
-from stickslip.vocabulary.results import MODES, STATUSES
+from stickslip.vocabulary.quantities import MODES, STATUSES
 from stickslip_rig.evaluation import PEAKS, features, rate, test_names
 from stickslip_rig.quantities import CONDITIONS, EXACT, FEATURES, MATERIAL, PER_PEAK, RATINGS, SIGNALS
 from stickslip_rig.records import make_record

@@ -21,14 +21,12 @@ from stickslip.config.model import Config
 from stickslip.config.reader import as_config
 from stickslip.config.studies import is_config
 from stickslip.dataset.build import given_cells, grid_coordinates, provenance, variable_of
-from stickslip.engine import Options, Results, Scales, SolverKeywords
+from stickslip.engine import Options, Results, Scales, SolverKeywords, joined
 from stickslip.progress import Watch, watched
 from stickslip.runs.threads import CellsOrConfig
-from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, VARIABLES
 from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of
 
 LEVEL = Variable(

@@ -24,7 +24,7 @@ from scipy import fft  # type: ignore[import-untyped]
 
 from stickslip.engine import Options, Results, Scales, sampled
 from stickslip.vocabulary.cells import Parameters, taken
-from stickslip.vocabulary.results import REGIMES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUSES
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -26,7 +26,7 @@ from stickslip.files.targets import replaced
 from stickslip.theory.contacts import static_friction
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.models import model_with
-from stickslip.vocabulary.results import REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUS_MESSAGES, STATUSES
 from stickslip_sound.loudness import a_weighting, levels
 from stickslip_sound.series import HIGHEST, REACHED, RTOL, Series, cycles_of, samples_for, series_of
 

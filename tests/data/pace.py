@@ -9,9 +9,8 @@ from stickslip.config.grid import build_grid
 from stickslip.config.sections import BOOLEAN, StudySection, of_row
 from stickslip.config.studies import Study
 from stickslip.dataset.build import grid_coordinates, study_dataset
-from stickslip.engine import compute_range
+from stickslip.engine import compute_range, joined
 from stickslip.plots import plot_map
-from stickslip.studies.study import joined
 from stickslip.vocabulary.parameter import Parameter, Variable, table
 
 

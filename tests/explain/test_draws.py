@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 from scipy.integrate import quad
 
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 from stickslip_explain.likelihood import observation_terms
 from stickslip_explain.section import Observation
 from stickslip_explain.study import tempered

@@ -10,7 +10,7 @@ from stickslip.config.grid import build_grid
 from stickslip.config.reader import make_config
 from stickslip.engine import Options, stop_flag
 from stickslip.theory.contacts import coulomb_cycle
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 from stickslip_explain.likelihood import Experiment
 from stickslip_explain.section import Observation
 from stickslip_explain.study import tempered

@@ -11,10 +11,10 @@ from helpers.configs import MEASURED_FORM
 from helpers.data import cases
 from stickslip import theory
 from stickslip.config.reader import parse_config
-from stickslip.dataset.polylines import polylines
+from stickslip.dataset.display import polylines
 from stickslip.errors import ConfigError
 from stickslip.plots import kind_of
-from stickslip.vocabulary.results import REGIMES, VERDICTS, VIBRATING
+from stickslip.vocabulary.quantities import REGIMES, VERDICTS, VIBRATING
 from stickslip_explain.goal_study import GoalStudy
 
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0}

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip
 from helpers.commands import call
-from stickslip.vocabulary.results import DECIDED
+from stickslip.vocabulary.quantities import DECIDED
 from stickslip_explain.proposals import _Outcomes
 
 STICK_SLIP, DAMPED = DECIDED.index("stick_slip"), DECIDED.index("damped")

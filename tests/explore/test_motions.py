@@ -12,7 +12,7 @@ from helpers.nightly import few
 from helpers.unstable_cycle import Cycle
 from stickslip.engine import Options, stop_flag
 from stickslip.vocabulary.models import CURVE_LAWS
-from stickslip.vocabulary.results import MODES
+from stickslip.vocabulary.quantities import MODES
 from stickslip_explore import maps
 from stickslip_explore.html import cell_html, numbers_html, place_words, simulate_command
 from stickslip_explore.motions import motions_of

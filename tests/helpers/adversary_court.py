@@ -10,7 +10,7 @@ from helpers import adversary_cells
 from helpers.adversary_cells import take
 from judge import BAND_SHARE, TIGHT, judge, to_kernel
 from judge.curve import weakened
-from stickslip.vocabulary.results import REGIMES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUSES
 
 SETTLES = ("damped", "creep")
 CLASS = {"stick_slip": "stick_slip", "damped": "settles", "creep": "settles", "sustained": "rings", "stuck": "stuck"}

@@ -5,7 +5,7 @@ import numpy as np
 import stickslip
 from helpers.adversary_cells import exponents, log_uniform, some
 from judge import memory
-from stickslip.vocabulary.results import REGIMES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUSES
 
 NAN = float("nan")
 PLAIN = {

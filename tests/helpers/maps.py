@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.dataset.build import cell_coordinates, evaluated_dataset, map_dataset, provenance, variable_of
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.quantities import PARAMETERS, VARIABLES
 
 FIXED = {"mass": 1.0, "damping": 0.05, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1,
          "mu_stop": float("nan"), "mu_static": float("nan"), "displacement": 0.0, "velocity": float("nan")}  # fmt: skip

@@ -16,7 +16,7 @@ from helpers.data import cases
 from helpers.measured import FILES, SYSTEM
 from stickslip.errors import UnitWarning
 from stickslip.plots import plot_materials
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 from stickslip_materials.compare.table import RankTable, verdict
 
 SPEED = np.geomspace(0.0005, 0.4, 14)

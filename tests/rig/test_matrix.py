@@ -13,7 +13,7 @@ from matplotlib.contour import QuadContourSet
 from stickslip.config.reader import parse_config
 from stickslip.errors import PlotError
 from stickslip.plots.layout import save
-from stickslip.vocabulary.results import STATUSES
+from stickslip.vocabulary.quantities import STATUSES
 from stickslip_rig.api import RPN_NAME, RigTests, load_rig, make_rig, run_matrix
 from stickslip_rig.evaluation import test_names as names_of_tests
 from stickslip_rig.plots import LIGHTS, plot_matrix

@@ -8,7 +8,7 @@ import pytest
 import stickslip
 from helpers.rig_cases import data, exact, random_data, reference, rig
 from stickslip.vocabulary.models import CURVE_LAWS
-from stickslip.vocabulary.results import STATUSES
+from stickslip.vocabulary.quantities import STATUSES
 from stickslip_rig import simulation as apparatus
 from stickslip_rig.api import RigTests, features, make_rig, run_matrix
 from stickslip_rig.quantities import EXACT, FEATURES

@@ -21,7 +21,7 @@ from stickslip.config.reader import parse_config
 from stickslip.engine import Options
 from stickslip.plots.pages import pictures_of
 from stickslip.vocabulary.cells import as_cells
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 from stickslip_sound.loudness import a_weighting, decibels, levels, levels_of
 
 LEVEL = "acceleration_level_a"

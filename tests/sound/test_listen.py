@@ -80,7 +80,7 @@ def test_every_regime_has_a_duration():
     cells = cell(belt_speed=[0.1, 0.9, 0.0, 0.3, 0.5], damping=[0.0, 0.0, 0.0, 0.0, 5.0], a3=[0.3, 0.3, 0.3, 0.0, 0.3])
     cells |= {"a2": [0.1, 0.1, 0.1, 0.0, 0.1], "velocity": [np.nan, np.nan, np.nan, 0.0, np.nan]}
     found = stickslip.evaluate(cells)
-    kinds = {stickslip.vocabulary.results.REGIMES[i] for i in found["regime"].values}
+    kinds = {stickslip.vocabulary.quantities.REGIMES[i] for i in found["regime"].values}
     assert kinds == {"stick_slip", "damped", "stuck", "sustained", "creep"}
     for i in range(5):
         look = time_span(found.isel(cell=[i]))

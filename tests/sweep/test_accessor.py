@@ -17,7 +17,7 @@ from helpers.plotted import draws_what_the_command_draws
 from stickslip import plots
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 ROOT = Path(__file__).parents[2]
 FRICTION = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

@@ -12,7 +12,7 @@ import stickslip
 from helpers.configs import write_config
 from stickslip import engine
 from stickslip.vocabulary.models import STRIBECK
-from stickslip.vocabulary.results import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES_OF
+from stickslip.vocabulary.quantities import MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES_OF
 
 REFERENCE = Path(__file__).parents[1] / "data" / "oscillator.csv"
 INPUTS = ("mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")

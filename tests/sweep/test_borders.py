@@ -18,7 +18,7 @@ from stickslip import theory
 from stickslip.config.reader import parse_config
 from stickslip.files import writing
 from stickslip.studies.search import Looked, Scan, search_lines
-from stickslip.vocabulary.results import METHODS, REGIMES
+from stickslip.vocabulary.quantities import METHODS, REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 STICK_SLIP, DAMPED, CREEP = (REGIMES.index(name) for name in ("stick_slip", "damped", "creep"))

@@ -19,7 +19,7 @@ from helpers.data import cases
 from helpers.runs import until
 from stickslip import extensions
 from stickslip.runs.work import Work
-from stickslip.vocabulary.results import STATUSES
+from stickslip.vocabulary.quantities import STATUSES
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,14 +9,14 @@ import stickslip
 from helpers.configs import write_config
 from stickslip import theory
 from stickslip.config.reader import parse_config
-from stickslip.dataset.polylines import polylines
+from stickslip.dataset.display import polylines
 from stickslip.engine import stop_flag
 from stickslip.files import writing
 from stickslip.studies import plane as plane_search
 from stickslip.studies.contours import Contours, ContourStudy
 from stickslip.studies.lines import fine_enough, opened
 from stickslip.studies.plane import Crossing, PlaneSearch, Segment, chained, joined, meeting_points
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 PAIR = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "normal_load": 3.0, "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0,

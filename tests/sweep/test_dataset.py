@@ -7,8 +7,7 @@ import pytest
 from helpers.maps import axis, make_grid, make_results, plane
 from stickslip.dataset import build as made_by
 from stickslip.dataset.build import map_dataset, provenance, trace_dataset
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import FLAGS, MODES, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.quantities import FLAGS, MODES, PARAMETERS, REGIMES, STATUSES, TRACE_VARIABLES, VARIABLES
 
 
 def test_every_variable_carries_units_and_long_name():

@@ -15,8 +15,7 @@ from stickslip.dataset.display import MapAxis, unit_of, with_units
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, HATCHES
-from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.quantities import QUANTITIES, VARIABLES
 
 ENGINEER = """
 system: {mass: 100 g, normal_load: 0.01 kN}

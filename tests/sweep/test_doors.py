@@ -10,7 +10,7 @@ from helpers.nightly import few
 from stickslip.config.reader import parse_config
 from stickslip.dataset.display import MapAxis
 from stickslip.plots.marks import by_formula
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 TABLE = "table: {speed: [0.001, 0.005, 0.02, 0.1, 1.0], mu: [0.30, 0.29, 0.27, 0.25, 0.256]}"
 BRISTLES = "contact_stiffness: 20 N/mm, contact_damping: 5 N s/m"

@@ -6,7 +6,7 @@ import pytest
 import stickslip
 from helpers.adversary_cells import log_uniform
 from helpers.plain_slip import PlainSlip
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BOX = {"displacement": (-50.0, 50.0), "velocity": (-50.0, 50.0)}

@@ -8,8 +8,7 @@ from stickslip.config.reader import make_config
 from stickslip.dataset.build import map_dataset
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.models.stribeck import coefficients
-from stickslip.vocabulary.quantities import PARAMETERS_OF
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.quantities import PARAMETERS_OF, VARIABLES
 
 SYSTEM = {"mass": 1.0, "stiffness": 10.0, "normal_load": 5.0, "belt_speed": 0.1, "damping": 0.5}
 CURVE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

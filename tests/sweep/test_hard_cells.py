@@ -17,7 +17,7 @@ from helpers.nightly import few
 from judge import judge
 from stickslip.config.reader import as_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.results import REGIMES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUSES
 
 INPUTS = (
     "mass", "stiffness", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "delta", "mu_static",

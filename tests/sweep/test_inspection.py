@@ -10,7 +10,7 @@ from stickslip.dataset.build import map_dataset, provenance
 from stickslip.dataset.coarse import chunks, remark, summary, survey
 from stickslip.errors import ConfigError
 from stickslip.files import writing
-from stickslip.vocabulary.results import REGIMES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUSES
 
 MAP = """
 title: a map

@@ -11,7 +11,7 @@ from stickslip.config.reader import parse_config
 from stickslip.engine import stop_flag
 from stickslip.studies.changes import MarginSearch, checked, reach_of
 from stickslip.vocabulary.cells import as_cells
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 COULOMB = {"mass": 2.0, "stiffness": 50.0, "damping": 3.0, "normal_load": 3.0, "belt_speed": 0.01,
            "a1": 0.3, "a2": 0.0, "a3": 0.0, "a4": 1.0, "mu_static": 0.45}  # fmt: skip

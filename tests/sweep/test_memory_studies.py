@@ -7,7 +7,7 @@ import stickslip
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
 from stickslip.studies.search import Looked, Scan, search_lines
-from stickslip.vocabulary.results import METHODS, REGIMES
+from stickslip.vocabulary.quantities import METHODS, REGIMES
 
 PAIR = {"mass": 1.0, "normal_load": 10.0, "mu_0": 0.6, "v_0": 1e-6, "a": 0.01, "b": 0.018, "D_c": 1e-6}
 BRISTLES = {

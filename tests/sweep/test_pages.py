@@ -12,7 +12,7 @@ from stickslip.config.reader import parse_config
 from stickslip.errors import StoreError
 from stickslip.plots import pages
 from stickslip.plots.pages import Picture, pictures_of, result_page
-from stickslip.vocabulary.results import REGIMES, STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUS_MESSAGES, STATUSES
 
 HOSTILE = '<script>alert("1")</script> & $x$'
 VOID = {"meta", "img", "br"}

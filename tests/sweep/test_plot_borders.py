@@ -10,7 +10,7 @@ from helpers.maps import axis, make_map, plane
 from helpers.plotted import legend_of, panels_of, speeds, stiffnesses
 from stickslip import theory
 from stickslip.dataset.build import axis_variable
-from stickslip.dataset.polylines import joined_crossings
+from stickslip.dataset.display import joined_crossings
 from stickslip.errors import PlotError
 from stickslip.plots.maps import plot_map
 from stickslip.vocabulary.quantities import QUANTITIES

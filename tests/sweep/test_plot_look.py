@@ -15,7 +15,7 @@ from stickslip.plots.layout import resize
 from stickslip.plots.maps import plot_map
 from stickslip.plots.marks import Look
 from stickslip.plots.palette import FLAG_COLOURS, HATCHES, paint
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 # --- limits and scales ------------------------------------------------------------------------------------------------
 

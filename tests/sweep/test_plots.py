@@ -29,7 +29,7 @@ from stickslip.plots import layout
 from stickslip.plots.lines import plot_trace
 from stickslip.plots.maps import plot_map
 from stickslip.plots.palette import FLAG_COLOURS, UNDEFINED_COLOUR
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 # --- colours and legend -----------------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from helpers.commands import call
 from stickslip import progress
 from stickslip.engine import Options, cells, compute_range, stop_flag
 from stickslip.progress import Bar
-from stickslip.studies.study import Meter
+from stickslip.runs.threads import Meter
 from stickslip.vocabulary.cells import Cells
 
 CELL = {"mass": 1.0, "stiffness": 100.0, "damping": 0.5, "normal_load": 10.0, "belt_speed": 0.1,

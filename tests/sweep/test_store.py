@@ -18,7 +18,7 @@ from stickslip.config.reader import parse_config
 from stickslip.dataset.build import provenance, trace_dataset
 from stickslip.errors import StoreError
 from stickslip.files import reading, targets, writing
-from stickslip.vocabulary.results import TRACE_VARIABLES
+from stickslip.vocabulary.quantities import TRACE_VARIABLES
 
 
 def labelled() -> xr.Dataset:

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 import stickslip
 from stickslip import theory
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 ARTICLE = {"a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}

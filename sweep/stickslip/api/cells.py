@@ -17,8 +17,7 @@ from stickslip.errors import ExtrapolationWarning, Interrupted, QuantityError
 from stickslip.theory.contacts import time_to_cycle
 from stickslip.vocabulary.cells import Parameters, as_cells, named_values, scales_of
 from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.quantities import PARAMETERS, SOLVER
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import PARAMETERS, REGIMES, SOLVER
 
 
 def evaluate(

@@ -22,12 +22,11 @@ from stickslip.files.locations import location
 from stickslip.files.reading import open
 from stickslip.progress import Watch, watched
 from stickslip.runs import report, session
-from stickslip.runs.lock import Notice
+from stickslip.runs.formats import Notice
 from stickslip.runs.session import Outcome, Request, request_for
 from stickslip.runs.threads import compute_study
 from stickslip.runs.work import MapStudy, parse_shard, study_of
-from stickslip.vocabulary.quantities import or_meant
-from stickslip.vocabulary.results import STUDIES
+from stickslip.vocabulary.quantities import STUDIES, or_meant
 
 if TYPE_CHECKING:
     from distributed import Client

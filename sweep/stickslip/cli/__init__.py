@@ -16,7 +16,7 @@ from stickslip import extensions
 from stickslip._version import __version__
 from stickslip.cli import screen
 from stickslip.cli.params import next_step
-from stickslip.vocabulary.results import STUDIES
+from stickslip.vocabulary.quantities import STUDIES
 
 Places = Mapping[str, str]  # the modules in which commands are, by name
 Sections = Mapping[str, Places]  # by heading of the help
@@ -91,7 +91,7 @@ SECTIONS: Sections = {  # of the help: each command with its module, a new one i
     "To begin": {"init": _CONFIGS, "run": f"{__name__}.run", "plot": _RESULTS, "help": _CONFIGS},
     "before a run": {"validate": _CONFIGS, "plan": _STORES},
     "results": {"inspect": _RESULTS, "export": _RESULTS},
-    "one cell": dict.fromkeys(("simulate", "advise"), f"{__name__}.cells"),
+    "one cell": dict.fromkeys(("simulate", "advise"), _CONFIGS),
     "studies": dict.fromkeys(_STUDIES, f"{__name__}.run"),
     "long runs": dict.fromkeys(("status", "collect", "retry-failed"), _STORES),
 }

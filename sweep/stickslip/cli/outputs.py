@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.cli import screen
 from stickslip.cli.params import requested_table
 from stickslip.cli.screen import drawing
-from stickslip.vocabulary.results import flag_label
+from stickslip.vocabulary.quantities import flag_label
 
 if TYPE_CHECKING:
     import xarray as xr

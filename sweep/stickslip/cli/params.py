@@ -11,7 +11,7 @@ import click
 
 from stickslip.cli import screen
 from stickslip.cli.screen import fail
-from stickslip.vocabulary.results import STUDIES
+from stickslip.vocabulary.quantities import STUDIES
 
 if TYPE_CHECKING:
     from stickslip.config.grid import Recipe

@@ -10,7 +10,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import PictureOptions, result_figure, save_page, save_table, show_result
 from stickslip.cli.screen import JSON, Answer, fail, is_for_programs, reports_errors
-from stickslip.vocabulary.results import STATUS_MESSAGES, flag_label
+from stickslip.vocabulary.quantities import STATUS_MESSAGES, flag_label
 
 if TYPE_CHECKING:
     from stickslip.files.locations import Location

@@ -17,7 +17,7 @@ import click
 from stickslip.cli import params, screen
 from stickslip.cli.outputs import Outputs, rate_text, save_table, show_file, show_result, threads_text
 from stickslip.cli.screen import EXIT_CODES, JSON, QUIET, fail, fields, refuses_bad_input, reports_errors
-from stickslip.vocabulary.results import STUDIES
+from stickslip.vocabulary.quantities import STUDIES
 from stickslip.vocabulary.units import is_number, number_or_text
 
 if TYPE_CHECKING:

@@ -1,39 +1,27 @@
-"""A configuration for people and for editors: how it was understood, numbers without a unit that are implausible in SI,
-and the JSON Schema.
+"""A configuration for people and for editors: how it was understood, and the JSON Schema.
 
-`describe` has every quantity with its SI value and unit, every axis with its points. A friction curve in mm/s read as
-one in m/s is no error: the map is computed, and shows no stick-slip anywhere. So numbers beyond all contacts
-(`Parameter.plausible`) are asked about, and springs that stretch by metres. In dimensionless studies, in which two of
-mass, stiffness and load are 1, friction and springs are not questioned. The schema is generated from the tables and
-models that the reader uses. It cannot say everything: that each quantity is given exactly once, and what must hold
-between quantities, is checked by `load_config` alone.
+`describe` has every quantity with its SI value and unit, every axis with its points. The schema is generated from the
+tables and models that the reader uses. It cannot say everything: that each quantity is given exactly once, and what
+must hold between quantities, is checked by `load_config` alone.
 """
 
 from __future__ import annotations
 
 import math
-import sys
-import warnings
 from collections.abc import Iterator
-
-import numpy as np
-from numpy.typing import NDArray
 
 from stickslip import extensions
 from stickslip.config.model import DEFAULT_TITLE, SECTIONS, Config, Group, Range, Values
 from stickslip.config.problems import model_at
-from stickslip.config.resolve import varied_paths
+from stickslip.config.rules import magnitudes, span_text
 from stickslip.config.sections import VALUE, Read, Schema, Section, StudySection, number_schema
 from stickslip.config.studies import section_class, study_class
 from stickslip.config.uncertain import DRAWN, FORMS, SamplingSection, Uncertain
-from stickslip.config.yaml import Document
-from stickslip.errors import ConfigError, Problem, UnitWarning
 from stickslip.vocabulary import units
-from stickslip.vocabulary.display_units import LIKELY, customary
+from stickslip.vocabulary.display_units import customary
 from stickslip.vocabulary.models import BREAKAWAY, CURVE, LAW_MESSAGES, laws_with, model_of
 from stickslip.vocabulary.parameter import Parameter
-from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import STUDIES
+from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE, STUDIES
 
 _MOST_VALUES = 6  # of a list that are shown; of longer ones the ends
 
@@ -109,77 +97,6 @@ def _along(axis: Range | Values, before: str) -> Row:
     ends = (float(numbers.min()), float(numbers.max())) if numbers.size else ()
     text += _in_customary(row.units, *ends)
     return (f"{before}{axis.name}", text, f"{axis.size:,} values, {spacing}: {row.long_name}")
-
-
-# --- numbers that are implausible in SI -------------------------------------------------------------------------------
-
-_FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
-_HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose springs are long
-_DIMENSIONLESS = ("mass", "stiffness", "normal_load")
-_HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help configuration`)"
-
-
-def warn_of_units(document: Document, config: Config) -> None:
-    """Warn of the numbers in a document that are implausible in SI, at the line outside of this package."""
-    if (text := unit_question(document, config)) is None:
-        return
-    frame, depth = sys._getframe(), 1
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("stickslip."):
-        frame, depth = frame.f_back, depth + 1
-    warnings.warn(text, UnitWarning, stacklevel=depth)
-
-
-def unit_question(document: Document, config: Config) -> str | None:
-    """The question about the numbers of a document, `config` being what it comes to; None if all are plausible.
-
-    What is not written there but stands behind its words, a fitted curve say, is not asked about.
-    """
-    sections = [(key, name) for key, inside in document.data.items() if isinstance(inside, dict) for name in inside]
-    written = {path[-1]: path for path in (*sections, *varied_paths(document.data.get("axes")))}
-    places = document.values | document.keys
-    doubts = [Problem(written[name], question, places.get(written[name]))
-              for name, question in _questions(config) if name in written]  # fmt: skip
-    return f"{ConfigError(document.name, doubts)}\n  hint: {_HINT}" if doubts else None
-
-
-def _questions(config: Config) -> Iterator[tuple[str, str]]:
-    """The quantities that are implausible, each with a question."""
-    spans, fixed = magnitudes(config), config.fixed()
-    of_ratios = sum(fixed.get(name) == 1.0 for name in _DIMENSIONLESS) >= 2
-    for name, row in QUANTITIES.items():
-        if row.plausible is None or name not in spans or name in config.written_in or (of_ratios and row.units == "1"):
-            continue
-        if spans[name][1] > row.plausible:
-            likely = LIKELY.get(row.units)
-            meant = f"did you mean {span_text(spans[name], likely)}?" if likely else "is that meant?"
-            yield name, f"got {span_text(spans[name], units.spelled(row.units))}; {meant}"
-    if of_ratios or not {"static deflection", "mass"} <= spans.keys() or spans["mass"][0] > _HEAVY:
-        return
-    if (deflection := spans["static deflection"])[0] > _FARTHEST:
-        load, far = span_text(spans["normal_load"], "N"), span_text(deflection, "m")
-        yield "stiffness", f"under {load} the belt drags the mass {far} far before it breaks away; is that meant?"
-
-
-def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
-    """By name, the smallest and the largest magnitude of quantities, fixed or along axes, and of what follows from
-    them. Words and uncertain quantities have none."""
-    points = {name: np.array([value]) for name, value in config.fixed().items()}
-    points |= {member.name: member.points() for axis in config.axes for member in axis.members}
-    numbers = {name: np.abs(values[~np.isnan(values)]) for name, values in points.items()}
-    spans = {name: np.array([sizes.min(), sizes.max()]) for name, sizes in numbers.items() if sizes.size}
-    levels = model_of(config.friction.law).levels
-    if BREAKAWAY not in spans and all(name in spans for name in levels):
-        spans[BREAKAWAY] = np.sum([spans[name] for name in levels], axis=0)
-    if {"stiffness", "mass"} <= spans.keys():
-        spans["natural frequency"] = np.sqrt(spans["stiffness"] / spans["mass"][::-1]) / (2.0 * math.pi)
-    if {BREAKAWAY, "normal_load", "stiffness"} <= spans.keys():
-        spans["static deflection"] = spans[BREAKAWAY] * spans["normal_load"] / spans["stiffness"][::-1]
-    return spans
-
-
-def span_text(span: NDArray[np.float64], unit: str = "") -> str:
-    """`1 to 500 m/s`."""
-    return f"{' to '.join(dict.fromkeys(f'{end:.3g}' for end in span))} {unit}".rstrip()
 
 
 # --- the JSON Schema --------------------------------------------------------------------------------------------------

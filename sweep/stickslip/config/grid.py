@@ -10,10 +10,10 @@ from typing import Any
 
 import xarray as xr
 
-from stickslip.config.describe import warn_of_units
 from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.reader import make_config, parse_config
 from stickslip.config.resolve import with_table
+from stickslip.config.rules import warn_of_units
 from stickslip.config.yaml import Document, Setting, overridden, parse_yaml
 from stickslip.engine import Options
 from stickslip.errors import ConfigError, Problem, QuantityError
@@ -28,10 +28,11 @@ from stickslip.vocabulary.quantities import (
     QUANTITIES,
     SEARCHABLE,
     SOLVER,
+    STUDIES,
+    VARIABLES,
     did_you_mean,
     listed,
 )
-from stickslip.vocabulary.results import STUDIES, VARIABLES
 from stickslip.vocabulary.units import number_or_text
 
 _OF_CURVE = "_of_curve"

@@ -12,7 +12,6 @@ from typing import Any
 
 from stickslip import extensions
 from stickslip.config import rules
-from stickslip.config.describe import warn_of_units
 from stickslip.config.model import (
     DEFAULT_TITLE,
     QUANTITY_SECTIONS,
@@ -26,6 +25,7 @@ from stickslip.config.model import (
 )
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.resolve import LAWS_FITTED, existing_config, python_document, resolved, varied_paths
+from stickslip.config.rules import warn_of_units
 from stickslip.config.sections import Section, Solver
 from stickslip.config.studies import KEYS, section_class, study_class
 from stickslip.config.uncertain import QUANTITIES_PATH, SamplingSection, read_uncertain
@@ -34,8 +34,16 @@ from stickslip.errors import ConfigError, Path, dotted
 from stickslip.vocabulary import units
 from stickslip.vocabulary.display_units import written_units
 from stickslip.vocabulary.models import STIFFNESS, WRITTEN_LAWS, law_of_contact, laws_with, model_of
-from stickslip.vocabulary.quantities import QUANTITIES, QUANTITIES_OF, listed
-from stickslip.vocabulary.results import BESIDE, MAP_VARIABLES, STUDIES, VARIABLES, WITH_UNCERTAIN
+from stickslip.vocabulary.quantities import (
+    BESIDE,
+    MAP_VARIABLES,
+    QUANTITIES,
+    QUANTITIES_OF,
+    STUDIES,
+    VARIABLES,
+    WITH_UNCERTAIN,
+    listed,
+)
 
 _RIGID = "none"  # for the stiffness of a contact that sticks without giving way
 _AXIS_FORMS = "a list of values, or start, stop and num"

@@ -3,9 +3,15 @@
 Grids have up to 1e10 cells, so nothing here walks over cells. Each rule is a margin that is monotone in every quantity
 it involves: along an axis that varies one of them only the worst end can break it; of quantities that vary together all
 points are tried. What is reported is the worst cell.
+
+A friction curve in mm/s read as one in m/s breaks no rule: the map is computed, and shows no stick-slip anywhere. So
+numbers beyond all contacts (`Parameter.plausible`) are asked about, and springs that stretch by metres. In
+dimensionless studies, in which two of mass, stiffness and load are 1, friction and springs are not questioned.
 """
 
 import math
+import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,11 +19,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.config.model import Axis, Group, Range, Values
+from stickslip.config.model import Axis, Config, Group, Range, Values
 from stickslip.config.problems import Finding as Finding
+from stickslip.config.resolve import varied_paths
 from stickslip.config.uncertain import Uncertain
-from stickslip.errors import Path
-from stickslip.vocabulary.models import model_of
+from stickslip.config.yaml import Document
+from stickslip.errors import ConfigError, Path, Problem, UnitWarning
+from stickslip.vocabulary import units
+from stickslip.vocabulary.display_units import LIKELY
+from stickslip.vocabulary.models import BREAKAWAY, model_of
 from stickslip.vocabulary.quantities import QUANTITIES
 
 MOST_CELLS = 10_000_000_000
@@ -176,3 +186,74 @@ def _path(axis: Axis, name: str, i: int) -> Path:
     if isinstance(axis, Range):
         return ("axes", axis.name, "start" if i == 0 else "stop")
     return ("axes", axis.name, "values", i)
+
+
+# --- numbers that are implausible in SI -------------------------------------------------------------------------------
+
+_FARTHEST = 1.0  # m, static deflection of a spring that holds a sliding contact
+_HEAVY = 1000.0  # kg; from here on it may be a fault of the earth, whose springs are long
+_DIMENSIONLESS = ("mass", "stiffness", "normal_load")
+_HINT = "numbers without a unit are in SI; write the unit, as in '20 mm/s' (`stickslip help configuration`)"
+
+
+def warn_of_units(document: Document, config: Config) -> None:
+    """Warn of the numbers in a document that are implausible in SI, at the line outside of this package."""
+    if (text := unit_question(document, config)) is None:
+        return
+    frame, depth = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("stickslip."):
+        frame, depth = frame.f_back, depth + 1
+    warnings.warn(text, UnitWarning, stacklevel=depth)
+
+
+def unit_question(document: Document, config: Config) -> str | None:
+    """The question about the numbers of a document, `config` being what it comes to; None if all are plausible.
+
+    What is not written there but stands behind its words, a fitted curve say, is not asked about.
+    """
+    sections = [(key, name) for key, inside in document.data.items() if isinstance(inside, dict) for name in inside]
+    written = {path[-1]: path for path in (*sections, *varied_paths(document.data.get("axes")))}
+    places = document.values | document.keys
+    doubts = [Problem(written[name], question, places.get(written[name]))
+              for name, question in _questions(config) if name in written]  # fmt: skip
+    return f"{ConfigError(document.name, doubts)}\n  hint: {_HINT}" if doubts else None
+
+
+def _questions(config: Config) -> Iterator[tuple[str, str]]:
+    """The quantities that are implausible, each with a question."""
+    spans, fixed = magnitudes(config), config.fixed()
+    of_ratios = sum(fixed.get(name) == 1.0 for name in _DIMENSIONLESS) >= 2
+    for name, row in QUANTITIES.items():
+        if row.plausible is None or name not in spans or name in config.written_in or (of_ratios and row.units == "1"):
+            continue
+        if spans[name][1] > row.plausible:
+            likely = LIKELY.get(row.units)
+            meant = f"did you mean {span_text(spans[name], likely)}?" if likely else "is that meant?"
+            yield name, f"got {span_text(spans[name], units.spelled(row.units))}; {meant}"
+    if of_ratios or not {"static deflection", "mass"} <= spans.keys() or spans["mass"][0] > _HEAVY:
+        return
+    if (deflection := spans["static deflection"])[0] > _FARTHEST:
+        load, far = span_text(spans["normal_load"], "N"), span_text(deflection, "m")
+        yield "stiffness", f"under {load} the belt drags the mass {far} far before it breaks away; is that meant?"
+
+
+def magnitudes(config: Config) -> dict[str, NDArray[np.float64]]:
+    """By name, the smallest and the largest magnitude of quantities, fixed or along axes, and of what follows from
+    them. Words and uncertain quantities have none."""
+    points = {name: np.array([value]) for name, value in config.fixed().items()}
+    points |= {member.name: member.points() for axis in config.axes for member in axis.members}
+    numbers = {name: np.abs(values[~np.isnan(values)]) for name, values in points.items()}
+    spans = {name: np.array([sizes.min(), sizes.max()]) for name, sizes in numbers.items() if sizes.size}
+    levels = model_of(config.friction.law).levels
+    if BREAKAWAY not in spans and all(name in spans for name in levels):
+        spans[BREAKAWAY] = np.sum([spans[name] for name in levels], axis=0)
+    if {"stiffness", "mass"} <= spans.keys():
+        spans["natural frequency"] = np.sqrt(spans["stiffness"] / spans["mass"][::-1]) / (2.0 * math.pi)
+    if {BREAKAWAY, "normal_load", "stiffness"} <= spans.keys():
+        spans["static deflection"] = spans[BREAKAWAY] * spans["normal_load"] / spans["stiffness"][::-1]
+    return spans
+
+
+def span_text(span: NDArray[np.float64], unit: str = "") -> str:
+    """`1 to 500 m/s`."""
+    return f"{' to '.join(dict.fromkeys(f'{end:.3g}' for end in span))} {unit}".rstrip()

@@ -31,8 +31,7 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.models import CURVE, LAW_MESSAGES, LAWS, OWN_NAME, WRITTEN_LAWS, law_remedy, own_names
 from stickslip.vocabulary.own_laws import is_law
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section
-from stickslip.vocabulary.quantities import EXECUTION, QUANTITIES, SOLVER, did_you_mean, listed
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.quantities import EXECUTION, QUANTITIES, SOLVER, VARIABLES, did_you_mean, listed
 
 REFUSED = "refused"  # type of the errors of `refused`, among pydantic's own
 OUTPUT_SUFFIXES = (".nc", ".zarr")

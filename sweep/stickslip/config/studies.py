@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from itertools import islice
 from math import prod
 from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -24,8 +25,7 @@ from stickslip.config.sections import AnySection, StudySection, plain
 from stickslip.config.yaml import Setting, overridden
 from stickslip.errors import ArgumentError, Path, Problem, dotted
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.quantities import QUANTITIES
-from stickslip.vocabulary.results import BESIDE, STUDIES, kind_of
+from stickslip.vocabulary.quantities import BESIDE, QUANTITIES, STUDIES, kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from stickslip.engine import Options, Results, StopFlag
     from stickslip.vocabulary.cells import Cells
 
+MOST_ROWS = 30  # of a table on the screen
+_SETTINGS = ("tolerance", "rtol", "scan", "points")
 KEYS = (
     *(field for field in Config.model_fields if field not in ("study", "beside", "uncertain")),
     *STUDIES,
@@ -304,3 +306,27 @@ class Study(Result):
 
         parts : each is read when it is asked for, so that going through them once holds one at a time.
         """
+
+
+# --- reports
+
+
+def shown(table: ReportTable) -> Iterator[ReportTable | str]:
+    """The first rows of a table, and that there are more."""
+    rows = iter(table.rows)
+    yield table._replace(rows=list(islice(rows, MOST_ROWS)))
+    if next(rows, None) is not None:
+        yield "... and more"
+
+
+def search_attributes(section: StudySection, options: Options) -> dict[str, Any]:
+    """How exactly borders were looked for, as attributes of a result (``border_tolerance``)."""
+    settings = section.resolved() | {"rtol": options.rtol}
+    prefix = section.key.removesuffix("s")
+    return {f"{prefix}_{name}": settings[name] for name in _SETTINGS if name in settings}
+
+
+def search_settings(ds: xr.Dataset, prefix: str) -> str:
+    """The same as a line for the screen."""
+    settings = {name: ds.attrs[f"{prefix}_{name}"] for name in _SETTINGS if f"{prefix}_{name}" in ds.attrs}
+    return "search   " + ", ".join(f"{name} {value:g}" for name, value in settings.items())

@@ -29,8 +29,7 @@ from stickslip.config.sections import (
 )
 from stickslip.errors import Path, QuantityError
 from stickslip.vocabulary import units
-from stickslip.vocabulary.quantities import SEARCHABLE, SUBSET, UNCERTAIN, listed
-from stickslip.vocabulary.results import VARIABLES
+from stickslip.vocabulary.quantities import SEARCHABLE, SUBSET, UNCERTAIN, VARIABLES, listed
 
 if TYPE_CHECKING:
     from stickslip.theory.distributions import Distribution

@@ -35,8 +35,16 @@ from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import Cells, Coordinate, Parameters, as_cells, check_names, numbers_of
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.parameter import Variable
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE, listed
-from stickslip.vocabulary.results import FLAGS, MAP_VARIABLES, TRACE_VARIABLES, VARIABLES
+from stickslip.vocabulary.quantities import (
+    FLAGS,
+    MAP_VARIABLES,
+    PARAMETERS,
+    QUANTITIES,
+    SEARCHABLE,
+    TRACE_VARIABLES,
+    VARIABLES,
+    listed,
+)
 
 CONVENTIONS = "CF-1.11"  # a test holds the compliance checker to it
 REFERENCES = (
@@ -233,7 +241,7 @@ def text_index(dim: str, texts: Sequence[str], long_name: str) -> xr.Variable:
 def _declared(results: Mapping[str, Any], table: Mapping[str, Variable]) -> list[Variable]:
     """The declarations of `results`, in the order of `table`. A name without declaration is a bug."""
     if unknown := set(results) - set(table):
-        raise KeyError(f"not declared in vocabulary/results.py: {', '.join(sorted(unknown))}")
+        raise KeyError(f"not declared in vocabulary/quantities.py: {', '.join(sorted(unknown))}")
     return [variable for name, variable in table.items() if name in results]
 
 

@@ -21,9 +21,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError
-from stickslip.vocabulary.own_laws import beyond_points
-from stickslip.vocabulary.quantities import did_you_mean, listed
-from stickslip.vocabulary.results import FLAGS
+from stickslip.vocabulary.quantities import FLAGS, did_you_mean, listed
 
 MOST_VALUES = 2**21  # of a chunk: 16 MiB of float64
 Chunk = dict[Hashable, slice]
@@ -221,6 +219,8 @@ def table_remark(ds: xr.Dataset) -> str | None:
     text, speeds = str(ds.attrs.get("configuration", "")), ds.get("slip_speed_max")
     if speeds is None or "law: table_" not in text:
         return None
+    from stickslip.vocabulary.own_laws import beyond_points
+
     law, known = parse_config(text).friction.law, ds["a4"]
     parts = ((speeds.isel(chunk), known.isel(chunk, missing_dims="ignore")) for chunk in chunks(speeds))
     beyond = (beyond_points(law, *(array.values for array in xr.broadcast(*part))) for part in parts)

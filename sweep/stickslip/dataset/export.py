@@ -19,8 +19,7 @@ import xarray as xr
 
 from stickslip.config.studies import result_class
 from stickslip.dataset.coarse import chunks
-from stickslip.dataset.display import unit_of
-from stickslip.dataset.polylines import CONTAINER
+from stickslip.dataset.display import CONTAINER, unit_of
 from stickslip.errors import StoreError, visible
 from stickslip.files.targets import check_target, replaced
 from stickslip.files.texts import inert, is_live

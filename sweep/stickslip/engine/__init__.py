@@ -28,13 +28,23 @@ from stickslip.engine.dispatch import (
     to_kernel,
     trajectory,
 )
-from stickslip.engine.options import Computed, Options, Progress, Results, SolverKeywords, StopFlag, columns, stop_flag
+from stickslip.engine.options import (
+    Computed,
+    Options,
+    Progress,
+    Results,
+    SolverKeywords,
+    StopFlag,
+    columns,
+    joined,
+    stop_flag,
+)
 from stickslip.vocabulary.models.model import Scales
 
 __all__ = [
     "Computed", "Options", "Progress", "Results", "RigRuns", "Sampling", "Scales",
     "SolverKeywords", "StopFlag", "blank_results", "blocks", "by_theory", "bytes_per_cell", "columns", "compute",
-    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed", "in_order", "is_cached", "kernels_digest",
-    "kernels_for", "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel",
+    "compute_range", "compute_rigs", "flows", "friction_at_belt_speed", "in_order", "is_cached", "joined",
+    "kernels_digest", "kernels_for", "processor", "processors", "sampled", "solve", "spread", "stop_flag", "to_kernel",
     "trajectory", "warm_up", "will_compile",
 ]  # fmt: skip

@@ -19,7 +19,7 @@ from stickslip.errors import NotReachedError
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import OwnKernels, model_of
 from stickslip.vocabulary.models.model import Scales
-from stickslip.vocabulary.results import STATUS_MESSAGES, STATUSES
+from stickslip.vocabulary.quantities import STATUS_MESSAGES, STATUSES
 from stickslip_kernels import layout
 from stickslip_kernels.layout import NO_STOPS, new_signals
 

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from stickslip.vocabulary import models
 from stickslip.vocabulary.models import Model, OnBristles, own_law
-from stickslip.vocabulary.own_laws import Table, is_law
-from stickslip.vocabulary.quantities import EXECUTION, SOLVER
-from stickslip.vocabulary.results import VARIABLES, VARIABLES_OF
+from stickslip.vocabulary.own_laws import is_law
+from stickslip.vocabulary.quantities import EXECUTION, SOLVER, VARIABLES, VARIABLES_OF
 from stickslip_kernels import layout
 
 Results = dict[str, NDArray[Any]]
@@ -61,7 +60,7 @@ class Options:
     variables: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not is_law(self.law):
+        if self.law not in models.LAWS and not is_law(self.law):
             remedy = models.law_remedy(self.law)
             names = ", ".join((*models.LAWS, *models.own_names()))
             raise ValueError(f"law: got {self.law!r}, expected {names}{f'; {remedy}' if remedy else ''}")
@@ -117,8 +116,8 @@ class Options:
     @property
     def friction(self) -> dict[str, Any]:
         """The friction law as plain data, with the points that a table consists of."""
-        own = own_law(self.law)
-        return {"law": str(self.law)} | ({"table": own.points()} if isinstance(own, Table) else {})
+        points = getattr(own_law(self.law), "points", None)
+        return {"law": str(self.law)} | ({"table": points()} if points else {})
 
     def described(self, **sections: Any) -> str:
         """The friction law and the solver, as text for the provenance of cells that are no configuration.
@@ -160,3 +159,9 @@ def _columns(model: Model, early_stop: bool, chosen: tuple[str, ...] | None) -> 
     whole = {"regime": np.int8, "status": np.int8, "steps": np.int32}
     names = [v.name for v in VARIABLES_OF[model].values() if v.when != "full" or not early_stop]
     return {name: np.dtype(whole.get(name, np.float64)) for name in names if chosen is None or name in chosen}
+
+
+def joined(parts: Sequence[Results]) -> Results:
+    """Columns of several ranges, end to end."""
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}

@@ -160,7 +160,7 @@ def digest(ds: xr.Dataset) -> str:
         for attribute in _SEALED_ATTRIBUTES:
             if attribute in variable.attrs:
                 hasher.update(_text(attribute, *np.atleast_1d(variable.attrs[attribute])))
-        if has_bare_values(variable):
+        if variable.ndim == 0 or not is_number:  # stored without checksum
             values = np.ascontiguousarray(variable.values)
             hasher.update(values.tobytes() if is_number else _text(*values.ravel()))
     return hasher.hexdigest()
@@ -170,11 +170,6 @@ def chunks_in(shape: tuple[int, ...], lengths: tuple[int, ...]) -> Iterator[tupl
     """The chunks of an array, each as its slices."""
     for corner in product(*map(range, (0,) * len(shape), shape, lengths)):
         yield tuple(slice(i, min(i + n, end)) for i, n, end in zip(corner, lengths, shape, strict=True))
-
-
-def has_bare_values(variable: xr.Variable) -> bool:
-    """Tell whether the values are stored without checksum: single numbers, and text."""
-    return variable.ndim == 0 or variable.dtype.kind not in "fiu"
 
 
 def is_unwritten(values: NDArray[Any]) -> bool:

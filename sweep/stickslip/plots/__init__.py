@@ -21,7 +21,7 @@ from stickslip.plots.layout import DPI, Figure, name_of, save
 from stickslip.plots.lines import plot_probability, plot_trace
 from stickslip.plots.maps import plot_map
 from stickslip.plots.marks import BORDERS, PLAIN, Look, Mark
-from stickslip.vocabulary.results import kind_of
+from stickslip.vocabulary.quantities import kind_of
 
 __all__ = [
     "BORDERS", "DPI", "Look", "MAX_PANELS", "Mark", "PlotError", "check_plain", "is_drawn", "is_over_map", "kind_of",

@@ -15,7 +15,7 @@ from stickslip.dataset.selection import check_dataset, selected
 from stickslip.errors import PlotError
 from stickslip.plots.layout import Figure, apply, entitle, fixed_note, labelled, legend, shade
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREEN, GREY, SKY, VERMILLION
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 BAND: dict[str, Any] = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0, "label": "bistable"}
 _WAYS: dict[str, dict[str, Any]] = {

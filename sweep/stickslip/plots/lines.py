@@ -15,8 +15,7 @@ from stickslip.plots.maps import plot_map
 from stickslip.plots.marks import PLAIN, Look
 from stickslip.plots.palette import BLACK, BLUE, FLAG_COLOURS, GREY, ORANGE, SKY, VERMILLION, look_of, regime_label
 from stickslip.vocabulary.display_units import quantity, spoken
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import MODES
+from stickslip.vocabulary.quantities import MODES, PARAMETERS
 
 _ALWAYS = ("mass", "stiffness", "normal_load", "belt_speed")  # of the parameters that a title names
 _NAMED = (*_ALWAYS, "damping")  # the others where they are not 0

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from stickslip.config.grid import quantity_of, shared_by
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import Pixel
-from stickslip.dataset.display import MapAxis
-from stickslip.dataset.polylines import border_lines, other_cells
+from stickslip.dataset.display import MapAxis, border_lines, other_cells
 from stickslip.dataset.selection import places, span, within
 from stickslip.engine import Options, Scales, by_theory
 from stickslip.errors import ConfigError, PlotError, QuantityError

@@ -29,7 +29,7 @@ from stickslip.plots import plot_map, plot_result, subject
 from stickslip.plots.layout import fixed_values
 from stickslip.plots.marks import PLAIN, Look
 from stickslip.plots.palette import FLAG_COLOURS, VERMILLION, regime_label
-from stickslip.vocabulary.results import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
+from stickslip.vocabulary.quantities import REGIME_MESSAGES, REGIMES, STATUS_MESSAGES
 
 _DOTS = 200  # per inch
 _MADE_BY = {"computed": "date_created", "by": "source", "with": "software"}  # attributes of a dataset

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.dataset.coarse import Coarse
 from stickslip.errors import PlotError
-from stickslip.vocabulary.results import FLAGS, flag_label
+from stickslip.vocabulary.quantities import FLAGS, flag_label
 
 WHITE, GREY, BLACK = "#ffffff", "#b8b8b8", "#000000"
 VERMILLION, ORANGE, YELLOW = "#d55e00", "#e69f00", "#f0e442"

@@ -3,7 +3,7 @@
     session     run, retry_failed                          report       estimate, status, collect
     threads     missing blocks here, studies in memory     cluster      blocks on a Dask cluster, and its workers
     work        configuration and number of a block in, arrays out; what any worker calls
-    block_store, formats, lock   the store: its blocks; what its files hold; who works on it
+    block_store, formats   the store: its blocks; what its files hold, and who works on it
     output      a result at the same place, whose cells are taken over, and blocks into one result
 
 `work.Work.compute` is pure, so that it does not matter who computes a block, when, or how often.

@@ -21,9 +21,8 @@ from stickslip.files.chunks import PLAIN
 from stickslip.files.locations import Location
 from stickslip.files.targets import TEMPORARY, Folder
 from stickslip.runs import formats
-from stickslip.runs.formats import Manifest, StoredColumn, differences, fingerprint
-from stickslip.runs.lock import Notice, is_lock
-from stickslip.runs.work import Block, Work
+from stickslip.runs.formats import Manifest, Notice, StoredColumn, is_lock
+from stickslip.runs.work import Block, Work, described, differences, fingerprint
 
 SUFFIX = ".parts"
 START_OVER = "{fresh} starts over and replaces it; {output} names another file"
@@ -267,7 +266,7 @@ def check_same(store: BlockStore, work: Work, no_fresh: bool = False) -> None:
 def refuse(where: str, there: Config, here: Config, remedy: str = START_OVER) -> None:
     """Raise StoreError: `where` was made from another configuration. remedy : with {keys} for those that differ."""
     differing = differences(there, here)
-    keys = formats.described(differing) or "  the number of its cells"
+    keys = described(differing) or "  the number of its cells"
     hint = remedy.replace("{keys}", ", ".join(differing))
     raise errors.StoreError(f"{where}: made from another configuration, which differs in\n{keys}", hint=hint)
 

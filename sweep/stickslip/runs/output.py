@@ -27,9 +27,8 @@ from stickslip.errors import ConfigError, DamagedBlockError, StoreError
 from stickslip.files import reading, writing
 from stickslip.files.locations import Location
 from stickslip.runs.block_store import START_OVER, BlockStore, refuse, same_major
-from stickslip.runs.formats import StoredColumn, column, differences
-from stickslip.runs.lock import Notice
-from stickslip.runs.work import KnownCells, MapStudy, Work, blocks_of_chunks, chunks_of, study_of
+from stickslip.runs.formats import Notice, StoredColumn, column
+from stickslip.runs.work import KnownCells, MapStudy, Work, blocks_of_chunks, chunks_of, differences, study_of
 from stickslip.vocabulary.cells import Cells
 
 if TYPE_CHECKING:

@@ -20,12 +20,12 @@ from stickslip.files.locations import Location, Url
 from stickslip.files.targets import check_target
 from stickslip.runs import block_store
 from stickslip.runs.block_store import Failure
-from stickslip.runs.lock import WHOLE, Holder, hold_lock, holders, shard_of
+from stickslip.runs.formats import WHOLE, Holder, hold_lock, holders, shard_of
 from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.session import Request
 from stickslip.runs.work import Blocks, Shard, Work, study_of
 from stickslip.vocabulary.cells import Cells
-from stickslip.vocabulary.results import STATUSES
+from stickslip.vocabulary.quantities import STATUSES
 
 if TYPE_CHECKING:
     from stickslip.studies.uncertain import SampleStudy

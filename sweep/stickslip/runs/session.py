@@ -17,11 +17,10 @@ from stickslip.files.locations import Location, Url, location
 from stickslip.files.targets import Folder, check_target, folder_at
 from stickslip.runs import block_store
 from stickslip.runs.block_store import BlockStore
-from stickslip.runs.formats import fingerprint
-from stickslip.runs.lock import Lock, Notice, hold_lock
+from stickslip.runs.formats import Lock, Notice, hold_lock
 from stickslip.runs.output import Gathered, assemble, existing_output
 from stickslip.runs.threads import Tally, compute_blocks
-from stickslip.runs.work import Shard, Work
+from stickslip.runs.work import Shard, Work, fingerprint
 
 Machines = tuple[Callable[..., None], str | None]  # `threads.compute_blocks`, or alike on a cluster, which has a name
 

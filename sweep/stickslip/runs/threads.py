@@ -19,20 +19,53 @@ from stickslip.config.grid import options_of
 from stickslip.config.model import Config
 from stickslip.config.reader import Given, as_config
 from stickslip.config.sections import StudySection
-from stickslip.config.studies import Study, is_config, study_class
+from stickslip.config.studies import Moved, Study, is_config, study_class
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress, Results, SolverKeywords, StopFlag
 from stickslip.errors import Interrupted, StoppedError, StoreError
 from stickslip.progress import Watch, watched
 from stickslip.runs.work import Block, Work, blocks_of
-from stickslip.studies.study import Meter
 
 if TYPE_CHECKING:
     from stickslip.runs.block_store import BlockStore
 
+_MOST = 0.95  # of items that may take more cells than expected, until they are done
 _WAITING = 2  # threads that may wait for the disk, besides those that compute
 CellsLike = Mapping[str, ArrayLike] | xr.Dataset
 CellsOrConfig = CellsLike | Given
+
+
+class Meter:
+    """Count of finished items, by many threads; those under way by the share of the cells they may take.
+
+    cells_each : as that of a study. done : items found finished.
+    """
+
+    def __init__(self, cells_each: int, done: int = 0) -> None:
+        self._each, self._done, self._lock = cells_each, done, threading.Lock()
+        self._under_way: dict[int, tuple[int, int]] = {}  # items and cells, by number of the block
+
+    def watch(self, number: int, items: int) -> Moved:
+        """Return what computing a block of so many items calls with cells computed."""
+
+        def moved(cells: int) -> None:
+            with self._lock:
+                self._under_way[number] = items, self._under_way.get(number, (items, 0))[1] + cells
+
+        return moved
+
+    def end(self, number: int, items: int) -> None:
+        """Count a block as done, or with no items as none."""
+        with self._lock:
+            self._under_way.pop(number, None)
+            self._done += items
+
+    @property
+    def items(self) -> float:
+        """Items done; a whole number where no block is under way, or where an item is a cell."""
+        with self._lock:
+            most = 1.0 if self._each <= 1 else _MOST  # where they take more cells than expected, not yet all
+            return self._done + sum(min(cells / max(self._each, 1), most * n) for n, cells in self._under_way.values())
 
 
 @dataclass

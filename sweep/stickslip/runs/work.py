@@ -7,8 +7,10 @@ compressed goes into the file as it is.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import gcd, prod
@@ -22,15 +24,16 @@ from stickslip.config.grid import build_grid, map_options_of, options_of
 from stickslip.config.model import Config
 from stickslip.config.studies import Moved, Study, study_class
 from stickslip.dataset.build import map_dataset
-from stickslip.engine import Options, Results, StopFlag, columns, compute_range, kernels_for, stop_flag
+from stickslip.engine import Options, Results, StopFlag, columns, compute_range, joined, kernels_for, stop_flag
 from stickslip.files.chunks import NETCDF, PLAIN
 from stickslip.files.locations import Location
-from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells
 
 _FEWEST, _MOST = 4096, 131_072  # cells; below, files cost more than cells; above, a thread takes memory and is missed
 _GOLDEN = (1 + 5**0.5) / 2
 _BLOCKS = 64  # aimed at, so that many threads and shards find work to the end; a large map has more
+_LONGEST = 60  # characters of a value that is shown
+_VARIABLES = "output.variables"
 
 
 @dataclass(frozen=True)
@@ -236,7 +239,8 @@ class Work:
             return Block(self.study.compute(items, stop, moved), 0)
         assert isinstance(self.study, MapStudy)
         have, values = known
-        computed = self.study.compute_chosen(items, ~have, stop, moved)
+        cells = self.study.grid.pick(items.start + np.flatnonzero(~have))
+        computed = compute_range(cells, 0, cells.size, self.study.options, stop, moved)
         if moved:
             moved(int(have.sum()))
         results = self.study.blank(items)
@@ -283,13 +287,55 @@ class MapStudy(Study):
         """The numbers of an undivided run, bit for bit."""
         return compute_range(self.grid, items.start, items.stop, self.options, stop, moved)
 
-    def compute_chosen(
-        self, items: range, chosen: NDArray[np.bool_], stop: StopFlag, moved: Moved | None = None
-    ) -> Results:
-        """Those cells of a range that `chosen` marks, one flag per cell."""
-        cells = self.grid.pick(items.start + np.flatnonzero(chosen))
-        return compute_range(cells, 0, cells.size, self.options, stop, moved)
-
     def dataset(self, parts: Sequence[Results], attributes: Mapping[str, Any]) -> xr.Dataset:
         """The map, in memory."""
         return map_dataset(self.grid, joined(parts), attributes)
+
+
+# --- the identity of a run --------------------------------------------------------------------------------------------
+
+# The settings are the keys of a configuration that decide its results. The title, the execution section, and of the
+# output section all but `variables` do not; nor does the file a curve was fitted to, since the fitted coefficients do.
+# A result without some variables is another one: of it they can neither be taken, nor may they be lost where it
+# replaces one that holds them.
+
+
+def settings(config: Config) -> dict[str, Any]:
+    """The settings that numbers depend on, as plain data; axes as a list, since their order is that of the cells."""
+    plain = {key: value for key, value in config.resolved().items() if key not in ("title", "output", "execution")}
+    plain["friction"] = {key: value for key, value in plain["friction"].items() if key != "fit"}
+    variables = config.output.variables  # None for all there are, whether they are named or not
+    if variables is not None and config.is_map and set(variables) != set(columns(options_of(config))):
+        plain["output"] = {"variables": list(variables)}
+    return {**plain, "axes": [[name, axis] for name, axis in plain["axes"].items()]}
+
+
+def fingerprint(config: Config) -> str:
+    """Equal for configurations of equal results, and only for those."""
+    return hashlib.sha256(json.dumps(settings(config), sort_keys=True).encode()).hexdigest()[:32]
+
+
+def differences(there: Config, here: Config) -> dict[str, tuple[str, str]]:
+    """The keys in which two configurations differ, with both values as text, first that of `there`."""
+    old, new = (dict(_flat(settings(config))) for config in (there, here))
+    absent = {name: "all" if name == _VARIABLES else "nothing" for name in old | new}
+    pairs = {name: (old.get(name, nothing), new.get(name, nothing)) for name, nothing in absent.items()}
+    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
+
+
+def described(differing: Mapping[str, tuple[str, str]]) -> str:
+    """Differences for people, one a line."""
+    short = {name: [text[:_LONGEST] + "..." * (len(text) > _LONGEST) for text in differing[name]] for name in differing}
+    return "\n".join(f"  {name}: {there} there, {here} here" for name, (there, here) in short.items())
+
+
+def _flat(plain: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, str]]:
+    """`solver.rtol`, `1e-06` and so on for nested mappings."""
+    for key, value in plain.items():
+        if not path and key == "axes":
+            yield "order of axes", ", ".join(name for name, _ in value)
+            value = dict(value)
+        if isinstance(value, dict):
+            yield from _flat(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", json.dumps(value, ensure_ascii=False)

@@ -15,10 +15,10 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config, Group
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import RANGE, Read, StudySection, interval, of_row, refused
-from stickslip.config.studies import Moved, ReportTable, Study
+from stickslip.config.studies import MOST_ROWS, Moved, ReportTable, Study
 from stickslip.dataset.build import NO_FILL, given_cells, grid_coordinates, study_dataset
-from stickslip.dataset.display import unit_of
-from stickslip.engine import Options, Results, Scales, StopFlag
+from stickslip.dataset.display import axis_names, parts_over, unit_of
+from stickslip.engine import Options, Results, Scales, StopFlag, joined
 from stickslip.errors import ArgumentError, Path
 from stickslip.studies.exact import (
     DISTURBANCE,
@@ -33,13 +33,11 @@ from stickslip.studies.exact import (
 )
 from stickslip.studies.lines import CellsOrConfig, decided
 from stickslip.studies.search import Flags, Floats, Integers, Looked, Scan, search_lines
-from stickslip.studies.study import MOST_ROWS, axis_names, joined, parts_over
 from stickslip.vocabulary.cells import Cells, Parameters, taken
 from stickslip.vocabulary.models import model_with
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import PARAMETERS
-from stickslip.vocabulary.results import FLAGS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
-from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
+from stickslip.vocabulary.quantities import FLAGS, PARAMETERS, REGIME_MESSAGES, REGIMES, SHARE_METHODS
+from stickslip.vocabulary.quantities import VARIABLES as CELL_VARIABLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

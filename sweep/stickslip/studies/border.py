@@ -10,10 +10,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.config.sections import of_row
-from stickslip.config.studies import Moved, Regime, ReportTable
+from stickslip.config.studies import Moved, Regime, ReportTable, search_attributes, search_settings, shown
 from stickslip.dataset.build import grid_coordinates, of_parameter, shown_in, study_dataset
-from stickslip.dataset.display import unit_of
-from stickslip.engine import Options, Results, StopFlag, solve
+from stickslip.dataset.display import axis_names, parts_over, unit_of
+from stickslip.engine import Options, Results, StopFlag, joined, solve
 from stickslip.studies.lines import (
     CellsOrConfig,
     LineSection,
@@ -28,11 +28,10 @@ from stickslip.studies.lines import (
     search_options,
 )
 from stickslip.studies.search import Floats, Integers, Looked, search_lines
-from stickslip.studies.study import axis_names, joined, parts_over, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.results import METHODS, REGIMES
+from stickslip.vocabulary.quantities import METHODS, REGIMES
 
 _OPEN = -1  # in place of the regime throughout of a line that has borders, or no decided place
 _LANES_FED = 8  # blocks of so many times more lines than their cells call for: a round of bisection has one cell a line

@@ -22,8 +22,7 @@ from stickslip.studies.lines import decided, growth_of, guide_of
 from stickslip.studies.search import Brackets, Flags, Floats, GuideAt, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Parameters, impossible, taken
 from stickslip.vocabulary.models import LAWS, laws_with, model_of, model_with
-from stickslip.vocabulary.quantities import MEASURED, SEARCHABLE, listed
-from stickslip.vocabulary.results import DECIDED, REGIMES, UNDECIDED, VIBRATING
+from stickslip.vocabulary.quantities import DECIDED, MEASURED, REGIMES, SEARCHABLE, UNDECIDED, VIBRATING, listed
 
 OPPOSITE = "opposite"  # regimes, in a list of those to be entered: quiet ones of what vibrates, else vibrating ones
 _QUIET = tuple(name for name in DECIDED if name not in VIBRATING)

@@ -11,11 +11,10 @@ from pydantic import Field
 
 from stickslip.config.model import Config, Group
 from stickslip.config.sections import RANGE, Read, StudySection, choice, interval, of_row, refused
-from stickslip.config.studies import Moved, Regime, ReportTable
+from stickslip.config.studies import Moved, Regime, ReportTable, search_attributes, search_settings, shown
 from stickslip.dataset.build import NO_FILL, attributes_of, grid_coordinates, shown_in, variable_of
-from stickslip.dataset.display import unit_of
-from stickslip.dataset.polylines import CONTAINER, plane_names, polylines
-from stickslip.engine import Options, Results, StopFlag
+from stickslip.dataset.display import CONTAINER, plane_names, polylines, unit_of
+from stickslip.engine import Options, Results, StopFlag, joined
 from stickslip.errors import ArgumentError
 from stickslip.studies.lines import (
     PARAMETER,
@@ -32,13 +31,11 @@ from stickslip.studies.lines import (
 )
 from stickslip.studies.plane import PlaneSearch
 from stickslip.studies.search import Integers
-from stickslip.studies.study import joined, search_attributes, search_settings, shown
 from stickslip.vocabulary.cells import Cells
 from stickslip.vocabulary.models import STRIBECK
 from stickslip.vocabulary.models.memory import CONTOUR_POINTS
 from stickslip.vocabulary.parameter import Parameter, Variable, table
-from stickslip.vocabulary.quantities import QUANTITIES, SEARCHABLE
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import QUANTITIES, REGIMES, SEARCHABLE
 
 _PER_POINT = 40  # cells a border takes per grid point along one side of the plane, about
 _PANEL, _PER_CELL = 4096, 64  # panels weigh as a block of a map, or more; grid points per cell that a block may hold

@@ -19,13 +19,11 @@ from stickslip.config.grid import build_grid
 from stickslip.config.model import Config
 from stickslip.config.studies import Moved
 from stickslip.config.uncertain import Uncertain
-from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range
+from stickslip.engine import Options, Results, StopFlag, blank_results, compute_range, joined
 from stickslip.studies.search import Flags, Floats, Integers, Labels
-from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Cells, Parameters, impossible, taken
 from stickslip.vocabulary.models import model_of
-from stickslip.vocabulary.quantities import MEASURED
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import MEASURED, REGIMES
 
 BITS = 30  # of a coordinate, as SciPy has them
 _AT_ONCE = 2**16  # points of a scrambling that are made together; many, since SciPy walks to the first of them

@@ -33,7 +33,7 @@ from stickslip.studies.search import Flags, Floats, Labels
 from stickslip.theory import stribeck_slope, unstable_amplitude
 from stickslip.vocabulary.cells import Parameters, taken
 from stickslip.vocabulary.models import CURVE, STRIBECK
-from stickslip.vocabulary.results import REGIMES, STATUSES
+from stickslip.vocabulary.quantities import REGIMES, STATUSES
 
 _INSIDE = 1.0 - 1e-6  # of the belt speed: larger amplitudes would reach w = 0
 _FAR = 10.0  # times belt speed and friction: friction feeds a loop of that size a hundredth of what it takes

@@ -25,8 +25,7 @@ from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import STRIBECK, model_of
 from stickslip.vocabulary.models.memory import BORDER_TOLERANCE
 from stickslip.vocabulary.parameter import NAN, Parameter, table
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, SEARCHABLE, listed
-from stickslip.vocabulary.results import REGIMES, UNDECIDED, VIBRATING
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, REGIMES, SEARCHABLE, UNDECIDED, VIBRATING, listed
 
 AnySearch = TypeVar("AnySearch", bound=StudySection)
 CellsOrConfig = Mapping[str, Any] | xr.Dataset | Config

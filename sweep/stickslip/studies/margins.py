@@ -29,10 +29,10 @@ from stickslip.config.sections import (
     one_of,
     refused,
 )
-from stickslip.config.studies import Moved, Regime, ReportTable, Study
+from stickslip.config.studies import Moved, Regime, ReportTable, Study, search_attributes, search_settings
 from stickslip.dataset import build
 from stickslip.dataset.display import unit_of
-from stickslip.engine import Options, Results, StopFlag
+from stickslip.engine import Options, Results, StopFlag, joined
 from stickslip.errors import ArgumentError
 from stickslip.studies.changes import (
     OPPOSITE,
@@ -47,13 +47,11 @@ from stickslip.studies.changes import (
     reach_of,
 )
 from stickslip.studies.lines import PARAMETER, CellsOrConfig, fine_enough, limits, search_options
-from stickslip.studies.study import joined, search_attributes, search_settings
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import MODELS, model_of
 from stickslip.vocabulary.parameter import NAN, Parameter, Variable, table
-from stickslip.vocabulary.quantities import MEASURED, PARAMETERS, SEARCHABLE, listed
-from stickslip.vocabulary.results import DECIDED, REGIMES
-from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
+from stickslip.vocabulary.quantities import DECIDED, MEASURED, PARAMETERS, REGIMES, SEARCHABLE, listed
+from stickslip.vocabulary.quantities import VARIABLES as CELL_VARIABLES
 
 SIDES, _SIDE = ("below", "above"), ("side",)
 # Of cells, most of them once per parameter: `margin_stiffness`.

@@ -23,7 +23,7 @@ from stickslip.studies.lines import Side, decided, growth_of, guide_of, uncontra
 from stickslip.studies.search import Boxes, Brackets, Floats, Integers, Labels, Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Cells, Parameters
 from stickslip.vocabulary.models import model_of
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 OPEN = REGIMES.index("unresolved")  # what all that is undecided is called here: a region like any other
 _ALONG_X, _ALONG_Y, _JUNCTION = range(3)

@@ -13,20 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.config.model import Config
 from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import of_row
-from stickslip.config.studies import Moved, Regime, ReportTable, Study
+from stickslip.config.studies import Moved, Regime, ReportTable, Study, shown
 from stickslip.dataset.build import NO_FILL, grid_coordinates, shown_in, study_dataset, text_index
-from stickslip.dataset.display import unit_of
-from stickslip.engine import Options, Results, StopFlag
+from stickslip.dataset.display import axis_names, parts_over, unit_of
+from stickslip.engine import Options, Results, StopFlag, joined
 from stickslip.errors import ArgumentError
 from stickslip.studies.attractors import VARIABLES as OF_ATTRACTORS
 from stickslip.studies.exact import DISTURBANCE, SETTLED, Box, Motions, exact_results, settled, unloaded
 from stickslip.studies.lines import CellsOrConfig, LineSection, Side, check_lines, opened
 from stickslip.studies.search import Floats
-from stickslip.studies.study import axis_names, joined, parts_over, shown
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells, taken
 from stickslip.vocabulary.parameter import Parameter, Variable, of_section, table
-from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES
-from stickslip.vocabulary.results import REGIMES, VARIABLES
+from stickslip.vocabulary.quantities import PARAMETERS, QUANTITIES, REGIMES, VARIABLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -29,12 +29,11 @@ from stickslip.config.problems import ProblemCollector
 from stickslip.config.sections import StudySection, of_row
 from stickslip.config.studies import Moved, Study
 from stickslip.dataset.build import map_dataset
-from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range
+from stickslip.engine import Options, Results, StopFlag, blank_results, columns, compute_range, joined
 from stickslip.studies.lines import decided
 from stickslip.studies.search import Boxes, Integers, Labels
-from stickslip.studies.study import joined
 from stickslip.vocabulary.parameter import Parameter, table
-from stickslip.vocabulary.results import MAP_VARIABLES
+from stickslip.vocabulary.quantities import MAP_VARIABLES
 
 CONFIDENCE = 0.95  # of the audit
 _SEED = 20_150_417  # any number, the same in all runs

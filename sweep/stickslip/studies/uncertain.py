@@ -27,16 +27,15 @@ from stickslip.config.model import Config
 from stickslip.config.studies import Moved, ReportTable, Study
 from stickslip.config.uncertain import DRAWN, Subset, Uncertain
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
-from stickslip.engine import Options, Results, StopFlag, columns
+from stickslip.engine import Options, Results, StopFlag, columns, joined
 from stickslip.studies.draws import STATES, Design, Inputs, reduced
 from stickslip.studies.lines import decided
 from stickslip.studies.search import Floats
-from stickslip.studies.study import joined
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.results import REGIMES, flag_label
-from stickslip.vocabulary.results import VARIABLES as CELL_VARIABLES
+from stickslip.vocabulary.quantities import REGIMES, flag_label
+from stickslip.vocabulary.quantities import VARIABLES as CELL_VARIABLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -26,6 +26,7 @@ from stickslip.vocabulary.quantities import CURVE_COLUMNS
 Floats = NDArray[np.float64]
 Shape = Callable[[float], float]
 
+ENTRY_POINTS = "stickslip.laws"  # group of a package: name of the law, and a module with `shape` and `slope`
 FASTEST = 1e4  # z up to which a shape is looked at
 _ROWS, _TERMS, _STATIONS = 4, 6, 512  # as the kernels have them (`layout.py`)
 _BUCKETS = (np.arange(_STATIONS) + (1013 << 4) << 48).view(np.float64) * (1.0 - 1e-12) - 2.0**-10  # begin just above
@@ -156,7 +157,6 @@ def _is_cubic(z: Floats, shape: Floats, slope: Floats) -> bool:
 
 # --- tables, and shapes as functions ----------------------------------------------------------------------------------
 
-ENTRY_POINTS = "stickslip.laws"  # group of a package: name of the law, and a module with `shape` and `slope`
 MOST_POINTS = 200
 _CLOSEST = 1e-9  # two points, over the fastest speed
 _TAKEN = (TABLE, PREFIX)  # beginnings of names

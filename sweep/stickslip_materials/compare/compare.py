@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.config.describe import unit_question
 from stickslip.config.reader import make_config
 from stickslip.config.resolve import points_path, python_document
+from stickslip.config.rules import unit_question
 from stickslip.config.studies import section_of_call
 from stickslip.dataset.build import provenance
 from stickslip.engine import Options, Progress
@@ -29,8 +29,7 @@ from stickslip.theory import loss_of_stability, stick_slip_limit
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import as_cells
 from stickslip.vocabulary.models import CURVE
-from stickslip.vocabulary.quantities import listed
-from stickslip.vocabulary.results import VIBRATING
+from stickslip.vocabulary.quantities import VIBRATING, listed
 from stickslip_materials.compare import stick_slip_end as end
 from stickslip_materials.compare.result import material_dataset
 from stickslip_materials.compare.stick_slip_end import NOT_DETERMINED, QUIET, VIBRATES, Comparing, Floats, QuietSpeeds

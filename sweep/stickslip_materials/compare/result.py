@@ -14,8 +14,7 @@ from stickslip.dataset.build import NO_FILL, parameter_variable, shown_in, varia
 from stickslip.vocabulary.display_units import DISPLAY
 from stickslip.vocabulary.models import FITTED
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.quantities import SEARCHABLE
-from stickslip.vocabulary.results import FLAGS, QUIET_STATES, VARIABLES
+from stickslip.vocabulary.quantities import FLAGS, QUIET_STATES, SEARCHABLE, VARIABLES
 from stickslip_materials.fit import CurveFit, MaterialFit
 
 Floats = NDArray[np.float64]

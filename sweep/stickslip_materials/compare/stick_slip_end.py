@@ -21,7 +21,7 @@ from stickslip.studies.lines import search_options
 from stickslip.studies.search import Looked, Scan, search_lines
 from stickslip.vocabulary.cells import Cells, Parameters, as_cells
 from stickslip.vocabulary.models import CURVE
-from stickslip.vocabulary.results import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
+from stickslip.vocabulary.quantities import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING
 from stickslip_materials.fit import CurveFit, Drawn, draw_curves
 
 Floats = NDArray[np.float64]

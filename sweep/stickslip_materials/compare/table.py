@@ -13,8 +13,7 @@ from stickslip.config.studies import ReportTable
 from stickslip.vocabulary import units
 from stickslip.vocabulary.cells import scales_of
 from stickslip.vocabulary.models import BREAKAWAY, FORMULA
-from stickslip.vocabulary.quantities import PARAMETERS, listed
-from stickslip.vocabulary.results import QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label
+from stickslip.vocabulary.quantities import PARAMETERS, QUIET_STATES, REGIMES, UNDECIDED, VIBRATING, flag_label, listed
 from stickslip_materials.compare.result import MATERIAL_VARIABLES, speeds_of
 
 _SIGNS = {"quiet_throughout": "< ", "vibrates_throughout": "> ", "unresolved": "<= "}  # of numbers that are bounds

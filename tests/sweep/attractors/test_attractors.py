@@ -11,7 +11,7 @@ from helpers.commands import call, told
 from stickslip import plots
 from stickslip.config.reader import parse_config
 from stickslip.errors import ConfigError, PlotError
-from stickslip.vocabulary.results import REGIMES, SHARE_METHODS
+from stickslip.vocabulary.quantities import REGIMES, SHARE_METHODS
 
 CELL = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 BOX = {"displacement": (0.0, 2.0), "velocity": (-1.0, 1.0)}

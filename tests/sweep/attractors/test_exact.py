@@ -12,7 +12,7 @@ from stickslip.studies.attractors import Attractors, AttractorStudy, critical_di
 from stickslip.studies.exact import Motions, steady_state
 from stickslip.theory import unstable_amplitude
 from stickslip.vocabulary.cells import Cells, as_cells, taken
-from stickslip.vocabulary.results import REGIMES, SHARE_METHODS
+from stickslip.vocabulary.quantities import REGIMES, SHARE_METHODS
 
 UNIT = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0}
 BSTAB = UNIT | {"damping": 0.1, "a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5}

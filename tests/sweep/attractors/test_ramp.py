@@ -8,7 +8,7 @@ import stickslip
 from helpers.nightly import few
 from stickslip import plots, theory
 from stickslip.errors import PlotError
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 ARTICLE = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "a1": 1.0, "a2": 0.1, "a3": 0.3, "a4": 0.1}
 BSTAB = {"mass": 1.0, "stiffness": 1.0, "normal_load": 1.0, "damping": 0.1, "a1": 0.5, "a2": 0.0, "a3": 0.5, "a4": 0.5}

@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from stickslip.studies.refine import COMPUTED, CONFIDENCE, Audit, Painter, Tiles, drawn, labels_of, refine
 from stickslip.studies.search import Boxes
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 
 def density(share: float, depth: int, dims: int) -> float:

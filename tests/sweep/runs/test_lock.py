@@ -15,7 +15,7 @@ from helpers.runs import block_files, same
 from stickslip.errors import StoreError
 from stickslip.files import targets
 from stickslip.files.targets import Folder
-from stickslip.runs import lock
+from stickslip.runs import formats as lock
 
 
 def holding(output, **changes):
