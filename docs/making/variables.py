@@ -5,8 +5,7 @@ from collections.abc import Iterable, Mapping
 from making.markdown import code, sentence, table
 from stickslip.config.studies import study_class
 from stickslip.studies.uncertain import STATISTICS
-from stickslip.vocabulary import results, units
-from stickslip.vocabulary.quantities import Variable
+from stickslip.vocabulary import quantities, units
 from stickslip_rig.quantities import EXACT, FEATURES
 from stickslip_sound.loudness import LEVEL_VARIABLES
 
@@ -18,14 +17,14 @@ does not exist: the period of a motion that settles, say. What the field calls t
 """
 
 
-def _of(key: str) -> Mapping[str, Variable]:
+def _of(key: str) -> Mapping[str, quantities.Variable]:
     return study_class(key).variables
 
 
 _FULL = "; only with `solver: {early_stop: false}`"
-_FAMILIES: dict[str, tuple[str, Mapping[str, Variable]]] = {
-    "Of a cell": ("what `run` and `evaluate` give", results.MAP_VARIABLES),
-    "Of a trajectory": ("what `simulate` gives, over `time`", results.TRACE_VARIABLES),
+_FAMILIES: dict[str, tuple[str, Mapping[str, quantities.Variable]]] = {
+    "Of a cell": ("what `run` and `evaluate` give", quantities.MAP_VARIABLES),
+    "Of a trajectory": ("what `simulate` gives, over `time`", quantities.TRACE_VARIABLES),
     "Of borders": ("what `border` gives ([borders.md](borders.md))", _of("border")),
     "Of contours": ("what `contours` gives ([borders.md](borders.md))", _of("contours")),
     "Of margins": (
@@ -68,16 +67,16 @@ def page() -> str:
     parts += [_variables(FEATURES.values()), "And of a simulated one:\n", _variables(EXACT.values())]
     parts += ["## Flags\n", "Integers in the file; these are their names, in the order of the numbers from 0 on.\n"]
     for name, heading in _FLAGS.items():
-        rows = ((str(number), code(flag), words) for number, (flag, words) in enumerate(results.FLAGS[name].items()))
+        rows = ((str(number), code(flag), words) for number, (flag, words) in enumerate(quantities.FLAGS[name].items()))
         parts += [f"### {heading}\n", table(("", "name", "meaning"), rows)]
     return "\n".join(parts)
 
 
-def _variables(rows: Iterable[Variable]) -> str:
+def _variables(rows: Iterable[quantities.Variable]) -> str:
     return table(("variable", "unit", "meaning"), ((code(v.name), _unit(v.units), _meaning(v)) for v in rows))
 
 
-def _meaning(variable: Variable) -> str:
+def _meaning(variable: quantities.Variable) -> str:
     words = [variable.long_name]
     if variable.comment:
         words.append(sentence(variable.comment).rstrip("."))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from helpers.maps import plane
 from stickslip.dataset import coarse
 from stickslip.dataset.coarse import chunks
-from stickslip.vocabulary.results import REGIMES
+from stickslip.vocabulary.quantities import REGIMES
 
 
 def array(values) -> xr.DataArray:
