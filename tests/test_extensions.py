@@ -8,9 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from helpers.installed import DECLARED
 from stickslip import extensions
+from stickslip.cli import main
+from stickslip.config.reader import parse_config
+from stickslip.errors import ConfigError
 
 TESTS = Path(__file__).parent
 
@@ -134,3 +138,14 @@ def test_no_test_of_the_engine_names_an_extension(room):
     helpers = [path.stem for path in (TESTS / "helpers").glob("*.py") if extension_names(path.read_text("utf-8"))]
     named = {str(path): extension_names(path.read_text("utf-8"), helpers) for path in (TESTS / room).rglob("*.py")}
     assert len(named) > 20 and {path: names for path, names in named.items() if names} == {}
+
+
+def test_without_an_extension_for_points_configurations_that_need_one_are_neither_listed_nor_read(monkeypatch):
+    with_all = CliRunner().invoke(main, ["init", "--list"]).stdout
+    monkeypatch.setattr(extensions, "named", dict)
+    listed = CliRunner().invoke(main, ["init", "--list"]).stdout
+    gone = {line.split()[2] for line in set(with_all.splitlines()) - set(listed.splitlines())}
+    assert gone == {"goal", "materials", "table"} and "quickstart" in listed
+    text = "system: {mass: 1, stiffness: 2, normal_load: 3}\nfriction: {fit: dry.csv}\naxes: {belt_speed: [1, 2]}\n"
+    with pytest.raises(ConfigError, match=r"<text>:2:11: friction: nothing that is installed reads the points to fit"):
+        parse_config(text)

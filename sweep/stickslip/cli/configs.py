@@ -128,7 +128,7 @@ def init(file: Path, name: str | None, listing: bool, schema: bool) -> None:
     complete the YAML: in VS Code with the YAML extension by a first line
     `# yaml-language-server: $schema=stickslip.schema.json`.
     """
-    from stickslip.config.reader import command_for
+    from stickslip.config.reader import command_for, is_for_what_is_installed
     from stickslip.config.resolve import config_names, config_path, starter
     from stickslip.config.yaml import read_yaml
 
@@ -137,9 +137,9 @@ def init(file: Path, name: str | None, listing: bool, schema: bool) -> None:
 
         return screen.echo(json.dumps(json_schema(), indent=2))
     if listing:
-        for each in config_names():
-            path = config_path(each)
-            screen.echo(f"stickslip {command_for(path)} {each:20} {read_yaml(path).data['title']}")
+        for each, path in ((name, config_path(name)) for name in config_names()):
+            if is_for_what_is_installed(path):
+                screen.echo(f"stickslip {command_for(path)} {each:20} {read_yaml(path).data['title']}")
         return None
     text, command = starter(), "run"
     try:

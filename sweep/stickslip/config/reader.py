@@ -24,7 +24,7 @@ from stickslip.config.model import (
     quantities_in,
 )
 from stickslip.config.problems import ProblemCollector
-from stickslip.config.resolve import LAWS_FITTED, existing_config, python_document, resolved, varied_paths
+from stickslip.config.resolve import LAWS_FITTED, existing_config, has_unread, python_document, resolved, varied_paths
 from stickslip.config.rules import warn_of_units
 from stickslip.config.sections import Section, Solver
 from stickslip.config.studies import KEYS, section_class, study_class
@@ -79,6 +79,12 @@ def command_for(path: str | os.PathLike[str]) -> str:
     """The command that computes what a YAML file asks for. Raises ConfigError if it cannot be read."""
     key = _apart_in(read_yaml(existing_config(path)).data)
     return STUDIES[key].apart if key else "run"
+
+
+def is_for_what_is_installed(path: str | os.PathLike[str]) -> bool:
+    """Whether a YAML file has only sections, and points behind its words, that the engine or an extension reads."""
+    data = read_yaml(existing_config(path)).data
+    return not data.keys() - set(KEYS) and not has_unread(data)
 
 
 def parse_config(text: str, name: str = "<text>", settings: Iterable[Setting] = (), apart: str | None = None) -> Config:
@@ -317,7 +323,13 @@ class _ConfigReader(ProblemCollector):
                 self.add(given[name][0], message, f"the forms are {forms}", at_key=True)
         either = {*model.replaced, *model.measured}
         if either and not measured and not replaced and not self.meant & either:
-            self.add(("friction",), f"the friction curve is missing, expected {forms}", "`stickslip help model`")
+            if has_unread(self.document.data):
+                message = f"nothing that is installed reads the points to fit, expected {forms}"
+                self.add(
+                    ("friction",), message, "an extension reads them; `stickslip --help` lists those that are here"
+                )
+            else:
+                self.add(("friction",), f"the friction curve is missing, expected {forms}", "`stickslip help model`")
         else:
             whole = model.forms[bool(measured)]
             for name in whole if not (measured and replaced) else set(model.forms[0]) & set(model.forms[-1]):

@@ -152,6 +152,15 @@ def resolved(document: Document) -> Document:
     return with_table(_with_damping(document))
 
 
+_MEASURED = ("friction.fit", "friction.table", "axes.*.zip.fit")  # files of points, which extensions read
+
+
+def has_unread(data: object) -> bool:
+    """True if plain data names points that nothing which is installed reads."""
+    read = extensions.brought("resolvers")
+    return any(_has(data, place.split(".")) for place in _MEASURED if place not in read)
+
+
 def varied_paths(axes: object) -> list[Path]:
     """The positions of the quantities along axes, whether they are right or wrong."""
     paths: list[Path] = []

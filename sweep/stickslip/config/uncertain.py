@@ -74,6 +74,16 @@ class Scatter(Section):
         inside: Any = [*self.numbers.values()] if self.kind == DRAWN else dict(self.numbers)
         return {self.kind: inside} | ({TRUNCATED: dict(self.ends)} if self.ends else {})
 
+    def text(self, unit: str) -> str:
+        """The distribution of a quantity with this SI unit, for people: `normal, mean 10 N, std 1 N`."""
+        if self.kind == DRAWN:
+            return f"one of {len(self.numbers)} values"
+        with_ends = self.numbers | {f"{TRUNCATED} at {end}": value for end, value in self.ends.items()}
+        unit = units.spelled(unit)
+        own = {name for name in self.numbers if not has_unit(self.kind, name)}
+        return ", ".join([self.kind, *(f"{name} {value:.6g} {'' if name in own else unit}".rstrip()
+                                       for name, value in with_ends.items())])  # fmt: skip
+
 
 def has_unit(kind: object, number: object) -> bool:
     """Whether a number of a distribution has the unit of the quantity, or is a pure one as a factor or a shape is."""
@@ -329,7 +339,7 @@ def _check(problems: ProblemCollector, scatter: Scatter, path: Path) -> None:
     inside = of.shares[2]
     if not inside >= _LEAST_INSIDE:  # NaN for numbers that make no such distribution
         expected = f"{_LEAST_INSIDE:g} of it or more within the ends" if inside < _LEAST_INSIDE else _NEEDED
-        problems.add((*path, kind), f"got {scatter.resolved()}, expected {expected}")
+        problems.add((*path, kind), f"got {scatter.text(row.units)}, expected {expected}")
         return
     low = max(bound for bound in (row.above, row.at_least, of.low) if bound is not None)
     possible = replace(of, low=low, high=of.high if row.at_most is None else min(of.high, row.at_most))

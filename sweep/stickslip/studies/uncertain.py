@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from stickslip.config.model import Config
 from stickslip.config.studies import Moved, ReportTable, Study
-from stickslip.config.uncertain import DRAWN, Subset, Uncertain
+from stickslip.config.uncertain import Subset, Uncertain
 from stickslip.dataset.build import NO_FILL, grid_coordinates, study_dataset, text_index
 from stickslip.engine import Options, Results, StopFlag, columns, joined
 from stickslip.studies.draws import STATES, Design, Inputs, reduced
@@ -34,7 +34,7 @@ from stickslip.studies.search import Floats
 from stickslip.vocabulary.cells import Parameters
 from stickslip.vocabulary.models import model_of
 from stickslip.vocabulary.parameter import Variable, table
-from stickslip.vocabulary.quantities import REGIMES, flag_label
+from stickslip.vocabulary.quantities import REGIMES, SEARCHABLE, flag_label
 from stickslip.vocabulary.quantities import VARIABLES as CELL_VARIABLES
 
 if TYPE_CHECKING:
@@ -273,8 +273,7 @@ class SampleStudy(Study):
     def explain(cls, section: Uncertain, config: Config) -> Iterator[tuple[str, str, str]]:
         """The quantities with their distributions, and how they are drawn."""
         for name, scatter in section.quantities.items():
-            one_of = f"one of {len(scatter.numbers)} values"
-            yield name, "uncertain", one_of if scatter.kind == DRAWN else f"in SI {scatter.resolved()}"
+            yield name, "uncertain", scatter.text(SEARCHABLE[name].units)
         yield "sampling", "subset simulation" if section.subset else "Sobol points", section.method_in_words
 
     @classmethod

@@ -8,6 +8,7 @@ from scipy import stats
 
 from helpers.configs import message
 from helpers.data import cases
+from stickslip.config.describe import describe
 from stickslip.config.reader import make_config, parse_config
 from stickslip.errors import ConfigError
 
@@ -79,3 +80,13 @@ def test_drawn_values_that_are_none_are_refused(quantities, more, expected):
     config = {"system": {**CAR, "belt_speed": 0.1}, "friction": friction, "uncertain": {"quantities": given, **more}}
     with pytest.raises(ConfigError, match=re.escape(expected)):
         make_config(config)
+
+
+def test_distributions_are_told_in_words_with_units():
+    assert read("belt_speed: {gamma: {a: 3, loc: 5, scale: 2 mm/s}}").uncertain.quantities["belt_speed"].text(
+        "m/s"
+    ) == ("gamma, a 3, loc 0.005 m/s, scale 0.002 m/s")
+    with_end = read("belt_speed: {normal: {mean: 0.8 m/s, std: 50 mm/s}, truncated: {low: 0}}")
+    assert ("belt_speed", "uncertain", "normal, mean 0.8 m/s, std 0.05 m/s, truncated at low 0 m/s") in describe(
+        with_end
+    )
