@@ -3,27 +3,39 @@ rig, by records of a simulated one; and Eq. (3) over random pairs."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from article.recipe import STICK_SLIP, Findings, Floats, Made, labelled
 from stickslip.api.cells import evaluate
 from stickslip.api.studies import border
 from stickslip.config.resolve import config_path
+from stickslip.plots.layout import Figure, entitle, legend
+from stickslip.plots.palette import BLACK, BLUE, SKY, VERMILLION
 from stickslip.theory import reversal_speed, stribeck
 from stickslip.vocabulary.models.stribeck import coefficients
 from stickslip.vocabulary.quantities import REGIMES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 _CONFIG = "rig/stiffness"
 _OF_A_CELL = ("mass", "damping", "normal_load", "belt_speed", "a1", "a2", "a3", "a4", "mu_stop")
 _DRAWN, _PAIRS, _SEED = 13_000, 10_000, 1
 _DECIDED = ("stick_slip", "damped", "creep", "sustained")
 _DAMPED = 0.05  # damping ratio
+_DENSE, _ROOM = 120, 1.5  # places along the stiffness, and the factor by which they reach beyond the springs
+_MOST_NAMED = 8  # springs
+_ALIKE = ("mass", "damping", "normal_load", "drive_speed")  # conditions that records over springs share
 
 
 def figure_springs() -> Made:
     """The tendency over the stiffness, measured on records and by the curve."""
     from stickslip import rig  # an extension, which other figures do without
-    from stickslip_rig.friction_plot import plot_over_stiffness
 
     config = rig.load_rig(config_path(_CONFIG))
     tests = rig.RigTests(config)
@@ -43,7 +55,59 @@ def figure_springs() -> Made:
         "half": float((ds["tendency_high"] - ds["tendency"]).values[visible].max()),
     }  # fmt: skip
     findings |= _random_pairs()
-    return Made(plot_over_stiffness(ds), labelled(ds, "Springs from soft to stiff", [], findings), findings)
+    return Made(_plot(ds), labelled(ds, "Springs from soft to stiff", [], findings), findings)
+
+
+def _plot(ds: xr.Dataset) -> Figure:
+    """The tendency, Eq. (3) of the article, over the stiffness: as measured, and as the curve of all records has it."""
+    stiffness, tendency = ds["stiffness"].values / 1e3, ds["tendency"].values
+    seen = np.isfinite(tendency)
+    figure = Figure(figsize=(6.3, 3.54), layout="constrained")
+    ax = figure.add_subplot()
+    half = (ds["tendency_high"] - ds["tendency"]).values
+    ax.errorbar(stiffness[seen], tendency[seen], half[seen], fmt="o", color=BLUE, markersize=5, capsize=3, zorder=3)
+    ax.plot(stiffness[~seen], np.full((~seen).sum(), 0.04), "x", color=VERMILLION, transform=ax.get_xaxis_transform())
+    ax.axhline(0.0, color=BLACK, linestyle="dotted", linewidth=1.2)
+    ax.set(xscale="log", xlim=(stiffness.min() / _ROOM, stiffness.max() * _ROOM))
+    ax.set(xlabel="stiffness of the spring (N/mm)", ylabel="tendency, Eq. (3)")
+    springs = np.unique(stiffness.round(6))
+    springs = springs[:: -(-springs.size // _MOST_NAMED)]
+    ax.set_xticks(springs, [f"{spring:.3g}" for spring in springs])
+    ax.minorticks_off()
+    handles = [Line2D([], [], color=BLUE, marker="o", linestyle="none", label="measured, 95 % interval")]
+    handles += [Line2D([], [], color=VERMILLION, marker="x", linestyle="none", label="not told")] * bool((~seen).any())
+    handles += [Line2D([], [], color=BLACK, linestyle="dotted", label="Eq. (3): stick-slip above")]
+    legend(figure, [*handles, *_draw_theory(ax, ds)])
+    entitle(figure, ax, "Tendency to stick-slip over the stiffness")
+    return figure
+
+
+def _draw_theory(ax: Axes, ds: xr.Dataset) -> list[Line2D | Patch]:
+    """The tendency and the regime of the curve that all records follow, where these differ in the spring alone."""
+    from stickslip_materials.fit import fit_curve
+
+    given = {name: np.unique(ds[name].values) for name in _ALIKE}
+    rising = ds.sel(direction="rising")
+    points = [rising[name].values.ravel() for name in ("slip_speed", "friction", "friction_sigma")]
+    curve = fit_curve(*(values[np.isfinite(points[2])] for values in points))
+    weight = (ds["mu_stop_high"] - ds["mu_stop_low"]).values ** -2.0
+    stop = float(np.nansum(ds["mu_stop"] * weight) / np.nansum(weight))
+    cells = {name: float(values[0]) for name, values in given.items() if name != "drive_speed"}
+    cells |= {"belt_speed": float(given["drive_speed"][0]), "mu_stop": min(stop, curve.mu_start)}
+    cells |= {name: getattr(curve, name) for name in ("a1", "a2", "a3", "a4")}
+    low, high = (1e3 * end for end in ax.get_xlim())
+    springs = np.geomspace(low, high, _DENSE)
+    theory = evaluate({**cells, "stiffness": springs})
+    reversal = curve.predict(theory["slip_speed_max"].values)
+    ax.plot(springs / 1e3, curve.mu_start - 2.0 * reversal + stop, color=BLACK, linewidth=1.2)
+    handles: list[Line2D | Patch] = [Line2D([], [], color=BLACK, linewidth=1.2, label="by the curve of all records")]
+    borders = border(cells, "stiffness", (low, high))
+    places = np.append(borders["border"].values.ravel() / 1e3, high / 1e3)
+    for i, regime in enumerate(borders["regime_above"].values.ravel()):
+        if regime != REGIMES.index("stick_slip"):
+            ax.axvspan(places[i], places[i + 1], facecolor=SKY, alpha=0.35, edgecolor=BLACK, hatch="..", linewidth=0.0)
+            ax.axvline(places[i], color=BLACK, linewidth=0.8)
+    return [*handles, Patch(facecolor=SKY, alpha=0.35, hatch="..", label="no stick-slip by that curve")]
 
 
 def _random_pairs() -> Findings:

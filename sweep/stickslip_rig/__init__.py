@@ -8,7 +8,7 @@ so in Python.
     commands/      `stickslip rig ...`          drive.py, quantities.py, sections.py, settings.py   configurations
     records.py, signals.py   records, read      plots.py       pictures and pages
     sticks.py, drive_motion.py, evaluation.py   stick phases, features, tables of them
-    specimen.py, friction.py, friction_plot.py  friction on both branches, and over springs
+    specimen.py, friction.py                    friction on both branches
     dropouts.py, hum.py, defects.py             what is wrong with a record
     simulation.py  simulated rigs               observation.py records as observations of `explain`
     risk.py, calibration.py                     the risk number

@@ -1,4 +1,4 @@
-"""Plots of a rig: records over time, and a test matrix as a heat map."""
+"""Plots of a rig: records over time, friction over slip speed, and a test matrix as a heat map."""
 
 from collections.abc import Mapping, Sequence
 from math import prod
@@ -40,6 +40,10 @@ _LARGEST = (10.0, 10.5)  # inches: of all cells together
 _AROUND = (2.6, 2.2)  # inches: names, title and legend
 _MOST_NAMED = 40  # points along an axis
 _MOST_WRITTEN = (25, 40)  # columns and rows of cells that numbers fit into
+_BRANCHES: dict[str, dict[str, Any]] = {  # directions of the slip speed
+    "rising": {"linestyle": "-"},
+    "falling": {"linestyle": "--", "markerfacecolor": "none"},
+}
 _HATCH = "////"  # of red cells, whose colour is as dark as green
 
 
@@ -119,6 +123,33 @@ def _name_axes(panel: Axes, twin: Axes, parts: Sequence[xr.Dataset]) -> None:
     twin.set_ylim(-_ROOM * swing, _ROOM * swing)
     if shown is not None:
         twin.set_ylabel(display.title(shown, display.si_unit(shown)))
+
+
+# --- friction -------------------------------------------------------------------------------------------------------
+
+
+def plot_friction(ds: xr.Dataset) -> Figure:
+    """Friction over slip speed of records (`friction_table`): full while it rises, dashed and empty while it falls.
+
+    Raises PlotError where no record tells any.
+    """
+    if not int(ds["slips_used"].max()):
+        raise PlotError("nothing to draw: no record has slips that tell friction")
+    figure = Figure(figsize=(6.3, 3.54), layout="constrained")
+    ax, names, handles = figure.add_subplot(), ds["record"].values.tolist(), []
+    for i, name in enumerate(names):
+        look: dict[str, Any] = {key: palette.look_of(i)[key] for key in ("color", "marker")} | {"markersize": 4}
+        handles.append(Line2D([], [], label=name, **look))
+        for direction, style in _BRANCHES.items():
+            points = ds.isel(record=i).sel(direction=direction)
+            speed, sigma = 1e3 * points["slip_speed"].values, points["friction_sigma"].values
+            ax.errorbar(speed, points["friction"].values, 1.96 * sigma, linewidth=0.9, **look, **style)
+    ax.set(xlabel="slip speed (mm/s)", ylabel="friction coefficient", ylim=(0.0, None))
+    ways = [Line2D([], [], color=BLACK, marker="o", markersize=4, label=label, **style)
+            for label, style in zip(("slip speed rises", "falls"), _BRANCHES.values(), strict=True)]  # fmt: skip
+    legend(figure, [*(handles if len(names) > 1 else ()), *ways])
+    entitle(figure, ax, names[0] if len(names) == 1 else str(ds.attrs["title"]))
+    return figure
 
 
 # --- matrices ---------------------------------------------------------------------------------------------------------

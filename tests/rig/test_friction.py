@@ -132,7 +132,7 @@ def test_a_command_makes_points_pictures_and_answers(tmp_path):
     for file, k in zip(files, (4e3, 8e3), strict=True):
         write_record(record(stiffness=k), tmp_path / file)
     outputs = ("--plot", tmp_path / "k.png", "-o", tmp_path / "points.csv")
-    made = invoke("rig", "friction", *files, "--over", "stiffness", *outputs, "--json")
+    made = invoke("rig", "friction", *files, *outputs, "--json")
     assert made.exit_code == 0, made.output
     assert (tmp_path / "k.png").stat().st_size > 5000
     assert (tmp_path / "points.csv").read_text().startswith("material,speed [mm/s],mu,sigma,direction")

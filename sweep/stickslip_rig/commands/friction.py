@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 Examples:
   stickslip rig friction felt.csv --mass "100 g" --stiffness "5 N/mm" -o friction.csv
   stickslip fit friction.csv                                   # the curve, with mu_stop
-  stickslip rig friction k*.csv --over stiffness --plot springs.png
   stickslip rig friction a.csv b.csv --stiffness "5 N/mm" --stiffness "20 N/mm" """,
 )
 @params.RECORDS
@@ -35,15 +34,14 @@ Examples:
 @click.option("--damping", metavar="DAMPING", help='Beside friction ("0.5 N s/m").  [default: none]')
 @click.option("--load", metavar="FORCE", help='Normal load ("10 N").')
 @click.option("--speed", metavar="SPEED", help='Of the drive, where files do not record it ("10 mm/s").')
-@click.option("--over", type=click.Choice(["stiffness"]), help="Plot the tendency over the stiffness of the springs.")
-@params.plot_option("Plot of friction over slip speed, or of the tendency: .png, .svg or .pdf.")
+@params.plot_option("Plot of friction over slip speed: .png, .svg or .pdf.")
 @click.option("-o", "--output", type=params.Target("points", "result"),
               help="File: .csv with the points, for stickslip fit; .nc or .zarr with all that is known.")  # fmt: skip
 @JSON
 @reports_errors
 def friction(
     files: tuple[Path, ...], config: Path | None, mass: str | None, stiffness: tuple[str, ...], damping: str | None,
-    load: str | None, speed: str | None, over: str | None, plot: Path | None, output: Location | None,
+    load: str | None, speed: str | None, plot: Path | None, output: Location | None,
 ) -> Answer:  # fmt: skip
     """Friction while slip speeds up and slows down, from records of stick-slip.
 
@@ -66,17 +64,15 @@ def friction(
         given = [Setting(f"--{key} {text}", f"conditions.{key}", text) for key, text in rows.items() if text]
         settings.append(rig.load_settings(config, given))
     records = read_files(files, settings, {"normal_load": load, "drive_speed": speed})
-    if over and len(records) < 2:
-        fail("--over stiffness needs two records or more, of different springs")
     with refuses_bad_input(", ".join(map(str, files))):
         ds = friction_table(records, settings[0].features)
     action = f"rig-friction {' '.join(map(str, files))}"
     ds = ds.assign_attrs(provenance(settings[0].to_yaml(), title=str(ds.attrs["title"]), action=action))
     show(ds)
     if plot is not None:
-        from stickslip_rig.friction_plot import plot_friction, plot_over_stiffness
+        from stickslip_rig.plots import plot_friction
 
-        save_plot((plot_over_stiffness if over else plot_friction)(ds), plot)
+        save_plot(plot_friction(ds), plot)
     if isinstance(output, Path) and output.suffix.lower() == ".csv":
         write_points(ds, output)
         show_file("points", output, "stickslip fit reads them")
