@@ -192,6 +192,7 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     # what `observers/recurrence.py` and `contacts/implicit.py` must know of steady sliding
     ATTRACTS,  # 1 where it attracts small motions
     FIRMNESS,  # by what share they grow or shrink in a loop, about; at most 1
+    EVEN,  # slip speed above which errors of w are as large all over a loop, and below which friction shrinks them
     LONGEST,  # step; of implicit ones near steady sliding, so that they do not damp motions that grow
     # from here on of `observers/regime.py` and its parts; that of recurrence takes its own from there, too (RECURRENCE)
     STABLE_FROM, STABLE_TO,  # slip speeds, about that of the belt, at which steady sliding on the curve is stable
@@ -225,7 +226,7 @@ SLOW = SERIES_SHARE + ORDER * WIDTH
     MAP_OFF,  # by how much the last node differed from what those before foretold
     MULTIPLIER,  # of a deviation from the cycle, the share that a loop leaves; 0 where no map told
     MAP_ASIDE,  # first of MAP_ROWS_ASIDE rows: what measuring must not touch
-) = range(SLOW, SLOW + 69 * WIDTH, WIDTH)  # fmt: skip
+) = range(SLOW, SLOW + 70 * WIDTH, WIDTH)  # fmt: skip
 MAP_ROWS_ASIDE, MAP_MOST_NODES = 11, 24
 MAP_A = MAP_ASIDE + MAP_ROWS_ASIDE * WIDTH  # first of MAP_MOST_NODES rows: amplitudes of the nodes
 MAP_R = MAP_A + MAP_MOST_NODES * WIDTH  # divided differences of the ratio of amplitudes

@@ -71,13 +71,8 @@ def derivatives(law, s, i, t, h, y, phi, psi):
     one over the square of HELD.
     """
     e = exp(phi)
-    a, b, w, gamma, rate = (
-        laws.direct(law, s, i, e),
-        laws.evolution(law, s, i, psi),
-        s[V + i] * e,
-        s[at.G + i],
-        s[RATE + i],
-    )
+    a, b = laws.direct(law, s, i, e), laws.evolution(law, s, i, psi)
+    w, gamma, rate = s[V + i] * e, s[at.G + i], s[RATE + i]
     g, g_phi, g_psi = laws.growth(law, e, phi, psi)
     held, firm = (a / w + gamma) * h > HELD, 1.0 / (a + gamma * w)
     load = s[at.B + i] + t * s[at.ALPHA + i] - w - b * rate * g
@@ -121,7 +116,7 @@ def begin_cell(m, i, c):
     way = 1.0 if belt_in_lane(m, i, 0.0) > 0.0 else -1.0
     s[V + i], s[A + i], s[B_STATE + i] = way * speed, way * cells[laws.DIRECT, c], way * cells[laws.EVOLUTION, c]
     s[MU_V + i] = way * contacts.steady_friction(m.contact, m.law, cells, c, speed)
-    s[RATE + i] = speed / cells[laws.DISTANCE, c]
+    s[RATE + i], s[at.EVEN + i] = speed / cells[laws.DISTANCE, c], cells[laws.DIRECT, c]
     s[CUT_P + i], s[CUT_Q + i] = speed * cells[laws.PER_DIRECT, c], speed * cells[laws.PER_EVOLUTION, c]
     s[MU_V + i] -= laws.above(m.law, s, i, 1.0) + laws.further(m.law, s, i, 0.0)
     start_slip(m, i, c, START * s[V + i])

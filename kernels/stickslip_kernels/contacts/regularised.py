@@ -113,12 +113,8 @@ class Motion(NamedTuple):
 def motion(law, s, i, t, h, y, chi, psi):
     """The motion at t after the start of a step of length h; where w' follows the load as in `plain.py`."""
     w, w_chi = spread(law, s, i, chi, psi)
-    a, b, gamma, r = (
-        s[A + i],
-        laws.evolution(law, s, i, psi),
-        laws.damper(law, s, i, w),
-        laws.evolution(law, s, i, psi) / s[A + i],
-    )
+    a, b, gamma = s[A + i], laws.evolution(law, s, i, psi), laws.damper(law, s, i, w)
+    r = b / a
     per = 1.0 / w_chi
     tanh = w * per
     even = 1.0 - tanh * tanh
@@ -170,10 +166,10 @@ def begin_cell(m, i, c):
     s[MU_V + i], s[RATE + i] = laws.in_logarithms(cells, c, s[V + i]), s[V + i] / cells[laws.DISTANCE, c]
     s[MU_V + i] -= laws.above(m.law, s, i, 1.0)
     s[laws.RATIO + i], s[LEVEL_0 + i] = s[B_STATE + i] / s[A + i], s[MU_V + i] / s[A + i]
+    s[at.EVEN + i] = s[A + i]
     at_start = belt_in_lane(m, i, 0.0)
-    plain.start_slip(
-        m, i, c, plain.START * at_start if abs(at_start) > s[at.FLOOR + i] else 0.0
-    )  # at rest, but for rounding
+    w = plain.START * at_start if abs(at_start) > s[at.FLOOR + i] else 0.0  # at rest, but for rounding
+    plain.start_slip(m, i, c, w)
     s[CHI + i] = friction_over_a(m.law, s, i, s[at.W + i], s[at.WEAK + i])
     at_rest = abs(s[at.W + i]) if s[at.W + i] != 0.0 else s[A + i]
     s[at.STEP + i] = 1e-3 * min(1.0, at_rest / s[A + i], 1.0 / s[RATE + i])

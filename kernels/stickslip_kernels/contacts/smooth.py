@@ -28,7 +28,7 @@ def open_cell(m, i, c):
     s[at.TRIED + i], s[at.PAUSE + i], s[at.G + i] = 0.0, m.max_steps, cells[at.GAMMA, c]
     s[at.OFFSET + i], s[at.SLOPE + i], s[at.DROP + i] = 0.0, 0.0, 0.0
     s[at.LEVEL + i], s[at.SIDE + i], s[at.TURN + i] = -inf, -1.0, 0.0
-    s[at.ATTRACTS + i], s[at.FIRMNESS + i], s[at.LONGEST + i] = 1.0, 1.0, inf
+    s[at.ATTRACTS + i], s[at.FIRMNESS + i], s[at.EVEN + i], s[at.LONGEST + i] = 1.0, 1.0, inf, inf
     s[at.BY_SERIES + i] = 0.0
     open_drive(m, i, c)
     observers.begin_cell(m, i, c)

@@ -4,7 +4,7 @@ from math import inf, nan
 
 from .. import layout as at
 from ..jit import compiled
-from .return_map import ALIKE, NOISE
+from .return_map import ALIKE, NOISE, share
 
 MOST_LOOPS = 4  # of a cycle, from one maximum of u to the next
 MANY = 32.0  # times in a row a change of less than a tolerance that leads nowhere is none
@@ -53,11 +53,11 @@ def recurs(s, i, rtol, loops):
     steps leave more noise than that, changes within the tolerance that lead nowhere, in many such loops.
     """
     row = loops * at.WIDTH + i
-    last, span = s[RANGE + row], 0.0
+    last, span, least = s[RANGE + row], 0.0, inf
     change, previous = s[RANGE + i] - last, last - s[RANGE + loops * at.WIDTH + row]
     firmness = s[at.FIRMNESS + i]
     for one in range(0, loops * at.WIDTH, at.WIDTH):
-        span = max(span, s[RANGE + one + i])
+        span, least = max(span, s[RANGE + one + i]), min(least, abs(least_slip(s, i, one)))
         if s[SLOW + one + i] <= 0.0 <= s[FAST + one + i]:
             firmness = 1.0
     tolerance = rtol * span
@@ -69,7 +69,8 @@ def recurs(s, i, rtol, loops):
     top = HIGH if s[at.B + i] > 0.0 else LOW
     moved = abs(s[top + i] - s[top + row])
     as_long = as_long and moved <= DRIFT * span  # else it rings on its way
-    is_alike = as_long and moved <= SPIRAL * tolerance and max(left, noise / firmness) <= ALIKE * tolerance
+    left = max(left / share(s, i, least), noise / firmness)
+    is_alike = as_long and moved <= SPIRAL * tolerance and left <= ALIKE * tolerance
     s[ALIKE_BEFORE + row] = s[ALIKE_BEFORE + row] + 1.0 if is_alike else 0.0
     if not (as_long and abs(change) <= tolerance):
         s[WITHIN + row] = 0.0

@@ -242,11 +242,8 @@ def tell_cycle(m, i, rows):
     for row in range(0, rows, at.WIDTH):
         high, low = max(high, s[loops.HIGH + row + i]), min(low, s[loops.LOW + row + i])
         fast, slow = max(fast, s[loops.FAST + row + i]), min(slow, s[loops.SLOW + row + i])
-        hard, time, heat = (
-            max(hard, s[loops.HARD + row + i]),
-            time + s[loops.TIME + row + i],
-            heat + s[loops.HEAT + row + i],
-        )
+        hard, time = max(hard, s[loops.HARD + row + i]), time + s[loops.TIME + row + i]
+        heat += s[loops.HEAT + row + i]
     write_cycle(m, i, time, heat, high, low, fast, slow, hard)
 
 

@@ -28,6 +28,8 @@ BAND = 1e-4  # of settling: of the largest distance from steady sliding so far
 BEFORE, SLOWLY = 1.05, 0.01  # bands from steady sliding; share of a deviation that a loop takes: `most_of_settling`
 STICK_BELOW = 1e-3  # least slip speed over that of the belt, below which a cycle counts as stick-slip
 
+RESOLVED = 10.0  # times over the speed of the belt, from which on the least slip speed is as exact as the range is
+
 GO_ON, CLOSED, TOO_SLOW = range(3)
 
 # State where the loop under way began, where the one before began and ended; loops since the last leap; how often the
@@ -85,6 +87,12 @@ def look_ahead(m, i, t, y, span, loop, least, least_before):
     return GO_ON
 
 
+@compiled(inline=True)
+def share(s, i, least):
+    """Of the tolerance, what may be left of a cycle whose least slip speed is told to a share of itself."""
+    return min(max(RESOLVED * max(abs(least), s[at.EVEN + i]) / abs(s[at.B + i]), NOISE), 1.0)
+
+
 @compiled
 def leap(m, i, y, z, by, tolerance, loop, least, least_before):
     """Pass over many loops, y having changed `by` in the last; or CLOSED, where the limit is near enough.
@@ -100,7 +108,7 @@ def leap(m, i, y, z, by, tolerance, loop, least, least_before):
     if bend < 0.0:
         reach = min(reach, (MOST_OF_WAY if is_close else HALF_WAY) / -bend)
     if is_close and abs(y - s[NODE_Y + i]) <= CLOSE * off and -bend * ALIKE >= NOISE:
-        if abs(by) <= ENOUGH * tolerance * -bend:
+        if abs(by) <= ENOUGH * share(s, i, least) * tolerance * -bend:
             return CLOSED
     if by * (y - s[at.Y_STAR + i]) < 0.0:
         reach = min(reach, most_of_settling(m, i, off, by) / abs(by))
