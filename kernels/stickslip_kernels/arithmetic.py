@@ -155,6 +155,26 @@ def nonzero_bits(typing_context, array, first, count):
 
 
 @intrinsic
+def in_turn(typing_context, function, law, s, first, last):
+    """Call function(law, s, n) for n from `first` to `last` - 1, which are literals.
+
+    LLVM merges each, n being a constant there; Numba compiles the function once.
+    """
+    if not (isinstance(first, types.IntegerLiteral) and isinstance(last, types.IntegerLiteral)):
+        return None
+    called = typing_context.resolve_function_type(function, (law, s, types.int64), {})
+
+    def generate(context, builder, signature, arguments):
+        call = context.get_function(function, called)
+        context.add_linking_libs(getattr(call, "libs", ()))
+        for n in range(first.literal_value, last.literal_value):
+            call(builder, (*arguments[1:3], context.get_constant(types.int64, n)))
+        return context.get_dummy_value()
+
+    return types.void(function, law, s, first, last), generate
+
+
+@intrinsic
 def lowest_bit(typing_context, bits):
     """The index, from 0, of the lowest bit set in an int64 other than 0."""
 

@@ -84,23 +84,3 @@ def by_type(type_of_tag, *, inline=False):
         return default
 
     return decorate
-
-
-def in_turn(loop_of, first, count):
-    """The functions `loop_of(first)` to `loop_of(count - 1)` of a law and of the lanes, one after the other.
-
-    By twos: whatever calls the next ones is to be compiled, too.
-    """
-    if count - first == 1:
-        return loop_of(first)
-    one, two = loop_of(first), loop_of(first + 1)
-    later = in_turn(loop_of, first + 2, count) if count - first > 2 else None
-
-    @compiled(inline=True)
-    def loops(law, s):
-        one(law, s)
-        two(law, s)
-        if later is not None:
-            later(law, s)
-
-    return loops

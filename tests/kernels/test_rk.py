@@ -21,7 +21,7 @@ from stickslip_kernels.dense import gauss
 
 LAW = "rational"
 TAG = LAWS[LAW]
-A = np.array([row + (0.0,) * (7 - len(row)) for row in MATRIX])
+A = np.array(MATRIX)
 C = np.array(NODES)
 AC, AC2, AC3 = A @ C, A @ C**2, A @ C**3
 # Elementary differentials and 1/density of the rooted trees up to order 5 (Hairer, Norsett & Wanner I, II.2).

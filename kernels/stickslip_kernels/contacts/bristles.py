@@ -14,9 +14,9 @@ from math import factorial, inf, pi
 from typing import NamedTuple
 
 from .. import layout as at
-from ..arithmetic import exp, select, widest_vectors
+from ..arithmetic import exp, in_turn, select, widest_vectors
 from ..dense import rise_and_work, subtract_damper_work, work_by_ends
-from ..jit import compiled, in_turn
+from ..jit import compiled
 from ..linking import by_law
 from . import explicit
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
@@ -31,6 +31,7 @@ from .stribeck.taylor import rows_of, sum_series
 ROWS = explicit.ROWS.beside()
 SIGN, LEVEL_OF_CURVE, S_0, S_1, SPEED_SCALE, LOAD_SCALE, PER_LEVEL, QUIET = ROWS.take(8)
 SHARE = at.SERIES_SHARE
+ORDER = at.ORDER
 ERROR_SHARE = 0.01  # of the tolerance that each of the last coefficients may spend, and the error of a step
 
 
@@ -58,61 +59,51 @@ def begin_series(law, s, rtol):
         s[ALLOWED_STATE + i] = ERROR_SHARE * rtol * s[LOAD_SCALE + i]
 
 
-def order_loop(recurrence):
-    """The function that gives, for an order n, the loop that finds coefficients n + 1 from those before."""
-    f, g, keeps_f, keeps_g = rows_of(recurrence)
-    scale, begin = recurrence.scale, recurrence.begin
-
-    def loop_of(n):
-        up, here = (n + 1) * at.WIDTH, n * at.WIDTH
-        next_f, next_g, first, last = recurrence.next_f(n), recurrence.next_g(n), n == 0, n == at.ORDER - 1
-
-        @compiled(inline=True)
-        def loop(law, s):
-            widest_vectors()
-            for i in range(at.WIDTH):
-                w_n, f_n, x_n = s[at.SERIES + here + i], s[STATE + here + i], s[at.SERIES_WEAK + here + i]
-                if first:
-                    begin(s, i)
-                    y_n = s[at.Y + i]
-                elif n == 1:
-                    y_n = s[at.B + i] - s[at.SERIES + i]
-                else:
-                    y_n = s[at.SERIES + here - at.WIDTH + i] * (-1.0 / n)
-                    if n == 2:
-                        y_n += 0.5 * s[at.ALPHA + i]
-                if keeps_g:
-                    s[g + here + i] = next_g(s, i, x_n, w_n)
-                r_n, share = f_n, 0.0
-                for j in range(1, n + 1):
-                    r = s[SHARE + here - j * at.WIDTH + i]
-                    r_n -= s[at.SERIES_WEAK + j * at.WIDTH + i] * r
-                    share += s[at.SERIES + j * at.WIDTH + i] * r
-                r_n *= s[PER_LEVEL + i]
-                s[SHARE + here + i] = r_n
-                p_n = w_n - s[SIGN + i] * (share + s[at.SERIES + i] * r_n)
-                dw_n = y_n - (s[at.G + i] + s[at.SLOPE + i]) * w_n - f_n - s[S_1 + i] * p_n
-                w_1 = dw_n * (1.0 / (n + 1))
-                s[at.SERIES_DW + here + i], s[at.SERIES + up + i] = dw_n, w_1
-                s[STATE + up + i] = s[S_0 + i] * p_n * (1.0 / (n + 1))
-                if not last:
-                    new_f = next_f(s, i, dw_n, w_1)
-                    if keeps_f:
-                        s[f + here + i] = new_f
-                    total = 0.0
-                    for j in range(n + 1):
-                        total += s[f + j * at.WIDTH + i] * s[g + here - j * at.WIDTH + i]
-                    s[at.SERIES_WEAK + up + i] = total * scale(s, i, 1.0 / (n + 1))
-
-        return loop
-
-    return loop_of
-
-
 def expansion(recurrence):
     """The function that finds all coefficients of laws of this recurrence."""
-    loops = in_turn(order_loop(recurrence), 0, at.ORDER)
-    return lambda law, s: loops(law, s)
+    f, g, keeps_f, keeps_g = rows_of(recurrence)
+    scale, begin, next_f, next_g = recurrence.scale, recurrence.begin, recurrence.next_f, recurrence.next_g
+
+    @compiled(inline=True)
+    def find_order(law, s, n):
+        """Coefficients n + 1 from those before."""
+        widest_vectors()
+        up, here = (n + 1) * at.WIDTH, n * at.WIDTH
+        for i in range(at.WIDTH):
+            w_n, f_n, x_n = s[at.SERIES + here + i], s[STATE + here + i], s[at.SERIES_WEAK + here + i]
+            if n == 0:
+                begin(s, i)
+                y_n = s[at.Y + i]
+            elif n == 1:
+                y_n = s[at.B + i] - s[at.SERIES + i]
+            else:
+                y_n = s[at.SERIES + here - at.WIDTH + i] * (-1.0 / n)
+                if n == 2:
+                    y_n += 0.5 * s[at.ALPHA + i]
+            if keeps_g:
+                s[g + here + i] = next_g(s, i, n, x_n, w_n)
+            r_n, share = f_n, 0.0
+            for j in range(1, n + 1):
+                r = s[SHARE + here - j * at.WIDTH + i]
+                r_n -= s[at.SERIES_WEAK + j * at.WIDTH + i] * r
+                share += s[at.SERIES + j * at.WIDTH + i] * r
+            r_n *= s[PER_LEVEL + i]
+            s[SHARE + here + i] = r_n
+            p_n = w_n - s[SIGN + i] * (share + s[at.SERIES + i] * r_n)
+            dw_n = y_n - (s[at.G + i] + s[at.SLOPE + i]) * w_n - f_n - s[S_1 + i] * p_n
+            w_1 = dw_n * (1.0 / (n + 1))
+            s[at.SERIES_DW + here + i], s[at.SERIES + up + i] = dw_n, w_1
+            s[STATE + up + i] = s[S_0 + i] * p_n * (1.0 / (n + 1))
+            if n < at.ORDER - 1:
+                new_f = next_f(s, i, n, dw_n, w_1)
+                if keeps_f:
+                    s[f + here + i] = new_f
+                total = 0.0
+                for j in range(n + 1):
+                    total += s[f + j * at.WIDTH + i] * s[g + here - j * at.WIDTH + i]
+                s[at.SERIES_WEAK + up + i] = total * scale(s, i, 1.0 / (n + 1))
+
+    return lambda law, s: in_turn(find_order, law, s, 0, ORDER)
 
 
 for _tag, _recurrence in RECURRENCES.items():

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import layout as at
-from ..arithmetic import rough_exp2, rough_log2, select, widest_vectors
-from ..jit import by_type, compiled, in_turn
+from ..arithmetic import in_turn, rough_exp2, rough_log2, select, widest_vectors
+from ..jit import by_type, compiled
 
 
 class Rosenbrock(NamedTuple):
@@ -78,9 +78,12 @@ RODAS_5P = Rosenbrock(
 
 STAGES, STATES = len(RODAS_5P.matrix), 3
 _ROOM = at.Rows(at.SERIES_DW, at.SLOW)  # of series that no implicit step needs
-ROWS = tuple(_ROOM.take(STATES) for _ in range(STAGES))  # of k of a stage
+K = _ROOM.take(STATES * STAGES)[0]  # first of the rows of k, stage after stage
 V_START, PER_H, DIAGONAL, W_01, W_02, L_10, U_11, W_12, L_21, U_22 = _ROOM.take(10)
 NODES, TIME_WEIGHTS = RODAS_5P.nodes_and_time_weights()
+MATRIX, COUPLING = (
+    tuple((*row, *[0.0] * (STAGES - len(row))) for row in rows) for rows in (RODAS_5P.matrix, RODAS_5P.coupling)
+)
 EXPONENT = 0.5 / RODAS_5P.order
 LOG2_SAFETY, SHRINK_MOST, GROW_MOST = -0.152003093445, 0.2, 6.0
 TINIEST_ERROR2 = 1e-16
@@ -92,6 +95,13 @@ _contact = by_type(lambda kind, *_: kind.types[0], inline=True)
 
 LAST = STAGES - 1
 WEIGHTS = (*RODAS_5P.matrix[LAST], 1.0)
+
+
+@compiled(inline=True)
+def k_of(s, i, n):
+    """k of y, v and z of stage n."""
+    row = K + n * (STATES * at.WIDTH) + i
+    return s[row], s[row + at.WIDTH], s[row + 2 * at.WIDTH]
 
 
 @_contact
@@ -146,36 +156,35 @@ def factorise(kind, s):
         s[U_22 + i] = 1.0 / (diagonal - z_z - l_21 * w_12)
 
 
-def stage_loop(n):
-    """The loop of stage n: straight-line code, since its rows and weights are constants."""
-    a, coupling, node, time_weight = RODAS_5P.matrix[n], RODAS_5P.coupling[n], NODES[n], TIME_WEIGHTS[n]
-    own, first = ROWS[n], n == 0
-
-    @compiled
-    def loop(kind, s):
-        widest_vectors()
-        for i in range(at.WIDTH):
-            h, y, v, z = s[at.TAKEN + i], s[at.Y + i], s[V_START + i], s[at.WEAK + i]
-            r_0, r_1, r_2 = 0.0, 0.0, 0.0
-            if not first:
-                for j in range(n):
-                    k_0, k_1, k_2 = s[ROWS[j][0] + i], s[ROWS[j][1] + i], s[ROWS[j][2] + i]
-                    y, v, z = y + a[j] * k_0, v + a[j] * k_1, z + a[j] * k_2
-                    r_0, r_1, r_2 = r_0 + coupling[j] * k_0, r_1 + coupling[j] * k_1, r_2 + coupling[j] * k_2
-            w, of_v, of_z = rates(kind, s, i, y, v, z)
-            per_h, moved = s[PER_H + i], s[at.ALPHA + i] * h
-            b_0 = s[at.B + i] + node * moved - w + r_0 * per_h + time_weight * moved
-            b_1 = of_v + r_1 * per_h - s[L_10 + i] * b_0
-            b_2 = of_z + r_2 * per_h - s[L_21 + i] * b_1
-            k_2 = b_2 * s[U_22 + i]
-            k_1 = (b_1 - s[W_12 + i] * k_2) * s[U_11 + i]
-            k_0 = (b_0 - s[W_01 + i] * k_1 - coupled(kind, s, i, k_2)) * s[DIAGONAL + i]
-            s[own[0] + i], s[own[1] + i], s[own[2] + i] = k_0, k_1, k_2
-
-    return loop
+@compiled(inline=True)
+def find_stage(kind, s, n):
+    """k of stage n: straight-line code, n being a constant where this is merged (`stages`)."""
+    widest_vectors()
+    for i in range(at.WIDTH):
+        h, y, v, z = s[at.TAKEN + i], s[at.Y + i], s[V_START + i], s[at.WEAK + i]
+        r_0, r_1, r_2 = 0.0, 0.0, 0.0
+        if n > 0:
+            for j in range(n):
+                k_0, k_1, k_2 = k_of(s, i, j)
+                a, c = MATRIX[n][j], COUPLING[n][j]
+                y, v, z = y + a * k_0, v + a * k_1, z + a * k_2
+                r_0, r_1, r_2 = r_0 + c * k_0, r_1 + c * k_1, r_2 + c * k_2
+        w, of_v, of_z = rates(kind, s, i, y, v, z)
+        per_h, moved = s[PER_H + i], s[at.ALPHA + i] * h
+        b_0 = s[at.B + i] + NODES[n] * moved - w + r_0 * per_h + TIME_WEIGHTS[n] * moved
+        b_1 = of_v + r_1 * per_h - s[L_10 + i] * b_0
+        b_2 = of_z + r_2 * per_h - s[L_21 + i] * b_1
+        k_2 = b_2 * s[U_22 + i]
+        k_1 = (b_1 - s[W_12 + i] * k_2) * s[U_11 + i]
+        k_0 = (b_0 - s[W_01 + i] * k_1 - coupled(kind, s, i, k_2)) * s[DIAGONAL + i]
+        row = K + n * (STATES * at.WIDTH) + i
+        s[row], s[row + at.WIDTH], s[row + 2 * at.WIDTH] = k_0, k_1, k_2
 
 
-stages = in_turn(stage_loop, 0, STAGES)
+@compiled
+def stages(kind, s):
+    """All of them."""
+    in_turn(find_stage, kind, s, 0, STAGES)
 
 
 @compiled(inline=True)
@@ -183,18 +192,15 @@ def end_of_step(s, i):
     """y, v and z at the end of the step."""
     y, v, z = s[at.Y + i], s[V_START + i], s[at.WEAK + i]
     for j in range(STAGES):
-        y, v, z = (
-            y + WEIGHTS[j] * s[ROWS[j][0] + i],
-            v + WEIGHTS[j] * s[ROWS[j][1] + i],
-            z + WEIGHTS[j] * s[ROWS[j][2] + i],
-        )
+        k_0, k_1, k_2 = k_of(s, i, j)
+        y, v, z = y + WEIGHTS[j] * k_0, v + WEIGHTS[j] * k_1, z + WEIGHTS[j] * k_2
     return y, v, z
 
 
 @compiled(inline=True)
 def errors(s, i):
     """Errors of y, v and z in the step."""
-    return s[ROWS[LAST][0] + i], s[ROWS[LAST][1] + i], s[ROWS[LAST][2] + i]
+    return k_of(s, i, LAST)
 
 
 @compiled(inline=True)

@@ -343,7 +343,7 @@ def expand(m):
         bend, bend_new = s[at.JERK + i] / w - slope * slope, s[at.JERK_NEW + i] / w_new - slope_new * slope_new
         laws.put_powers(s, i, 0, h, ln(w_new / w), slope, slope_new, bend, bend_new)
         s[at.SERIES + i] = w
-    laws.terms(m.law, s)
+    laws.find_terms(s, 0, at.SERIES)
     for i in range(at.WIDTH):
         per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
         for n in range(1, at.ORDER + 1):

@@ -10,10 +10,10 @@ from math import inf, log
 from typing import NamedTuple
 
 from .. import layout as at
-from ..arithmetic import exp, select, widest_vectors
+from ..arithmetic import exp, in_turn, select, widest_vectors
 from ..arithmetic import log as ln
 from ..dense import subtract_damper_work
-from ..jit import compiled, in_turn
+from ..jit import compiled
 from ..linking import by_law
 from . import explicit
 from .explicit import ALLOWED_STATE, CAP, STATE, agrees, choose_step, may_turn_twice, state_after
@@ -196,6 +196,7 @@ def over_a(cells, c, w):
 
 # --- the series of w over an implicit step, from ln w at its ends -----------------------------------------------------
 
+COEFFICIENTS = at.ORDER + 1
 P = P_1, P_2, P_3, P_4, P_5 = FREE.take(5)  # k p_k of the polynomial of ln w
 
 
@@ -213,28 +214,22 @@ def put_powers(s, i, off, h, rise, slope, slope_new, bend, bend_new):
     s[P_5 + off + i] = 5.0 * (6.0 * rise - 3.0 * change + 0.5 * turn)
 
 
-def terms_of(off, series):
-    """What fills rows `series` from the polynomial in rows P + off, one coefficient after the other."""
-
-    def term_loop(n):
-        """The loop of coefficient n, in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ...; rows P have k p_k."""
-        count = min(n, len(P))
-
-        @compiled
-        def loop(law, s):
-            widest_vectors()
-            for i in range(at.WIDTH):
-                total = 0.0
-                for k in range(count):
-                    total += s[P[k] + off + i] * s[series + (n - 1 - k) * at.WIDTH + i]
-                s[series + n * at.WIDTH + i] = total * (1.0 / n)
-
-        return loop
-
-    return in_turn(term_loop, 1, at.ORDER + 1)
+@compiled(inline=True)
+def find_term(rows, s, n):
+    """Coefficient n in powers of t/h: n c_n = p_1 c_(n-1) + 2 p_2 c_(n-2) + ..., rows P having k p_k."""
+    widest_vectors()
+    (off, series), count = rows, min(n, len(P))
+    for i in range(at.WIDTH):
+        total = 0.0
+        for k in range(count):
+            total += s[P_1 + k * at.WIDTH + off + i] * s[series + (n - 1 - k) * at.WIDTH + i]
+        s[series + n * at.WIDTH + i] = total * (1.0 / n)
 
 
-terms = terms_of(0, at.SERIES)
+@compiled
+def find_terms(s, off, series):
+    """Rows `series` beyond the first, from the polynomial in rows P + off."""
+    in_turn(find_term, (off, series), s, 1, COEFFICIENTS)
 
 
 # --- the Taylor series of the motion, where much inertia lets the contact follow it -----------------------------------

@@ -324,9 +324,6 @@ def control_step(law, s, rtol):
         s[at.WORK + i] = work_by_ends(s, i, h)
 
 
-back_terms = laws.terms_of(BACK, BACK_SERIES)
-
-
 def expand(m):
     """Series of w over the step: of what slips forwards, less what slips backwards, each as in `plain.py`."""
     expand_regularised(m.law, m.s)
@@ -353,8 +350,8 @@ def expand_regularised(law, s):
         slips = not has_ceased(law, s, i, chi, psi, chi_new, psi_new)
         s[at.SERIES + i] = select(slips & (max(chi, chi_new) > -ONE_WAY), forwards, 0.0)
         s[BACK_SERIES + i] = select(slips & (min(chi, chi_new) < ONE_WAY), backwards, 0.0)
-    laws.terms(law, s)
-    back_terms(law, s)
+    laws.find_terms(s, 0, at.SERIES)
+    laws.find_terms(s, BACK, BACK_SERIES)
     for i in range(at.WIDTH):
         per_h, scale = 1.0 / s[at.TAKEN + i], 1.0
         for n in range(at.ORDER + 1):

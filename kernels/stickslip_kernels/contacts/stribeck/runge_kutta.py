@@ -7,9 +7,9 @@ six exponentials is too long for the processor to overlap two of them (measured 
 """
 
 from ... import layout as at
-from ...arithmetic import rough_exp2, rough_log2, select, widest_vectors
+from ...arithmetic import in_turn, rough_exp2, rough_log2, select, widest_vectors
 from ...dense import interpolate
-from ...jit import compiled, in_turn
+from ...jit import compiled
 from ...linking import by_law
 from .equations import jerk_in_lane, may_hide, slope_in_lane
 from .friction import steepest
@@ -18,7 +18,7 @@ from .laws import passes_unseen
 # Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption, Computers &
 # Mathematics with Applications 62 (2011) 770-775; first same as last. Errors: the solution less the embedded one.
 NODES = (0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0)
-MATRIX = (
+_MATRIX = (
     (),
     (0.161,),
     (-0.008480655492356989, 0.335480655492357),
@@ -27,6 +27,7 @@ MATRIX = (
     (5.86145544294642, -12.92096931784711, 8.159367898576159, -0.071584973281401, -0.028269050394068383),
     (0.09646076681806523, 0.01, 0.4798896504144996, 1.379008574103742, -3.290069515436081, 2.324710524099774),
 )
+MATRIX = tuple((*row, *[0.0] * (len(_MATRIX) - len(row))) for row in _MATRIX)
 ERROR_WEIGHTS = (
     -0.00178001105222577714, -0.0008164344596567469, 0.007880878010261995, -0.1447110071732629, 0.5823571654525552,
     -0.45808210592918697, 0.015151515151515152,
@@ -35,6 +36,7 @@ ORDER = 5
 ROWS = at.Rows(at.CONTACT, at.SERIES)
 STAGE_W = (at.W, *ROWS.take(5), at.W_NEW)
 STAGE_DW = (at.DW, *ROWS.take(5), at.DW_NEW)
+STAGES = len(STAGE_W)
 ERROR_Y, ERROR_W = ROWS.take(2)
 # PI control (Hairer & Wanner II, IV.2): the step grows like error^-ALPHA * last_error^BETA.
 BETA = 0.4 / ORDER
@@ -53,36 +55,34 @@ def try_step(law, s, rtol):
     interpolate(s)
 
 
-def stage_loop(n):
-    """The loop of stage number n of the pair, counted from 0: y and w at its node, and w' there.
+@compiled(inline=True)
+def find_stage(law, s, n):
+    """Stage number n of the pair, counted from 0: y and w at its node, and w' there.
 
-    A function for each stage: its rows and weights are constants, so that the compiler sees straight-line code. y' =
-    b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
+    Merged for each stage (`in_turn`): its rows and weights are constants there, so that the compiler sees straight-line
+    code. y' = b - w is linear, so y needs only the stages of w: sum_j a_nj (b - w_j) = c_n b - sum_j a_nj w_j.
     """
-    weights, node, row_w, row_dw = MATRIX[n], NODES[n], STAGE_W[n], STAGE_DW[n]
-    first = n == 1
-
-    @compiled
-    def loop(law, s):
-        widest_vectors()
-        for i in range(at.WIDTH):
-            if first:
-                s[at.TAKEN + i] = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
-            h, sum_w, sum_dw = s[at.TAKEN + i], weights[0] * s[at.W + i], weights[0] * s[at.DW + i]
-            if not first:  # around an empty loop the compiler would take the first lane apart
-                for j in range(1, n):
-                    sum_w += weights[j] * s[STAGE_W[j] + i]
-                    sum_dw += weights[j] * s[STAGE_DW[j] + i]
-            mean_belt = s[at.B + i] + 0.5 * (node * h) * s[at.ALPHA + i]  # over the time up to the node
-            s[at.Y_NEW + i] = s[at.Y + i] + h * (node * mean_belt - sum_w)  # of the last stage in the end
-            s[row_w + i] = s[at.W + i] + h * sum_dw
-        for i in range(at.WIDTH):  # a loop of its own: where the law looks up numbers, it is no vector code
-            s[row_dw + i] = slope_in_lane(law, s, i, s[at.Y_NEW + i], s[row_w + i])
-
-    return loop
+    widest_vectors()
+    node, row_w, row_dw = NODES[n], STAGE_W[n], STAGE_DW[n]
+    for i in range(at.WIDTH):
+        if n == 1:
+            s[at.TAKEN + i] = min(s[at.STEP + i], s[at.TAU_END + i] - s[at.TAU + i])
+        h, sum_w, sum_dw = s[at.TAKEN + i], MATRIX[n][0] * s[at.W + i], MATRIX[n][0] * s[at.DW + i]
+        if n > 1:  # around an empty loop the compiler would take the first lane apart
+            for j in range(1, n):
+                sum_w += MATRIX[n][j] * s[STAGE_W[j] + i]
+                sum_dw += MATRIX[n][j] * s[STAGE_DW[j] + i]
+        mean_belt = s[at.B + i] + 0.5 * (node * h) * s[at.ALPHA + i]  # over the time up to the node
+        s[at.Y_NEW + i] = s[at.Y + i] + h * (node * mean_belt - sum_w)  # of the last stage in the end
+        s[row_w + i] = s[at.W + i] + h * sum_dw
+    for i in range(at.WIDTH):  # a loop of its own: where the law looks up numbers, it is no vector code
+        s[row_dw + i] = slope_in_lane(law, s, i, s[at.Y_NEW + i], s[row_w + i])
 
 
-stages = in_turn(stage_loop, 1, len(STAGE_W))  # the first, number 0, is the last of the step before
+@compiled
+def stages(law, s):
+    """All but the first, number 0, which is the last of the step before."""
+    in_turn(find_stage, law, s, 1, STAGES)
 
 
 @compiled(inline=True)

@@ -16,7 +16,7 @@ Loops over the lanes of one flat buffer, as in `lanes.py`; a loop two orders, so
 from math import inf
 
 from ... import layout as at
-from ...arithmetic import rough_exp2, rough_log2, select, widest_vectors
+from ...arithmetic import in_turn, rough_exp2, rough_log2, select, widest_vectors
 from ...dense import conservative_work, horner, subtract_damper_work
 from ...jit import compiled
 from ...linking import by_law
@@ -25,56 +25,49 @@ from .laws import RECURRENCES, bends, shape, steps_over, weakening_slope
 
 LONGEST = 1.0  # step; events inside a step are told from its ends, so it must stay well below half a turn
 ERROR_SHARE = 0.1  # of the tolerance that each of the last two coefficients may spend, and the error of a step
+PAIRS = at.ORDER // 2
 
 
-def first_loop(recurrence):
-    """The loop of what the state tells: coefficients 0 to 2 of w and of the weakening, 0 and 1 of w'."""
+def expansion(recurrence):
+    """The function that finds all coefficients of laws of this recurrence."""
     f, g, keeps_f, keeps_g = rows_of(recurrence)
-    scale, begin = recurrence.scale, recurrence.begin
-    f_0, f_1 = recurrence.next_f(0), recurrence.next_f(1)
-    g_0, g_1, g_2 = recurrence.next_g(0), recurrence.next_g(1), recurrence.next_g(2)
+    scale, begin, next_f, next_g = recurrence.scale, recurrence.begin, recurrence.next_f, recurrence.next_g
 
     @compiled(inline=True)
-    def loop(s):
+    def begin_series(s):
+        """What the state tells: coefficients 0 to 2 of w and of the weakening, 0 and 1 of w'."""
         for i in range(at.WIDTH):
             w, dw, jerk, weak = s[at.W + i], s[at.DW + i], s[at.JERK + i], s[at.WEAK + i]
             s[at.SERIES + i], s[at.SERIES + at.WIDTH + i], s[at.SERIES + 2 * at.WIDTH + i] = w, dw, 0.5 * jerk
             s[at.SERIES_DW + i], s[at.SERIES_DW + at.WIDTH + i] = dw, jerk
             s[at.SERIES_WEAK + i] = weak
             begin(s, i)
-            first_f, first_g = f_0(s, i, dw, dw), g_0(s, i, weak, w)
+            first_f, first_g = next_f(s, i, 0, dw, dw), next_g(s, i, 0, weak, w)
             if keeps_f:
                 s[f + i] = first_f
             if keeps_g:
                 s[g + i] = first_g
             weak_1 = first_f * first_g * scale(s, i, 1.0)
-            second_f, second_g = f_1(s, i, jerk, 0.5 * jerk), g_1(s, i, weak_1, dw)
+            second_f, second_g = next_f(s, i, 1, jerk, 0.5 * jerk), next_g(s, i, 1, weak_1, dw)
             weak_2 = (first_f * second_g + second_f * first_g) * scale(s, i, 0.5)
             s[at.SERIES_WEAK + at.WIDTH + i], s[at.SERIES_WEAK + 2 * at.WIDTH + i] = weak_1, weak_2
             if keeps_f:
                 s[f + at.WIDTH + i] = second_f
             if keeps_g:
                 s[g + at.WIDTH + i] = second_g
-                s[g + 2 * at.WIDTH + i] = g_2(s, i, weak_2, 0.5 * jerk)
-
-    return loop
-
-
-def pair_loop(n, recurrence):
-    """The loop that finds the coefficients of orders n and n + 1 (n even) of w', and one higher of w and the weakening.
-
-    A function for each pair: with n a constant the compiler unrolls the products of series and sees every row. Two
-    orders at a time, since it is the loads of a product that bound it, and two sums share them.
-    """
-    w, dw, weak = at.SERIES + n * at.WIDTH, at.SERIES_DW + n * at.WIDTH, at.SERIES_WEAK + n * at.WIDTH
-    f, g, keeps_f, keeps_g = rows_of(recurrence)
-    scale, f_n, f_1 = recurrence.scale, recurrence.next_f(n), recurrence.next_f(n + 1)
-    g_1, g_2 = recurrence.next_g(n + 1), recurrence.next_g(n + 2)
-    last = n + 2 == at.ORDER
+                s[g + 2 * at.WIDTH + i] = next_g(s, i, 2, weak_2, 0.5 * jerk)
 
     @compiled(inline=True)
-    def loop(s):
+    def find_pair(law, s, pair):
+        """The coefficients of orders n = 2 pair and n + 1 of w', and one higher of w and the weakening.
+
+        Merged for each pair (`in_turn`): with n a constant the compiler unrolls the products of series and sees every
+        row. Two orders at a time, since it is the loads of a product that bound it, and two sums share them.
+        """
         widest_vectors()
+        n = 2 * pair
+        here, last = n * at.WIDTH, n + 2 == at.ORDER
+        w, dw, weak = at.SERIES + here, at.SERIES_DW + here, at.SERIES_WEAK + here
         for i in range(at.WIDTH):
             drag = s[at.G + i] + s[at.SLOPE + i]
             w_n, weak_n = s[w + i], s[weak + i]
@@ -83,13 +76,13 @@ def pair_loop(n, recurrence):
                 y_n += 0.5 * s[at.ALPHA + i]
             dw_n = y_n - drag * w_n - weak_n
             w_1 = dw_n * (1.0 / (n + 1))
-            new_f = f_n(s, i, dw_n, w_1)
+            new_f = next_f(s, i, n, dw_n, w_1)
             # Coefficients n and n + 1 of the product, each in two sums so that no addition waits for the last.
             even, odd, even_1, odd_1 = new_f * s[g + i], 0.0, new_f * s[g + at.WIDTH + i], 0.0
-            above = s[g + n * at.WIDTH + i]
+            above = s[g + here + i]
             for j in range(0, n, 2):
                 f_even, f_odd = s[f + j * at.WIDTH + i], s[f + (j + 1) * at.WIDTH + i]
-                g_even, g_odd = s[g + (n - j) * at.WIDTH + i], s[g + (n - 1 - j) * at.WIDTH + i]
+                g_even, g_odd = s[g + here - j * at.WIDTH + i], s[g + here - (j + 1) * at.WIDTH + i]
                 even += f_even * g_even
                 odd += f_odd * g_odd
                 odd_1 += f_odd * g_even
@@ -103,45 +96,28 @@ def pair_loop(n, recurrence):
             s[w + at.WIDTH + i], s[w + 2 * at.WIDTH + i] = w_1, w_2
             s[weak + at.WIDTH + i] = weak_1
             if not last:
-                above_f, above_g = f_1(s, i, dw_1, w_2), g_1(s, i, weak_1, w_1)
+                above_f, above_g = next_f(s, i, n + 1, dw_1, w_2), next_g(s, i, n + 1, weak_1, w_1)
                 even_1 += s[f + i] * above_g
                 odd_1 += above_f * s[g + i]
                 weak_2 = (even_1 + odd_1) * scale(s, i, 1.0 / (n + 2))
                 s[weak + 2 * at.WIDTH + i] = weak_2
                 if keeps_f:
-                    s[f + n * at.WIDTH + i], s[f + (n + 1) * at.WIDTH + i] = new_f, above_f
+                    s[f + here + i], s[f + here + at.WIDTH + i] = new_f, above_f
                 if keeps_g:
-                    s[g + (n + 1) * at.WIDTH + i] = above_g
-                    s[g + (n + 2) * at.WIDTH + i] = g_2(s, i, weak_2, w_2)
+                    s[g + here + at.WIDTH + i] = above_g
+                    s[g + here + 2 * at.WIDTH + i] = next_g(s, i, n + 2, weak_2, w_2)
 
-    return loop
+    def find(law, s):
+        begin_series(s)
+        in_turn(find_pair, law, s, 1, PAIRS)
+
+    return find
 
 
 def rows_of(recurrence):
     """First rows of both factors, and which of them, if any, the recurrence keeps."""
     f, g = recurrence.f, recurrence.g
     return f, g, f == at.SERIES_FACTOR, g == at.SERIES_FACTOR
-
-
-def loops_from(n, recurrence):
-    """The loops of order n and above, one after the other."""
-    loop = pair_loop(n, recurrence) if n else first_loop(recurrence)
-    if n + 2 == at.ORDER:
-        return loop
-    rest = loops_from(n + 2, recurrence)
-
-    @compiled(inline=True)
-    def loops(s):
-        loop(s)
-        rest(s)
-
-    return loops
-
-
-def expansion(recurrence):
-    """The function that finds all coefficients of laws of this recurrence."""
-    loops = loops_from(0, recurrence)
-    return lambda law, s: loops(s)
 
 
 @by_law(inline=True)
