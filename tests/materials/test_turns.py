@@ -89,6 +89,8 @@ def test_tables_say_where_a_sweep_turns(kind, tmp_path):
     words = {"direction": ("up", "down"), "hin/her": ("hin", "her"), "ramp": ("1", "2")}
     if kind in words:
         lines = [f"{words[kind][int(i > 13)]},{line}" for i, line in zip(order, lines, strict=True)]
+    elif kind == "wide":
+        lines = [f"{1000 * speed[i]:.6g},{mu[i]:.6g},{mu[27 - i]:.6g}" for i in range(14)]
     text = TABLES[kind].format(rows="\n".join(lines))
     path = tmp_path / "grease.csv"
     path.write_text(text.replace(",", ";") if kind == "hin/her" else text)

@@ -27,9 +27,9 @@ from stickslip.vocabulary.display_units import is_column_unit
 from stickslip.vocabulary.parameter import Parameter
 from stickslip.vocabulary.quantities import AGEING_COLUMNS, CURVE_COLUMNS, listed
 from stickslip_materials.fit.columns import HeadedTable, example, titled
-from stickslip_materials.fit.headings import Heading
+from stickslip_materials.fit.headings import Heading, heading
 from stickslip_materials.fit.roles import GAPS, MU, WHOLE, PointsTable, Role, Wanted
-from stickslip_materials.fit.turns import course, directions
+from stickslip_materials.fit.turns import branch_of, course, directions
 from stickslip_materials.fit.words import WAITING, plain
 
 Content = TypeVar("Content")
@@ -156,7 +156,7 @@ def _materials(headed: HeadedTable, columns: Sequence[Parameter], wanted: Wanted
         points.are_synthetic = any("synthetic" in remark.text.casefold() for remark in headed.table.remarks)
         if "speed" in points:
             _direct(points, table)
-    return materials
+    return _branches_joined(materials)
 
 
 # --- the numbers ------------------------------------------------------------------------------------------------------
@@ -243,6 +243,25 @@ def _direct(points: Columns, table: PointsTable) -> None:
             points.ignored = tuple(other for other in points.ignored if other != text)
     if "direction" not in points and (turned := course(points["speed"])) is not None:
         points["direction"] = turned
+
+
+def _branches_joined(materials: dict[str, Columns]) -> dict[str, Columns]:
+    """The materials of a wide table, those of one name but for `up` and `down` being branches of a sweep."""
+    joined: dict[str, Columns] = {}
+    parts = {name: branch_of(name) for name in materials}
+    for name, points in materials.items():
+        base, sign = parts[name]
+        pair = [materials[key] for way in (1.0, -1.0) for key, part in parts.items() if part == (base, way)]
+        if not sign or len(pair) != 2 or "speed" not in points:
+            joined[name] = points
+        elif (base := "" if heading(base).kind == MU else base) not in joined:
+            up, down = pair
+            both = Columns({key: np.concatenate([up[key], down[key]]) for key in up if key in down})
+            both["direction"] = np.repeat([1.0, -1.0], [up["speed"].size, down["speed"].size])
+            both.__dict__.update(up.__dict__)
+            both.lines, both.notes = up.lines + down.lines, (*up.notes, f"{down.read[MU]!r} is the way down")
+            joined[base] = both
+    return joined
 
 
 # --- tables that are not the points they were taken for ---------------------------------------------------------------

@@ -65,6 +65,14 @@ def directions(texts: Sequence[str], speed: Floats) -> Floats:
     return np.array([ways[name] for name in texts])
 
 
+def branch_of(name: str) -> tuple[str, float]:
+    """A name without the word for a direction, and that direction; 0 where it has none."""
+    words = name.split()
+    signs = [_SIGNS.get(plain(word.strip("()[],;:")), 0.0) for word in words]
+    sign = next((sign for sign in signs if sign), 0.0)
+    return " ".join(word for word, own in zip(words, signs, strict=True) if not own), sign
+
+
 @dataclass(frozen=True)
 class SlowingLine:
     """Points measured below the minimum of a curve while the speed fell.
