@@ -13,7 +13,7 @@ SWEEP = ROOT / "sweep" / "stickslip"
 KERNELS = ROOT / "kernels" / "stickslip_kernels"
 EXTENSIONS = sorted(path for path in (ROOT / "sweep").glob("stickslip_*") if path.is_dir())
 CEILINGS = {  # lines of Python; to raise one is a decision that the message of the commit defends
-    "sweep/stickslip": 24_217, "sweep/stickslip_materials": 5_228, "sweep/stickslip_rig": 4_616,
+    "sweep/stickslip": 24_217, "sweep/stickslip_materials": 5_255, "sweep/stickslip_rig": 4_616,
     "sweep/stickslip_explain": 2_500, "sweep/stickslip_explore": 2_000, "sweep/stickslip_sound": 800,
     "kernels": 10_126, "tests": 30_000,
 }  # fmt: skip
